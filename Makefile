@@ -1,0 +1,63 @@
+# `make run` and `make test` do everything from a fresh checkout; the rest is for development.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SAMPLE ?= rock-step
+PORT ?= 8080
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+.PHONY: run test check bench format lock clean
+
+run: $(VENV)/.run
+	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
+
+test: $(VENV)/.dev $(VENV)/.chromium
+	$(BIN)/python -m pytest
+
+check: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest tests/architecture
+
+bench: $(VENV)/.dev
+	$(BIN)/footfall bench
+
+format: $(VENV)/.dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit("FootFall needs Python 3.11 or newer; set PYTHON=…" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "installing the distribution's venv package"; \
+	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv && $(PYTHON) -m venv $(VENV); }
+
+$(VENV)/.run: locks/run.txt pyproject.toml | $(BIN)/python
+	$(PIP) install --require-hashes -r locks/run.txt
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.dev: locks/dev.txt pyproject.toml | $(BIN)/python
+	$(PIP) install --require-hashes -r locks/dev.txt
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	touch $@ $(VENV)/.run
+
+# The browser tests drive the distribution's Chromium.
+$(VENV)/.chromium: | $(BIN)/python
+	command -v chromium chromium-browser google-chrome >/dev/null || { \
+	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends chromium; }
+	touch $@
+
+# Resolves anew from pyproject.toml; needs pip-tools in the environment.
+LOCK := $(BIN)/pip-compile --quiet --generate-hashes --allow-unsafe --strip-extras --no-header --all-build-deps \
+	--no-emit-index-url --no-emit-trusted-host --no-emit-find-links
+lock: $(VENV)/.dev
+	$(PIP) install pip-tools
+	$(LOCK) --all-extras --output-file locks/dev.txt pyproject.toml
+	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
+
+clean:
+	rm -rf $(VENV) test-outputs .ruff_cache .hypothesis

@@ -1,0 +1,23 @@
+"""Progress of long work, and the wish to stop it, handed down as one argument.
+
+Pure code calls ``progress(fraction, text)`` at natural pauses. The receiver records it and raises
+:class:`~footfall.core.errors.Cancelled` where the work is to stop; the code lets it pass through.
+"""
+
+from collections.abc import Callable
+
+Progress = Callable[[float, str], None]
+"""fraction in 0…1, and what is being done, for a person."""
+
+
+def no_progress(fraction: float, text: str) -> None:
+    """For callers that neither watch nor cancel."""
+
+
+def part(progress: Progress, start: float, end: float) -> Progress:
+    """A progress whose 0…1 is ``start``…``end`` of another."""
+
+    def report(fraction: float, text: str) -> None:
+        progress(start + (end - start) * fraction, text)
+
+    return report

@@ -1,0 +1,79 @@
+"""Camera models and stereo pairs. Images are rectified: the right camera lies along +x of the left."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidImages
+from footfall.core.frames import require_transform
+from footfall.core.value import Value, value
+from footfall.telemetry.state import RobotState
+
+
+@value
+class Camera(Value):
+    """Pinhole model without distortion, OpenCV axes (z forward, x right, y down).
+
+    fx, fy, cx, cy: [px]; the centre of the first pixel is at (0, 0).
+    T_base_camera: pose on the chassis, (4, 4).
+    """
+
+    name: str
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    T_base_camera: NDArray[np.float64]
+
+    def check(self) -> None:
+        if self.width < 1 or self.height < 1 or not (self.fx > 0 and self.fy > 0):
+            raise InvalidImages(f"camera {self.name} needs a size and focal lengths above zero")
+        if not np.isfinite([self.fx, self.fy, self.cx, self.cy]).all():
+            raise InvalidImages(f"camera {self.name} needs finite intrinsics")
+        require_transform(self.T_base_camera, f"T_base_camera of {self.name}")
+
+
+@value
+class ImagePair(Value):
+    """One rectified stereo pair, grey, (height, width) uint8 each.
+
+    T_site_base: pose of the chassis when the pair was taken.
+    """
+
+    name: str
+    time: float
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    camera_left: Camera
+    camera_right: Camera
+    T_site_base: NDArray[np.float64]
+
+    def check(self) -> None:
+        for side, image, camera in (("left", self.left, self.camera_left), ("right", self.right, self.camera_right)):
+            if image.dtype != np.uint8 or image.shape != (camera.height, camera.width):
+                raise InvalidImages(
+                    f"pair {self.name}: the {side} image is {image.dtype} {image.shape}, "
+                    f"its camera wants uint8 ({camera.height}, {camera.width})"
+                )
+        if self.baseline <= 0:
+            raise InvalidImages(f"pair {self.name}: the right camera must lie to the right of the left one")
+        require_transform(self.T_site_base, "T_site_base")
+
+    @property
+    def baseline(self) -> float:
+        """Distance between the cameras along x of the left one [m]."""
+        left, right = self.camera_left.T_base_camera, self.camera_right.T_base_camera
+        return float(left[:3, 0] @ (right[:3, 3] - left[:3, 3]))
+
+
+@value
+class Snapshot(Value):
+    """All pairs taken at one state of the rover."""
+
+    state: RobotState
+    pairs: tuple[ImagePair, ...]
+
+    def check(self) -> None:
+        if not self.pairs:
+            raise InvalidImages("a snapshot needs at least one image pair")

@@ -1,0 +1,73 @@
+"""What the rover says of itself: one telemetry frame, and the state that planning starts from."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidTelemetry
+from footfall.core.frames import require_transform
+from footfall.core.value import Value, value
+
+MODES = ("idle", "moving", "stopped", "fault")
+
+
+@value
+class RobotState(Value):
+    """The rover at one moment.
+
+    robot: name of the robot description.
+    time: rover clock, seconds since 1970-01-01 UTC.
+    posture: measured joint angles, (legs × 6,) [rad], leg by leg.
+    T_site_base: pose of the chassis, (4, 4).
+    wheel_forces: force of the ground on each wheel, site frame, (legs, 3) [N].
+    joint_torques: measured joint torques, (legs × 6,) [N·m].
+    mode: one of MODES.
+    """
+
+    robot: str
+    time: float
+    posture: NDArray[np.float64]
+    T_site_base: NDArray[np.float64]
+    wheel_forces: NDArray[np.float64]
+    joint_torques: NDArray[np.float64]
+    mode: str
+
+    def check(self) -> None:
+        n = self.posture.shape[0] if self.posture.ndim == 1 else -1
+        if n <= 0 or n % 6 or not np.isfinite(self.posture).all():
+            raise InvalidTelemetry("posture needs six finite joint angles [rad] for each leg", posture=n)
+        if self.joint_torques.shape != (n,) or not np.isfinite(self.joint_torques).all():
+            raise InvalidTelemetry(f"joint_torques needs {n} finite numbers [N·m]")
+        if self.wheel_forces.shape != (n // 6, 3) or not np.isfinite(self.wheel_forces).all():
+            raise InvalidTelemetry(f"wheel_forces needs {n // 6} × 3 finite numbers [N]")
+        if not np.isfinite(self.time):
+            raise InvalidTelemetry("time needs a finite number of seconds")
+        if self.mode not in MODES:
+            raise InvalidTelemetry(f"mode is one of {', '.join(MODES)}", mode=self.mode)
+        require_transform(self.T_site_base, "T_site_base")
+
+    @property
+    def leg_count(self) -> int:
+        return len(self.posture) // 6
+
+    def leg(self, leg: int) -> NDArray[np.float64]:
+        """Joint angles of one leg, (6,) [rad]."""
+        return self.posture[6 * leg : 6 * leg + 6]
+
+
+@value
+class TelemetryFrame(Value):
+    """One message of the rover link: a state with its sequence number and what was commanded.
+
+    number: counts up by one a frame since the rover started.
+    commanded: the joint angles that the rover is driving to, (legs × 6,) [rad].
+    """
+
+    number: int
+    state: RobotState
+    commanded: NDArray[np.float64]
+
+    def check(self) -> None:
+        if self.number < 0:
+            raise InvalidTelemetry("the frame number can't be negative", number=self.number)
+        if self.commanded.shape != self.state.posture.shape or not np.isfinite(self.commanded).all():
+            raise InvalidTelemetry("commanded needs as many finite angles as posture")

@@ -1,0 +1,45 @@
+"""Shared by all tests: fixed hypothesis profile, the default robot, optional shared data."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+SEED = 20081
+
+settings.register_profile(
+    "footfall",
+    derandomize=True,
+    deadline=None,
+    max_examples=50,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("footfall")
+
+
+def pytest_report_header() -> str:
+    return f"footfall: numpy seed {SEED}, hypothesis derandomized"
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Fresh generator with the fixed seed."""
+    return np.random.default_rng(SEED)
+
+
+@pytest.fixture(scope="session")
+def athlete():
+    """The default robot, loaded once."""
+    from footfall.io.robot_files import load_robot
+
+    return load_robot("athlete")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Folder with real terrain and photographs, kept beside the project; skips where it is absent."""
+    folder = Path(__file__).resolve().parents[2] / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("real terrain and photographs (../shared/data) are not on this machine")
+    return folder
