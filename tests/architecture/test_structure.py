@@ -84,7 +84,14 @@ def test_no_machine_path_or_index_address_in_tracked_files() -> None:
     if listing.returncode:
         pytest.skip("not a git checkout, so there is no list of tracked files")
     # spelt in two parts so that this file does not name them itself
-    words = ["/work" + "/", "/root" + "/", "py" + "pi.org", "python" + "hosted", "registry.npm" + "js", "--index" + "-url"]
+    words = [
+        "/work" + "/",
+        "/root" + "/",
+        "py" + "pi.org",
+        "python" + "hosted",
+        "registry.npm" + "js",
+        "--index" + "-url",
+    ]
     offenders = []
     for name in listing.stdout.splitlines():
         path = ROOT / name
