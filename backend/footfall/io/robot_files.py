@@ -1,0 +1,45 @@
+"""Reading robot descriptions: those that ship with FootFall, by name, and others, by path."""
+
+import tomllib
+from pathlib import Path
+
+from footfall.core.errors import InvalidRobot, NotFound
+from footfall.resources import robot_assets_folder
+from footfall.robot.build import describe
+from footfall.robot.description import RobotDescription
+from footfall.robot.model import Robot
+
+
+def robot_names() -> list[str]:
+    """Names of the robots that ship with FootFall."""
+    return sorted(path.stem for path in robot_assets_folder().glob("*/*.toml") if path.stem == path.parent.name)
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """A robot by its name ("athlete"), or by the path of a description file or of the folder that holds one.
+
+    Raises NotFound where there is no such robot, InvalidRobot where its description can't be used.
+    """
+    if str(name_or_path) in robot_names():
+        return Robot(read_description(robot_assets_folder() / str(name_or_path) / f"{name_or_path}.toml"))
+    return Robot(read_description(Path(name_or_path)))
+
+
+def read_description(path: str | Path) -> RobotDescription:
+    """Read a description file (TOML; robot/assets/athlete/athlete.toml explains the format)."""
+    path = Path(path)
+    if path.is_dir():
+        found = sorted(path.glob("*.toml"))
+        if len(found) != 1:
+            raise InvalidRobot(f"{path} must hold one robot description (.toml); it holds {len(found)}")
+        path = found[0]
+    if not path.is_file():
+        known = ", ".join(robot_names())
+        raise NotFound(f"there is no robot {str(path)!r}: known by name are {known}; else give a description file")
+    if path.suffix != ".toml":
+        raise InvalidRobot(f"{path.name} is no robot description: FootFall reads .toml", path=str(path))
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        raise InvalidRobot(f"{path.name} is not readable TOML: {err}", path=str(path)) from err
+    return describe(raw)

@@ -1,0 +1,97 @@
+"""Where links, wheels and the centre of mass are, and which torques gravity asks for.
+
+Everything is in the base frame, with the base fixed; see model.py.
+"""
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+
+def link_poses(robot: Robot, posture: ArrayLike) -> dict[str, Array]:
+    """T_base_link, (4, 4), of every link of the robot, by link name (``base`` included)."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, robot.require_posture(posture))
+    return {link: data.oMf[frame].homogeneous for link, frame in robot.link_frames.items()}
+
+
+def leg_link_poses(robot: Robot, q_leg: ArrayLike, leg: int) -> dict[str, Array]:
+    """T_base_link, (4, 4), of the seven links of one leg with joint angles ``q_leg`` (6,) [rad]."""
+    spec = robot.description.legs[leg]
+    model = robot.leg_models[leg]
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.asarray(q_leg, float))
+    Ts_base_link = [data.oMi[i].homogeneous for i in range(1, 7)]
+    Ts_base_link.append(_wheel(Ts_base_link[-1], spec.foot))
+    return dict(zip(spec.link_names, Ts_base_link, strict=True))
+
+
+def wheel_pose(robot: Robot, posture: ArrayLike, leg: int) -> Array:
+    """T_base_wheel, (4, 4): x from the ankle to the wheel centre, y the axle."""
+    q = robot.require_posture(posture)
+    return leg_wheel_pose(robot, q[6 * leg : 6 * leg + 6], leg)
+
+
+def leg_wheel_pose(robot: Robot, q_leg: ArrayLike, leg: int) -> Array:
+    """T_base_wheel, (4, 4), from the six angles of that leg."""
+    model = robot.leg_models[leg]
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.asarray(q_leg, float))
+    return _wheel(data.oMi[6].homogeneous, robot.description.legs[leg].foot)
+
+
+def wheel_centers(robot: Robot, posture: ArrayLike) -> Array:
+    """Wheel centres in base, (legs, 3) [m]."""
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, robot.require_posture(posture))
+    ankles = [data.oMi[6 * (leg + 1)] for leg in robot.legs]
+    legs = robot.description.legs
+    return np.array([T.translation + spec.foot * T.rotation[:, 0] for T, spec in zip(ankles, legs, strict=True)])
+
+
+def center_of_mass(robot: Robot, posture: ArrayLike) -> Array:
+    """Centre of mass of the rover with its payload, in base, (3,) [m]."""
+    center = pin.centerOfMass(robot.model, robot.model.createData(), robot.require_posture(posture))
+    # pin leaves out what is fixed to the base
+    chassis, payload = robot.model.inertias[0], robot.description.payload
+    fixed = chassis.mass * chassis.lever
+    fixed_mass = chassis.mass
+    if payload is not None:
+        fixed = fixed + payload.mass * payload.position
+        fixed_mass += payload.mass
+    return (center * (robot.mass - fixed_mass) + fixed) / robot.mass
+
+
+def gravity_torques(robot: Robot, posture: ArrayLike, R_site_base: ArrayLike, gravity: float = 9.81) -> Array:
+    """Torques that hold the joints against gravity with no wheel on the ground, (legs × 6,) [N·m].
+
+    R_site_base: (3, 3); gravity [m/s²] points along −z of the site. The gradient of the potential energy.
+    """
+    q = robot.require_posture(posture)
+    gravity_base = -gravity * np.asarray(R_site_base, float)[2]
+    torques = np.zeros(len(q))
+    data = robot.model.createData()
+    for model, component in zip(robot.unit_gravity_models, gravity_base, strict=True):
+        torques += component * pin.computeGeneralizedGravity(model, data, q)
+    return torques
+
+
+def wheel_jacobian(robot: Robot, posture: ArrayLike, leg: int) -> Array:
+    """d(wheel centre in base) / d(joint angles of that leg), (3, 6) [m/rad]."""
+    q = robot.require_posture(posture)[6 * leg : 6 * leg + 6]
+    model = robot.leg_models[leg]
+    data = model.createData()
+    pin.computeJointJacobians(model, data, q)
+    J = pin.getJointJacobian(model, data, 6, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    arm = data.oMi[6].rotation[:, 0] * robot.description.legs[leg].foot
+    return J[:3] + np.cross(J[3:].T, arm).T
+
+
+def _wheel(T_base_ankle: Array, foot: float) -> Array:
+    T = np.array(T_base_ankle)
+    T[:3, 3] += foot * T[:3, 0]
+    return T
