@@ -1,0 +1,205 @@
+"""Terrain files of every kind, in and out.
+
+=============== =========================================================================
+``.tif .tiff``  GeoTIFF: first band, projected or local coordinates in metres, north up
+``.asc``        ESRI ASCII grid, coordinates in metres
+``.npz``        NumPy arrays ``heights`` (rows, cols; row 0 south), ``resolution``, ``x0``, ``y0``
+                [m, centre of cell (0, 0)], and ``texture`` (uint8) if there is one
+``.ply .obj``   mesh, z up, rasterised from above; it must be a surface
+``.off .stl``
+``.png``        grey image of 8 or 16 bit, north up, with stated ``size`` and ``height_range``
+=============== =========================================================================
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from footfall.core.errors import InvalidTerrain, NotFound
+from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files
+from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.resample import resample
+
+MAX_FILE_BYTES = 1_000_000_000
+"""Larger files are refused unread."""
+
+MIN_RESOLUTION = 0.001
+"""Finer cells [m] are refused: no rover's map has them, but maps in degrees do."""
+
+_STEEPEST = 10.0
+"""Rise per run that at least half of a map's neighbouring cells must stay under."""
+
+_MESHES = (".ply", ".obj", ".off", ".stl")
+READABLE = (".tif", ".tiff", ".asc", ".npz", *_MESHES, ".png")
+WRITABLE = (".tif", ".tiff", ".asc", ".npz", *_MESHES)
+
+
+def read_terrain(
+    path: str | Path,
+    *,
+    resolution: float | None = None,
+    scale: float = 1.0,
+    center: bool | tuple[float, float] | None = None,
+    size: tuple[float, float] | None = None,
+    height_range: tuple[float, float] | None = None,
+) -> Dem:
+    """Read a terrain file; the ending of its name says which kind it is (see the module docstring).
+
+    resolution: cell size wanted [m], after scaling; None keeps the file's (meshes: their median edge).
+    scale: multiplies all coordinates, heights too, such as feet to metres.
+    center: True moves the middle of the map to (0, 0); a point (x, y) [m] becomes (0, 0).
+    size, height_range: of a height image only, and needed there: (east, north) extent of the whole
+    picture and (height of black, height of white) [m].
+    Raises NotFound, or InvalidTerrain saying what is wrong with the file and what would be right.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise NotFound(f"there is no terrain file {path}", path=str(path))
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise InvalidTerrain(f"{path.name} has {path.stat().st_size} bytes, more than {MAX_FILE_BYTES} are refused")
+    _check_ending(path.suffix.lower(), path.name, READABLE)
+    projection = path.with_suffix(".prj")
+    if path.suffix.lower() == ".asc" and projection.is_file():
+        terrain_geotiff.check_projection_text(projection.read_text(errors="replace"), projection.name)
+    return decode_terrain(
+        path.read_bytes(),
+        path.name,
+        resolution=resolution,
+        scale=scale,
+        center=center,
+        size=size,
+        height_range=height_range,
+    )
+
+
+def decode_terrain(
+    content: bytes,
+    name: str,
+    *,
+    resolution: float | None = None,
+    scale: float = 1.0,
+    center: bool | tuple[float, float] | None = None,
+    size: tuple[float, float] | None = None,
+    height_range: tuple[float, float] | None = None,
+) -> Dem:
+    """Like :func:`read_terrain`, for a file's content and its name."""
+    ending = Path(name).suffix.lower()
+    _check_ending(ending, name, READABLE)
+    if not (np.isfinite(scale) and scale > 0):
+        raise InvalidTerrain(f"scale must be a positive number, not {scale}")
+    if resolution is not None and not 0 < resolution < np.inf:
+        raise InvalidTerrain(f"resolution must be a positive number of metres, not {resolution}")
+    if not content:
+        raise InvalidTerrain(f"{name} is empty")
+    _check_content_matches(content, ending, name)
+    cell = None if resolution is None else resolution / scale
+    if ending == ".png":
+        if size is None or height_range is None:
+            raise InvalidTerrain(
+                f"{name} is a picture: state size=(east, north) and height_range=(black, white) in metres"
+            )
+        dem = terrain_grid_files.read_png(content, name, size, height_range, cell)
+    elif size is not None or height_range is not None:
+        raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
+    elif ending in _MESHES:
+        dem = terrain_mesh_files.read_mesh(content, name, cell)
+    elif ending == ".asc":
+        dem = terrain_grid_files.read_asc(content, name)
+    elif ending == ".npz":
+        dem = terrain_grid_files.read_npz(content, name)
+    else:
+        dem = terrain_geotiff.read_geotiff(content, name, cell)
+    return _placed(dem, resolution, scale, center)
+
+
+def encode_terrain(dem: Dem, ending: str) -> bytes:
+    """Content of a terrain file of the kind that ``ending`` (such as ".tif") names.
+
+    Grids keep every float32 height exactly. Meshes hold the triangulation, so known cells that no fully
+    known 2 × 2 block contains are lost. Only npz keeps a texture.
+    """
+    _check_ending(ending, f"a terrain file {ending}", WRITABLE)
+    if ending in _MESHES:
+        return terrain_mesh_files.write_mesh(dem, ending)
+    if ending == ".asc":
+        return terrain_grid_files.write_asc(dem)
+    if ending == ".npz":
+        return terrain_grid_files.write_npz(dem)
+    return terrain_geotiff.write_geotiff(dem)
+
+
+def write_terrain(dem: Dem, path: str | Path) -> None:
+    """Write a Dem; the ending of the name says which kind of file (see :func:`encode_terrain`)."""
+    path = Path(path)
+    _check_ending(path.suffix.lower(), path.name, WRITABLE)
+    if not path.parent.is_dir():
+        raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
+    path.write_bytes(encode_terrain(dem, path.suffix.lower()))
+
+
+def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:
+    grid = dem.geometry
+    x0, y0, cell = grid.x0 * scale, grid.y0 * scale, grid.resolution * scale
+    heights = dem.heights.astype(np.float64) * scale if scale != 1.0 else dem.heights
+    dem = from_heights(heights, cell, x0, y0, dem.name, texture=dem.texture)
+    _check_metres(dem)
+    if resolution is not None and abs(cell - resolution) > 1e-9 * resolution:
+        dem = resample(dem, resolution)
+    if center is None or center is False:
+        return dem
+    grid = dem.geometry
+    west, south, east, north = grid.bounds
+    if center is True:
+        moved = -0.5 * (east - west), -0.5 * (north - south)
+    else:
+        point = np.asarray(center, float)
+        if point.shape != (2,) or not np.isfinite(point).all():
+            raise InvalidTerrain(f"center must be True or a point (x, y) in metres, not {center!r}")
+        moved = west - point[0], south - point[1]
+    return from_heights(dem.heights, grid.resolution, *moved, dem.name, texture=dem.texture)
+
+
+def _check_metres(dem: Dem) -> None:
+    """Refuse maps whose cells and heights can't both be metres."""
+    cell = dem.geometry.resolution
+    hint = "are its coordinates in degrees? Reproject to metres, or use scale= for another unit of length"
+    if cell < MIN_RESOLUTION:
+        raise InvalidTerrain(f"{dem.name} has cells of {cell:.3g} m, finer than {MIN_RESOLUTION} m; {hint}")
+    rises = np.concatenate([np.abs(np.diff(dem.heights, axis=axis)).ravel() for axis in (0, 1)])
+    rises = rises[np.isfinite(rises)]
+    if len(rises) and float(np.median(rises)) > _STEEPEST * cell:
+        raise InvalidTerrain(
+            f"half of {dem.name} would be steeper than {np.degrees(np.arctan(_STEEPEST)):.0f}°; {hint}",
+            median_rise_m=float(np.median(rises)),
+            resolution_m=cell,
+        )
+
+
+def _check_ending(ending: str, name: str, accepted: tuple[str, ...]) -> None:
+    if ending not in accepted:
+        raise InvalidTerrain(f"{name} can't be a terrain file: its name must end in one of {', '.join(accepted)}")
+
+
+def _check_content_matches(content: bytes, ending: str, name: str) -> None:
+    """Refuse a file whose first bytes show another kind than its name."""
+    starts = {
+        b"\x89PNG": (".png", "a PNG picture"),
+        b"II*\0": (".tif", "a TIFF"),
+        b"MM\0*": (".tif", "a TIFF"),
+        b"II+\0": (".tif", "a TIFF"),
+        b"MM\0+": (".tif", "a TIFF"),
+        b"PK\x03\x04": (".npz", "a zip or npz archive"),
+        b"ply": (".ply", "a PLY mesh"),
+        b"\xff\xd8\xff": (".jpg", "a JPEG picture, which holds no heights"),
+        b"OFF": (".off", "an OFF mesh"),
+        b"ncols": (".asc", "an ASCII grid"),
+        b"%PDF": (".pdf", "a PDF"),
+    }
+    for start, (true_ending, kind) in starts.items():
+        if content[:5].lower().startswith(start.lower()) and true_ending != ending.replace(".tiff", ".tif"):
+            raise InvalidTerrain(f"{name} is named {ending}, but its content is {kind}", content=kind)
+    if ending in (".tif", ".tiff", ".png", ".npz", ".ply") and not any(
+        content.startswith(start) and true == ending.replace(".tiff", ".tif") for start, (true, _) in starts.items()
+    ):
+        raise InvalidTerrain(f"{name} is named {ending}, but its content is not: the file is corrupt or misnamed")

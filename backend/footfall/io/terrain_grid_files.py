@@ -1,0 +1,169 @@
+"""Terrain as plain grids: ESRI ASCII grid, npz, grey picture. GeoTIFF has its own module."""
+
+import io
+import struct
+import warnings
+import zipfile
+import zlib
+
+import numpy as np
+from PIL import Image
+
+from footfall.core.errors import InvalidTerrain
+from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import check_cell_count, from_heights
+from footfall.terrain.resample import square_cells
+
+_ASC_NODATA = -9999.0
+_ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "nodata_value")
+
+
+def read_asc(content: bytes, name: str) -> Dem:
+    """ESRI ASCII grid: ncols, nrows, xll and yll (corner or center), cellsize, NODATA_value (else −9999)."""
+    try:
+        text = content.decode("ascii")
+    except UnicodeDecodeError as err:
+        raise InvalidTerrain(f"{name} is not text, so no ASCII grid") from err
+    header, body = _asc_header(text, name)
+    cols, rows, cell = header["ncols"], header["nrows"], header["cellsize"]
+    if not (cols.is_integer() and rows.is_integer()):
+        raise InvalidTerrain(f"{name} states {cols:g} columns and {rows:g} rows; they must be whole numbers")
+    check_cell_count(rows, cols)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            values = np.fromstring(body, sep=" ")
+        except (DeprecationWarning, ValueError) as err:
+            raise InvalidTerrain(f"{name} has something other than numbers among its heights") from err
+    if len(values) != rows * cols:
+        raise InvalidTerrain(
+            f"{name} holds {len(values)} heights where its header states {rows:g} × {cols:g}", count=len(values)
+        )
+    values[values == header.get("nodata_value", _ASC_NODATA)] = np.nan
+    x0, y0 = (header[f"{a}llcenter"] if f"{a}llcenter" in header else header[f"{a}llcorner"] + cell / 2 for a in "xy")
+    return from_heights(values.reshape(int(rows), int(cols))[::-1], cell, x0, y0, name)
+
+
+def _asc_header(text: str, name: str) -> tuple[dict[str, float], str]:
+    header: dict[str, float] = {}
+    position = 0
+    while position < len(text):
+        end = text.find("\n", position)
+        end = len(text) if end < 0 else end
+        words = text[position:end].split()
+        if words and not words[0][0].isalpha():
+            break
+        if words and words[0].lower() == "nan":
+            break
+        if words:
+            key = words[0].lower()
+            if key not in _ASC_KEYS or len(words) != 2:
+                raise InvalidTerrain(
+                    f"{name} has a header line {text[position:end].strip()[:40]!r}; "
+                    f"an ASCII grid has {', '.join(_ASC_KEYS)}"
+                )
+            try:
+                header[key] = float(words[1])
+            except ValueError as err:
+                raise InvalidTerrain(f"{name} states {words[0]} as {words[1][:40]!r}, which is no number") from err
+        position = end + 1
+    missing = [key for key in ("ncols", "nrows", "cellsize") if key not in header]
+    missing += [f"{a}llcorner" for a in "xy" if not {f"{a}llcorner", f"{a}llcenter"} & header.keys()]
+    if missing:
+        raise InvalidTerrain(f"{name} is no complete ASCII grid: its header lacks {', '.join(missing)}")
+    return header, text[position:]
+
+
+def write_asc(dem: Dem) -> bytes:
+    """ASCII grid with nine digits, which bring every float32 height back exactly."""
+    grid = dem.geometry
+    nodata = _ASC_NODATA
+    while (dem.heights == nodata).any():
+        nodata *= 10
+    heights = np.where(np.isnan(dem.heights), nodata, dem.heights.astype(np.float64))
+    out = io.StringIO()
+    out.write(f"ncols {grid.cols}\nnrows {grid.rows}\nxllcenter {grid.x0!r}\nyllcenter {grid.y0!r}\n")
+    out.write(f"cellsize {grid.resolution!r}\nNODATA_value {nodata:.0f}\n")
+    np.savetxt(out, heights[::-1], fmt="%.9g")
+    return out.getvalue().encode("ascii")
+
+
+def read_npz(content: bytes, name: str) -> Dem:
+    """The arrays ``heights``, ``resolution``, ``x0``, ``y0`` and, if there, ``texture``."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            _check_npz_size(archive, name)
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            heights = arrays["heights"]
+            resolution, x0, y0 = (float(arrays[key][()]) for key in ("resolution", "x0", "y0"))
+            texture = arrays["texture"] if "texture" in arrays.files else None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, RuntimeError) as err:
+        raise InvalidTerrain(
+            f"{name} can't be read: an npz terrain holds heights, resolution, x0 and y0 as plain numbers ({err})"
+        ) from err
+    return from_heights(heights, resolution, x0, y0, name, texture=texture)
+
+
+def _check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
+    """Refuse by the header alone, so that a small file can't ask for much memory."""
+    for member in archive.namelist():
+        with archive.open(member) as stream:
+            version = np.lib.format.read_magic(stream)
+            read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+            shape, _, dtype = read(stream)
+        if len(shape) == 2:
+            check_cell_count(*shape)
+        elif shape not in ((), (1,)) or dtype.itemsize > 64:
+            raise ValueError(f"{member} has the shape {shape}")
+
+
+def write_npz(dem: Dem) -> bytes:
+    grid = dem.geometry
+    arrays = {
+        "heights": dem.heights,
+        "resolution": np.array(grid.resolution),
+        "x0": np.array(grid.x0),
+        "y0": np.array(grid.y0),
+    }
+    if dem.texture is not None:
+        arrays["texture"] = dem.texture
+    out = io.BytesIO()
+    np.savez_compressed(out, **arrays)
+    return out.getvalue()
+
+
+def read_png(
+    content: bytes,
+    name: str,
+    size: tuple[float, float],
+    height_range: tuple[float, float],
+    resolution: float | None = None,
+) -> Dem:
+    """Grey picture of 8 or 16 bit: black is the lower, white the upper end of ``height_range`` [m].
+
+    size: (east, north) extent of the whole picture [m]; its south-west corner lies at (0, 0). Pixels
+    that are not square, or another resolution, are brought to square cells by bilinear interpolation.
+    """
+    # the header is read here, because a decoder would already allocate what it promises
+    if len(content) < 26 or content[12:16] != b"IHDR":
+        raise InvalidTerrain(f"{name} is a corrupt PNG")
+    cols, rows, depth, color = struct.unpack(">IIBB", content[16:26])
+    if color != 0 or depth not in (8, 16):
+        raise InvalidTerrain(f"{name} is no grey picture of 8 or 16 bit; heights can't be read from colours")
+    check_cell_count(rows, cols)
+    extent, span = np.asarray(size, float), np.asarray(height_range, float)
+    if extent.shape != (2,) or not (np.isfinite(extent).all() and (extent > 0).all()):
+        raise InvalidTerrain(f"size must be two positive numbers (east, north) in metres, not {size!r}")
+    if span.shape != (2,) or not np.isfinite(span).all() or span[0] >= span[1]:
+        raise InvalidTerrain(f"height_range must be (lower, upper) in metres, not {height_range!r}")
+    try:
+        with Image.open(io.BytesIO(content), formats=("PNG",)) as picture:
+            grey = np.asarray(picture, dtype=np.float64)
+    except (OSError, SyntaxError, ValueError, struct.error) as err:
+        raise InvalidTerrain(f"{name} is a corrupt PNG: {err}") from err
+    heights = (span[0] + (span[1] - span[0]) * grey / (2**depth - 1))[::-1]
+    spacing_x, spacing_y = extent[0] / cols, extent[1] / rows
+    cell = float(min(spacing_x, spacing_y)) if resolution is None else resolution
+    if max(abs(spacing_x - cell), abs(spacing_y - cell)) > 1e-9 * cell:
+        heights = square_cells(heights, float(spacing_x), float(spacing_y), cell)
+    return from_heights(heights, cell, float(spacing_x) / 2, float(spacing_y) / 2, name)

@@ -1,0 +1,54 @@
+"""Terrain as triangle meshes: PLY, OBJ, OFF and STL through trimesh."""
+
+import io
+
+import numpy as np
+import trimesh
+
+from footfall.core.errors import InvalidTerrain
+from footfall.core.mesh import Mesh
+from footfall.terrain.dem import Dem
+from footfall.terrain.rasterise import rasterise
+from footfall.terrain.triangulate import triangulate
+
+MAX_TRIANGLES = 20_000_000
+
+
+def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem:
+    """Highest surface of a mesh, z up; see :func:`footfall.terrain.rasterise.rasterise`."""
+    ending = name.rsplit(".", 1)[-1].lower()
+    try:
+        # no resolver: a mesh file may not make us read others
+        loaded = trimesh.load_scene(io.BytesIO(content), file_type=ending, process=False, allow_remote=False)
+        solid = loaded.to_mesh()
+        vertices, triangles = np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
+    except Exception as err:  # the parsers raise whatever they trip over
+        raise InvalidTerrain(f"{name} can't be read as a mesh, it may be corrupt: {err}") from err
+    if not len(triangles):
+        raise InvalidTerrain(f"{name} has no triangles; a terrain needs a surface, not points")
+    if len(triangles) > MAX_TRIANGLES:
+        raise InvalidTerrain(f"{name} has {len(triangles)} triangles, more than {MAX_TRIANGLES} are refused")
+    if not np.isfinite(vertices).all():
+        raise InvalidTerrain(f"{name} has vertices that are not finite numbers")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
+    return rasterise(Mesh(vertices, triangles.astype(np.int32)), resolution, name)
+
+
+def write_mesh(dem: Dem, ending: str) -> bytes:
+    """The triangulation as ``.ply``, ``.obj``, ``.off`` or ``.stl``.
+
+    Raises InvalidTerrain where no triangle is left, or float32 files would blur the map.
+    """
+    mesh = triangulate(dem)
+    if not len(mesh.triangles):
+        raise InvalidTerrain("the terrain has no 2 × 2 block of known cells, so it has no triangles to write")
+    # PLY and STL hold float32
+    reach = float(np.abs(mesh.vertices[:, :2]).max())
+    if ending in (".ply", ".stl") and reach * 2.0**-23 > 0.01 * dem.geometry.resolution:
+        raise InvalidTerrain(
+            f"{ending} keeps seven digits, too few for cells of {dem.geometry.resolution:g} m at {reach:.0f} m from "
+            "the origin; move the map to the origin, or write .obj or .off"
+        )
+    out = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type=ending[1:])
+    return out.encode("ascii") if isinstance(out, str) else bytes(out)

@@ -1,0 +1,67 @@
+"""A Dem from an array of heights, with the refusals that every reader and generator shares."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from footfall.core.errors import InvalidTerrain
+from footfall.core.grid import GridGeometry
+from footfall.core.value import Provenance
+from footfall.terrain.dem import MAX_CELLS, Dem
+
+MAX_HEIGHT = 100_000.0
+"""Heights beyond this [m] are no ground: mostly an undeclared "no value" number."""
+
+
+def check_cell_count(rows: float, cols: float) -> None:
+    """Refuse a grid over the limit before its memory is asked for."""
+    if not 0 < rows * cols <= MAX_CELLS:
+        raise InvalidTerrain(
+            f"{rows:.0f} × {cols:.0f} cells can't be a terrain: from 1 to {MAX_CELLS} cells are accepted; "
+            "choose a coarser resolution or crop",
+            rows=int(rows),
+            cols=int(cols),
+            limit=MAX_CELLS,
+        )
+
+
+def from_heights(
+    heights: ArrayLike,
+    resolution: float,
+    x0: float = 0.0,
+    y0: float = 0.0,
+    name: str = "array",
+    *,
+    provenance: Provenance | None = None,
+    texture: np.ndarray | None = None,
+) -> Dem:
+    """Dem of heights (rows, cols) [m], row 0 south, NaN = unknown.
+
+    resolution: cell size [m]. x0, y0: centre of cell (0, 0), site frame [m].
+    Raises InvalidTerrain where the array is not a map of real, finite or NaN, plausible heights.
+    """
+    array = np.asarray(heights)
+    if array.ndim != 2 or array.dtype.kind not in "fiu":
+        raise InvalidTerrain(
+            f"heights need a rows × cols array of real numbers, this is {array.dtype} {array.shape}",
+            shape=list(array.shape),
+        )
+    check_cell_count(*array.shape)
+    if array.dtype.kind != "f" or array.dtype.itemsize < 4:
+        array = array.astype(np.float64)
+    with np.errstate(invalid="ignore"):
+        beyond = np.abs(array) > MAX_HEIGHT
+    if beyond.any():
+        raise InvalidTerrain(
+            f"{int(beyond.sum())} heights lie beyond ±{MAX_HEIGHT:.0f} m, such as {array[beyond][0]:g}; "
+            "unknown cells must be NaN or the file's declared no-data value",
+            count=int(beyond.sum()),
+        )
+    if not (np.isfinite([x0, y0, resolution]).all() and resolution > 0):
+        raise InvalidTerrain(
+            f"a terrain needs a positive resolution and a finite origin [m], not {resolution}, ({x0}, {y0})"
+        )
+    rows, cols = array.shape
+    geometry = GridGeometry(float(x0), float(y0), float(resolution), rows, cols)
+    if provenance is None:
+        provenance = Provenance(parents={})
+    return Dem(array.astype(np.float32), geometry, name, provenance, texture)
