@@ -1,0 +1,177 @@
+"""Static torques: virtual work, a free-flying second model, and optimality against other force choices."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from scipy.optimize import linprog
+
+from footfall.balance.cones import SIDES, generators
+from footfall.balance.forces import distribute, equilibrium_matrix
+from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.torques import contact_jacobian, contact_points, holding_torques, torque_margin
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply, inverse, rotation_rpy, transform
+from footfall.robot.kinematics import center_of_mass, leg_link_poses
+
+GRAVITY = 9.81
+
+
+def body_centers(robot, posture):
+    """Mass and centre in base of every body, chassis included, by plain forward kinematics."""
+    data = robot.model.createData()
+    pin.forwardKinematics(robot.model, data, posture)
+    bodies = [
+        (inertia.mass, data.oMi[i] * inertia.lever) for i, inertia in enumerate(robot.model.inertias) if inertia.mass
+    ]
+    payload = robot.description.payload
+    return bodies + ([(payload.mass, payload.position)] if payload else [])
+
+
+@pytest.fixture
+def pose():
+    return transform(rotation_rpy(0.08, -0.05, 0.7), [3.0, -2.0, 1.6])
+
+
+@pytest.fixture
+def posture(athlete, rng):
+    return athlete.posture("stand") + 0.15 * rng.normal(size=36)
+
+
+def free_flying_torques(robot, posture, T_site_base, legs, contacts, forces):
+    """Generalised forces of the rover with a floating chassis: six of the chassis, then the joints."""
+    model = pin.buildModelFromXML(robot.description.urdf, pin.JointModelFreeFlyer())
+    data = model.createData()
+    q = np.concatenate([pin.SE3ToXYZQUAT(pin.SE3(T_site_base)), posture])
+    total = pin.computeGeneralizedGravity(model, data, q)
+    pin.computeJointJacobians(model, data, q)
+    for leg, contact, force in zip(legs, contacts, forces, strict=True):
+        joint = model.getJointId(robot.joint_names[6 * leg + 5])
+        J = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        arm = contact - data.oMi[joint].translation
+        total = total - (J[:3] + np.cross(J[3:].T, arm).T).T @ force
+    return total
+
+
+@pytest.mark.parametrize("legs", [(0, 1, 2, 3, 4, 5), (0, 1, 2, 4, 5), (1, 3, 5)])
+def test_torques_agree_with_a_free_flying_model_and_leave_the_chassis_unloaded(athlete, posture, pose, rng, legs):
+    normals = np.column_stack([0.15 * rng.normal(size=(len(legs), 2)), np.ones(len(legs))])
+    check = torque_margin(athlete, posture, pose, legs, normals)
+    assert check.feasible
+    contacts = contact_points(athlete, posture, pose, legs, normals)
+    total = free_flying_torques(athlete, posture, pose, legs, contacts, check.forces[list(legs)])
+    assert np.abs(total[:6]).max() < 1e-6 * athlete.mass * GRAVITY
+    assert np.abs(total[6:] - check.torques).max() < 1e-6
+    ratios = np.abs(total[6:]) / athlete.torque_limits
+    assert ratios.max() == pytest.approx(check.ratio, abs=1e-9)
+    assert ratios[check.joint] == pytest.approx(check.ratio, abs=1e-6)
+    assert athlete.joint_names[check.joint] == check.joint_name
+    in_the_air = [leg for leg in athlete.legs if leg not in legs]
+    assert not check.forces[in_the_air].any()
+
+
+def test_torques_are_the_gradient_of_energy_less_the_work_of_the_ground(athlete, posture, pose, rng):
+    legs = (0, 2, 3, 5)
+    contacts = contact_points(athlete, posture, pose, legs, np.tile([0, 0, 1.0], (4, 1)))
+    forces = 1000 * rng.normal(size=(4, 3))
+    torques = holding_torques(athlete, posture, pose, legs, contacts, forces)
+    fixed_in_ankle = [
+        apply(inverse(leg_link_poses(athlete, posture[6 * leg : 6 * leg + 6], leg)[f"leg{leg}_ankle_roll"]), p)
+        for leg, p in zip(legs, apply(inverse(pose), contacts), strict=True)
+    ]
+
+    def work(q):
+        energy = sum(m * GRAVITY * apply(pose, c)[2] for m, c in body_centers(athlete, q))
+        for leg, point, force in zip(legs, fixed_in_ankle, forces, strict=True):
+            T_base_ankle = leg_link_poses(athlete, q[6 * leg : 6 * leg + 6], leg)[f"leg{leg}_ankle_roll"]
+            energy -= force @ apply(pose, apply(T_base_ankle, point))
+        return energy
+
+    h = 1e-5
+    numeric = [(work(posture + h * e) - work(posture - h * e)) / (2 * h) for e in np.eye(36)]
+    assert torques == pytest.approx(np.array(numeric), abs=2e-3)
+
+
+def test_contact_jacobian_against_finite_differences(athlete, posture):
+    point = np.array([2.0, 0.3, -1.5])
+    own = posture[:6]
+    local = apply(inverse(leg_link_poses(athlete, own, 0)["leg0_ankle_roll"]), point)
+    h = 1e-6
+    numeric = np.column_stack(
+        [
+            apply(leg_link_poses(athlete, own + h * e, 0)["leg0_ankle_roll"], local)
+            - apply(leg_link_poses(athlete, own - h * e, 0)["leg0_ankle_roll"], local)
+            for e in np.eye(6)
+        ]
+    ) / (2 * h)
+    assert contact_jacobian(athlete, posture, 0, point) == pytest.approx(numeric, abs=1e-8)
+
+
+def test_no_other_forces_spare_the_motors_more(athlete, posture, pose, rng):
+    legs = (0, 1, 2, 3, 5)
+    normals = np.tile([0, 0, 1.0], (5, 1))
+    check = torque_margin(athlete, posture, pose, legs, normals)
+    contacts = contact_points(athlete, posture, pose, legs, normals)
+    com = apply(pose, center_of_mass(athlete, posture))
+    weight = athlete.mass * GRAVITY
+
+    def ratio(forces):
+        return np.max(np.abs(holding_torques(athlete, posture, pose, legs, contacts, forces)) / athlete.torque_limits)
+
+    least_norm = distribute(contacts, normals, com, athlete.mass, friction=0.6)
+    assert ratio(least_norm) >= check.ratio - 1e-9
+    edges = generators(normals, 0.6)
+    spread = np.zeros((15, 5 * SIDES))
+    for foot in range(5):
+        spread[3 * foot : 3 * foot + 3, SIDES * foot : SIDES * foot + SIDES] = edges[foot].T
+    balance = equilibrium_matrix(contacts, com) @ spread
+    for _ in range(40):
+        solved = linprog(rng.normal(size=5 * SIDES) + 1.5, A_eq=balance, b_eq=[0, 0, 1, 0, 0, 0], method="highs")
+        if solved.status == 0:
+            assert ratio(weight * (spread @ solved.x).reshape(-1, 3)) >= check.ratio - 1e-7
+
+
+def test_ratio_scales_with_gravity_and_more_legs_never_hurt(athlete, posture, pose):
+    up = np.tile([0, 0, 1.0], (6, 1))
+    six = torque_margin(athlete, posture, pose, range(6), up)
+    moon = torque_margin(athlete, posture, pose, range(6), up, gravity=1.62)
+    assert moon.ratio == pytest.approx(six.ratio * 1.62 / 9.81, rel=1e-6)
+    assert six.holds
+
+
+def test_standing_is_held_and_two_legs_are_told_infeasible(athlete):
+    stand = athlete.posture("stand")
+    check = torque_margin(athlete, stand, np.eye(4), range(6), np.tile([0, 0, 1.0], (6, 1)))
+    assert check.holds
+    assert check.forces.sum(axis=0) == pytest.approx([0, 0, athlete.mass * GRAVITY], abs=1e-6)
+    two = torque_margin(athlete, stand, np.eye(4), [0, 1], np.tile([0, 0, 1.0], (2, 1)))
+    assert not two.feasible
+    assert not two.holds
+    assert two.ratio == np.inf
+    assert np.isnan(two.forces).all()
+    assert not torque_margin(athlete, stand, np.eye(4), [], np.zeros((0, 3))).feasible
+
+
+def test_bad_input_is_refused_by_name(athlete):
+    stand, up = athlete.posture("stand"), np.tile([0, 0, 1.0], (6, 1))
+    with pytest.raises(InvalidInput, match="one normal"):
+        torque_margin(athlete, stand, np.eye(4), range(6), up[:5])
+    with pytest.raises(InvalidInput, match="legs 0 to 5"):
+        torque_margin(athlete, stand, np.eye(4), [0, 1, 6], up[:3])
+    with pytest.raises(InvalidInput, match="only once"):
+        torque_margin(athlete, stand, np.eye(4), [0, 1, 1], up[:3])
+    with pytest.raises(InvalidInput, match="finite joint angles"):
+        torque_margin(athlete, stand * np.nan, np.eye(4), range(6), up)
+
+
+def test_centres_of_mass_agree_with_a_sum_over_bodies(athlete, posture, rng):
+    qs = rng.uniform(-1.0, 1.0, (20, 6))
+    found = centers_of_mass(athlete, posture, 4, qs)
+    for q_leg, center in zip(qs, found, strict=True):
+        q = posture.copy()
+        q[24:30] = q_leg
+        bodies = body_centers(athlete, q)
+        expected = sum(m * c for m, c in bodies) / sum(m for m, _ in bodies)
+        assert center == pytest.approx(expected, abs=1e-9)
+    assert np.isnan(centers_of_mass(athlete, posture, 4, np.full((1, 6), np.nan))).all()
+    with pytest.raises(InvalidInput, match="legs 0 to 5"):
+        centers_of_mass(athlete, posture, 6, qs)

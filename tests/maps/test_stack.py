@@ -1,0 +1,240 @@
+"""Reachability, stability and footing against one cell at a time, and their colours."""
+
+import numpy as np
+import pytest
+
+from footfall.balance.support import margin
+from footfall.balance.torques import contact_points
+from footfall.core.errors import Cancelled, InvalidInput, NotFound
+from footfall.core.frames import apply
+from footfall.core.grid import GridGeometry
+from footfall.core.value import Provenance
+from footfall.maps.colors import FOOTING, PURPLE_GREEN, UNKNOWN_RGB, VIRIDIS, layer_legend, layer_rgb
+from footfall.maps.layers import (
+    LAYERS,
+    NO_SOLUTION,
+    OUT_OF_RANGE,
+    REACHABLE_STABLE,
+    REACHABLE_UNSTABLE,
+    UNKNOWN,
+    MapSettings,
+)
+from footfall.maps.reach import leg_length, reach
+from footfall.maps.stack import compute_maps
+from footfall.planning.stance.stand import stand
+from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
+from footfall.robot.kinematics import center_of_mass
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import normal_at
+
+LEG = 2
+
+
+@pytest.fixture(scope="module")
+def dem():
+    grid = GridGeometry(-4.0, -4.0, 0.08, 101, 101)
+    x, y = np.moveaxis(grid.centers(), -1, 0)
+    heights = 0.1 * np.sin(1.4 * x + 0.2) * np.cos(1.2 * y) + 0.03 * x
+    hole = np.hypot(x + 1.6, y - 1.3) < 0.3
+    heights[hole] = np.nan
+    return Dem(heights.astype(np.float32), grid, "waves", Provenance({}))
+
+
+@pytest.fixture(scope="module")
+def state(athlete, dem):
+    return stand(athlete, dem, yaw=0.2)
+
+
+@pytest.fixture(scope="module")
+def stack(athlete, dem, state):
+    return compute_maps(athlete, dem, state, LEG)
+
+
+def hip(robot, state):
+    return apply(state.T_site_base, robot.description.legs[LEG].T_base_hip[:3, 3])
+
+
+def test_every_layer_is_there_with_its_parents(athlete, dem, state, stack):
+    assert set(stack.layers) == set(LAYERS)
+    assert dict(stack.provenance.parents) == {"dem": dem.digest, "state": state.digest, "robot": athlete.digest}
+    assert stack.stability == "plain"
+    assert stack.layers["footing"].dtype == np.uint8
+    assert all(layer.dtype == np.float32 for name, layer in stack.layers.items() if name != "footing")
+
+
+def test_footing_and_margin_agree_with_one_cell_at_a_time(athlete, dem, state, stack, rng):
+    points = dem.geometry.centers()
+    others = [leg for leg in athlete.legs if leg != LEG]
+    here = hip(athlete, state)
+    for conservative in (False, True):
+        stack = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=conservative))
+        seen = set()
+        for cell in rng.permutation(points.size // 2)[:1500]:
+            row, col = np.unravel_index(cell, dem.geometry.shape)
+            footing = int(stack.layers["footing"][row, col])
+            contact = np.array([*points[row, col], dem.heights[row, col]], float)
+            seen.add(footing)
+            if np.isnan(contact[2]):
+                assert footing == UNKNOWN
+                continue
+            if np.linalg.norm(contact - here) > leg_length(athlete, LEG):
+                assert footing == OUT_OF_RANGE
+                assert stack.layers["solutions"][row, col] == 0
+                continue
+            near = np.hypot(*(points - contact[:2]).transpose(2, 0, 1))
+            hole = np.isnan(dem.heights) & (near < athlete.wheel_radius + 2 * dem.geometry.resolution)
+            if hole.any():
+                # in the disc, or just beside it
+                surely = (np.isnan(dem.heights) & (near < athlete.wheel_radius)).any()
+                assert footing == UNKNOWN or not surely
+                continue
+            normal = normal_at(dem, contact[0], contact[1], athlete.wheel_radius)
+            heading = np.arctan2(contact[1] - here[1], contact[0] - here[0])
+            poses = wheel_pose_for_contact(
+                athlete, contact, normal, np.array([heading, heading + np.pi]), state.T_site_base
+            )
+            found = solve_leg(athlete, LEG, poses)
+            count = int(found.valid.any(axis=0).sum())
+            assert stack.layers["solutions"][row, col] == count
+            if count == 0:
+                assert footing == NO_SOLUTION
+                assert np.isnan(stack.layers["margin"][row, col])
+                continue
+            solutions = found.q[found.valid]
+            q = state.posture.copy()
+            q[6 * LEG : 6 * LEG + 6] = solutions[np.argmin(((solutions - state.leg(LEG)) ** 2).sum(axis=1))]
+            assert contact_point(athlete, q, LEG, state.T_site_base, normal) == pytest.approx(contact, abs=1e-9)
+            wheels = [apply(state.T_site_base, c) for c in _centers(athlete, state.posture)[others]]
+            normals = np.array([normal_at(dem, c[0], c[1], athlete.wheel_radius) for c in wheels])
+            fixed = contact_points(athlete, state.posture, state.T_site_base, others, normals)
+            com = apply(state.T_site_base, center_of_mass(athlete, q))
+            expected = margin(np.vstack([fixed, contact]), com[:2], conservative)
+            assert stack.layers["margin"][row, col] == pytest.approx(expected, abs=1e-5)
+            assert footing == (REACHABLE_STABLE if expected >= 0 else REACHABLE_UNSTABLE)
+        assert {UNKNOWN, OUT_OF_RANGE, NO_SOLUTION, REACHABLE_STABLE} <= seen
+
+
+def _centers(robot, posture):
+    from footfall.robot.kinematics import wheel_centers
+
+    return wheel_centers(robot, posture)
+
+
+def test_where_the_leg_stands_it_can_stand(athlete, dem, state, stack):
+    contact = contact_point(athlete, state.posture, LEG, state.T_site_base)
+    row, col = dem.geometry.cell(contact[0], contact[1])
+    assert stack.layers["footing"][row, col] in (REACHABLE_STABLE, UNKNOWN)
+    for leg in athlete.legs:
+        at = contact_point(athlete, state.posture, leg, state.T_site_base)
+        row, col = dem.geometry.cell(at[0], at[1])
+        footing = compute_maps(athlete, dem, state, leg).layers["footing"][row, col]
+        assert footing in (REACHABLE_STABLE, UNKNOWN)
+
+
+def test_a_stricter_margin_turns_green_to_orange(athlete, dem, state, stack):
+    least = float(np.nanmedian(stack.layers["margin"]))
+    strict = compute_maps(athlete, dem, state, LEG, MapSettings(stable_margin=least))
+    plain, strict_footing = stack.layers["footing"], strict.layers["footing"]
+    assert ((plain == REACHABLE_STABLE) & (strict_footing == REACHABLE_UNSTABLE)).any()
+    assert ((strict_footing == REACHABLE_STABLE) <= (plain == REACHABLE_STABLE)).all()
+    conservative = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=True))
+    known = np.isfinite(stack.layers["margin"])
+    assert (conservative.layers["margin"][known] <= stack.layers["margin"][known] + 1e-6).all()
+    assert conservative.stability == "conservative"
+
+
+def test_the_same_input_gives_the_same_digest(athlete, dem, state, stack):
+    assert compute_maps(athlete, dem, state, LEG).digest == stack.digest
+    assert compute_maps(athlete, dem, state, LEG, MapSettings(window=0.6)).digest != stack.digest
+
+
+def test_far_from_the_map_everything_is_out_of_range(athlete, dem, state):
+    away = GridGeometry(100.0, 100.0, 0.08, 101, 101)
+    stack = compute_maps(athlete, Dem(dem.heights, away, "away", Provenance({})), state, LEG)
+    assert set(np.unique(stack.layers["footing"])) == {UNKNOWN, OUT_OF_RANGE}
+    assert np.isnan(stack.layers["margin"]).all()
+
+
+def test_progress_rises_to_one_and_cancels(athlete, dem, state):
+    seen = []
+    compute_maps(athlete, dem, state, LEG, progress=lambda fraction, text: seen.append(fraction))
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+    def stop(fraction, text):
+        if fraction > 0.6:
+            raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        compute_maps(athlete, dem, state, LEG, progress=stop)
+
+
+def test_bad_input_is_refused_by_name(athlete, dem, state):
+    with pytest.raises(InvalidInput, match="legs 0 to 5"):
+        compute_maps(athlete, dem, state, 6)
+    body = {name: getattr(state, name) for name in state.__dataclass_fields__}
+    other = type(state)(**{**body, "robot": "someone"})
+    with pytest.raises(InvalidInput, match="the robot is athlete"):
+        compute_maps(athlete, dem, other, LEG)
+
+
+def test_no_heading_of_the_wheel_reaches_more(athlete, dem, state):
+    found = reach(athlete, dem, state, LEG)
+    some = slice(0, None, 23)
+    any_heading = np.zeros((len(found.rows[some]), 8), bool)
+    for heading in np.deg2rad(np.arange(0, 360, 15)):
+        poses = wheel_pose_for_contact(
+            athlete, found.contacts[some], found.normals[some], np.full(len(any_heading), heading), state.T_site_base
+        )
+        any_heading |= solve_leg(athlete, LEG, poses).valid
+    assert (found.solutions[some] == any_heading.sum(axis=1)).all()
+
+
+def test_reach_puts_the_wheel_on_the_ground_inside_limits(athlete, dem, state):
+    found = reach(athlete, dem, state, LEG)
+    has = found.solutions > 0
+    assert has.any()
+    assert (~has).any()
+    assert np.isnan(found.postures[~has]).all()
+    lower, upper = athlete.lower[6 * LEG : 6 * LEG + 6], athlete.upper[6 * LEG : 6 * LEG + 6]
+    assert (found.postures[has] >= lower).all()
+    assert (found.postures[has] <= upper).all()
+
+
+def test_colours_tell_the_classes_apart(stack):
+    rgb = layer_rgb(stack, "footing")
+    for footing, (_, color) in FOOTING.items():
+        assert (rgb[stack.layers["footing"] == footing] == color).all()
+    legend = layer_legend(stack, "footing")
+    assert len({text for text, _ in legend}) == len({color for _, color in legend}) == 5
+    assert len({text[0] for text, _ in legend}) == 5
+
+
+@pytest.mark.parametrize("layer", [name for name in LAYERS if name != "footing"])
+def test_unknown_has_its_own_colour_in_every_layer(stack, layer):
+    rgb = layer_rgb(stack, layer)
+    assert rgb.dtype == np.uint8
+    assert rgb.shape == (*stack.geometry.shape, 3)
+    unknown = np.isnan(stack.layers[layer])
+    if layer in ("margin", "solutions"):
+        unknown = stack.layers["footing"] == UNKNOWN
+    assert (rgb[unknown] == UNKNOWN_RGB).all()
+    if layer != "certainty":
+        assert unknown.any()
+    assert not (rgb[~unknown] == UNKNOWN_RGB).all(axis=-1).any()
+    unit = LAYERS[layer][0]
+    assert all(unit in text for text, _ in layer_legend(stack, layer)[:5])
+
+
+def test_no_ramp_comes_near_the_colours_with_a_meaning_of_their_own():
+    for ramp in (VIRIDIS, PURPLE_GREEN):
+        at = np.linspace(0, 1, len(ramp))
+        along = np.stack([np.interp(np.linspace(0, 1, 400), at, ramp[:, i]) for i in range(3)], axis=1)
+        assert np.linalg.norm(along - UNKNOWN_RGB, axis=1).min() > 30
+
+
+def test_a_layer_that_does_not_exist_is_named(stack):
+    with pytest.raises(NotFound, match="no layer 'beauty'; the stack has slope"):
+        layer_rgb(stack, "beauty")
+    with pytest.raises(NotFound):
+        layer_legend(stack, "beauty")
