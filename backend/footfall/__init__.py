@@ -8,11 +8,11 @@ from footfall.core.value import SOFTWARE_VERSION as __version__
 if TYPE_CHECKING:
     from footfall.io.exports import export
     from footfall.io.robot_files import load_robot
+    from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
     from footfall.maps.stack import compute_maps
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.plan import plan_step
-    from footfall.sequence.make import make_sequence
     from footfall.session.replay import replay
 
 _where = {
@@ -21,7 +21,7 @@ _where = {
     "stand": "footfall.planning.stance.stand",
     "compute_maps": "footfall.maps.stack",
     "plan_step": "footfall.planning.step.plan",
-    "make_sequence": "footfall.sequence.make",
+    "make_sequence": "footfall.io.scripting",
     "export": "footfall.io.exports",
     "replay": "footfall.session.replay",
 }

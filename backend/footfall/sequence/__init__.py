@@ -1,0 +1,1 @@
+"""Plans become commands here; the rules that a sequence must keep, the edits it allows, what it predicts."""

@@ -3,7 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
+from footfall.robot.description import JOINTS
+
+COMMAND_NAMES = ("LEG_MOVE", "WAIT")
+
+LEG_JOINTS = tuple(name for name, _ in JOINTS)
+"""The six joints of a leg, in the order of a command's ``joints``."""
 
 
 @value
@@ -15,6 +22,9 @@ class Command(Value):
     joints: target angles of that leg, (6,) [rad]; None for WAIT.
     duration: seconds from its start to its end.
     phase: "lift", "swing", "lower", or "" where an operator wrote it.
+
+    Raises InvalidSequence where a field has the wrong type. Numbers that break a rule are accepted
+    here, so that an operator sees which rule they break.
     """
 
     name: str
@@ -23,10 +33,25 @@ class Command(Value):
     duration: float
     phase: str = ""
 
+    def check(self) -> None:
+        if not isinstance(self.name, str) or not isinstance(self.phase, str):
+            raise InvalidSequence("the name and the phase of a command are texts")
+        if self.leg is not None and (not isinstance(self.leg, int) or isinstance(self.leg, bool)):
+            raise InvalidSequence("the leg of a command is a whole number, or None", leg=repr(self.leg))
+        if self.joints is not None and not (
+            isinstance(self.joints, np.ndarray) and self.joints.dtype == np.float64 and self.joints.ndim == 1
+        ):
+            raise InvalidSequence("the joints of a command are a flat float64 array [rad], or None")
+        if not isinstance(self.duration, (int, float)) or isinstance(self.duration, bool):
+            raise InvalidSequence("the duration of a command is a number of seconds", duration=repr(self.duration))
+
 
 @value
 class RuleResult(Value):
-    """One rule checked on one row. row: index of the command, −1 for the whole sequence."""
+    """One rule checked on one row. row: index of the command, −1 for the whole sequence.
+
+    margin: positive = held by that much, in ``unit``; NaN where the rule has no size.
+    """
 
     rule: str
     row: int
@@ -56,6 +81,11 @@ class Sequence(Value):
     def valid(self) -> bool:
         """Whether every rule holds."""
         return all(rule.holds for rule in self.rules)
+
+    @property
+    def failures(self) -> tuple[RuleResult, ...]:
+        """The rules that don't hold, in row order."""
+        return tuple(rule for rule in self.rules if not rule.holds)
 
     @property
     def duration(self) -> float:

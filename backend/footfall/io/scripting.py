@@ -1,0 +1,34 @@
+"""Calls for scripts that look up what the pure functions below want handed to them."""
+
+from footfall.core.errors import InvalidSequence
+from footfall.io.robot_files import load_robot, robot_names
+from footfall.planning.step.problem import StepPlan
+from footfall.robot.model import Robot
+from footfall.sequence import make
+from footfall.sequence.commands import Sequence
+from footfall.sequence.settings import SequenceSettings
+from footfall.terrain.dem import Dem
+
+
+def make_sequence(
+    plan: StepPlan, robot: Robot | None = None, dem: Dem | None = None, settings: SequenceSettings | None = None
+) -> Sequence:
+    """The commands of a plan; see :func:`footfall.sequence.make.make_sequence`.
+
+    Without ``robot`` the one that the plan names by digest is taken, where it ships with FootFall.
+    Raises InvalidSequence where it does not.
+    """
+    return make.make_sequence(plan, robot or _shipped_robot(plan), dem, settings)
+
+
+def _shipped_robot(plan: StepPlan) -> Robot:
+    digest = plan.parents.get("robot")
+    for name in robot_names():
+        robot = load_robot(name)
+        if robot.digest == digest:
+            return robot
+    raise InvalidSequence(
+        f"the plan was made for none of the robots that ship with FootFall ({', '.join(robot_names())}); "
+        "give the robot it was planned with: make_sequence(plan, robot=robot)",
+        planned_for=digest,
+    )

@@ -1,0 +1,164 @@
+"""Edits by an operator: each gives a new sequence with every rule checked again.
+
+An edit that breaks a rule still gives a sequence, invalid, so that the operator sees the failing row.
+An edit that can't be carried out at all (no such row) raises InvalidSequence.
+"""
+
+from typing import TypeVar
+
+from footfall.core.errors import InvalidSequence
+from footfall.core.value import Provenance, Value, value
+from footfall.robot.model import Robot
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.sequence.predict import predict, target
+from footfall.sequence.rules import check_rules
+from footfall.sequence.settings import SequenceSettings
+from footfall.terrain.dem import Dem
+
+_T = TypeVar("_T")
+
+EDIT_KINDS = ("set", "joint", "duration", "insert", "delete", "move", "split")
+
+
+@value
+class Edit(Value):
+    """One change of a sequence.
+
+    ========  =============================================================================
+    kind      what it does
+    ========  =============================================================================
+    set       row becomes ``command``
+    joint     joint ``joint`` (0…5) of row becomes ``number`` [rad]
+    duration  duration of row becomes ``number`` [s]
+    insert    ``command`` comes before row; row = number of commands appends
+    delete    row goes
+    move      row goes to where row ``to`` is
+    split     row becomes two, divided at the fraction ``number`` (one half when None)
+    ========  =============================================================================
+
+    Raises InvalidSequence where the kind is unknown or lacks what it needs.
+    """
+
+    kind: str
+    row: int
+    command: Command | None = None
+    to: int | None = None
+    joint: int | None = None
+    number: float | None = None
+
+    def check(self) -> None:
+        if self.kind not in EDIT_KINDS:
+            raise InvalidSequence(f"an edit is one of {', '.join(EDIT_KINDS)}", kind=self.kind)
+        needs = {
+            "set": ("command",),
+            "insert": ("command",),
+            "joint": ("joint", "number"),
+            "duration": ("number",),
+            "move": ("to",),
+        }.get(self.kind, ())
+        missing = [name for name in needs if getattr(self, name) is None]
+        if missing:
+            raise InvalidSequence(f"the edit {self.kind!r} needs {' and '.join(missing)}", missing=missing)
+        if self.joint is not None and not 0 <= self.joint < 6:
+            raise InvalidSequence("joint is 0…5: " + ", ".join(LEG_JOINTS), joint=self.joint)
+
+
+def apply_edit(
+    robot: Robot,
+    sequence: Sequence,
+    edit: Edit,
+    dem: Dem | None = None,
+    settings: SequenceSettings | None = None,
+) -> Sequence:
+    """The sequence after one edit; its parents are the sequence and the edit.
+
+    ``settings`` None: those of the sequence. With ``dem`` the motion rules are checked too.
+
+    Raises InvalidSequence where the edit can't be carried out.
+    """
+    if sequence.robot != robot.name:
+        raise InvalidSequence(f"the sequence is for {sequence.robot}, not for {robot.name}")
+    made_with = sequence.provenance.settings
+    if settings is None:
+        settings = made_with if isinstance(made_with, SequenceSettings) else SequenceSettings()
+    commands = edited(sequence, edit)
+    parents = {"sequence": sequence.digest, "edit": edit.digest, "robot": robot.digest}
+    if dem is not None:
+        parents["dem"] = dem.digest
+    return Sequence(
+        robot=sequence.robot,
+        commands=commands,
+        start=sequence.start,
+        predicted=predict(sequence.start, commands),
+        T_site_base=sequence.T_site_base,
+        rules=check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings),
+        provenance=Provenance(parents, settings),
+    )
+
+
+def edited(sequence: Sequence, edit: Edit) -> tuple[Command, ...]:
+    """The commands after an edit. Raises InvalidSequence where there is no such row."""
+    rows = list(sequence.commands)
+    _require_row(edit.row, len(rows) + (edit.kind == "insert"), "row")
+    if edit.kind == "insert":
+        rows.insert(edit.row, _given(edit.command, "command"))
+        return tuple(rows)
+    command = rows[edit.row]
+    match edit.kind:
+        case "set":
+            rows[edit.row] = _given(edit.command, "command")
+        case "joint":
+            rows[edit.row] = _with_joint(command, edit)
+        case "duration":
+            seconds = _given(edit.number, "number")
+            rows[edit.row] = Command(command.name, command.leg, command.joints, seconds, command.phase)
+        case "delete":
+            del rows[edit.row]
+        case "move":
+            to = _given(edit.to, "to")
+            _require_row(to, len(rows), "to")
+            rows.insert(to, rows.pop(edit.row))
+        case "split":
+            rows[edit.row : edit.row + 1] = _split(sequence, edit)
+    return tuple(rows)
+
+
+def _given(item: _T | None, name: str) -> _T:
+    if item is None:
+        raise InvalidSequence(f"the edit needs {name}", missing=[name])
+    return item
+
+
+def _require_row(row: int, count: int, name: str) -> None:
+    if not 0 <= row < count:
+        right = f"0…{count - 1}" if count else "none: the sequence is empty"
+        raise InvalidSequence(f"{name} {row} does not exist; there is {right}", **{name: row, "rows": count})
+
+
+def _with_joint(command: Command, edit: Edit) -> Command:
+    if command.joints is None or len(command.joints) != 6:
+        raise InvalidSequence(f"row {edit.row} is a {command.name} without six joints to set", row=edit.row)
+    joints = command.joints.copy()
+    joints[_given(edit.joint, "joint")] = _given(edit.number, "number")
+    return Command(command.name, command.leg, joints, command.duration, command.phase)
+
+
+def _split(sequence: Sequence, edit: Edit) -> list[Command]:
+    fraction = 0.5 if edit.number is None else edit.number
+    if not 0 < fraction < 1:
+        raise InvalidSequence("a row is split at a fraction between 0 and 1", number=fraction)
+    command = sequence.commands[edit.row]
+    first = fraction * command.duration
+    joints = command.joints
+    if command.name != "WAIT":
+        moved = target(command, len(sequence.start) // 6)
+        if moved is None:
+            raise InvalidSequence(f"row {edit.row} moves no leg, so there is nothing to split", row=edit.row)
+        leg, end = moved
+        before = sequence.predicted[edit.row - 1] if edit.row else sequence.start
+        begin = before[6 * leg : 6 * leg + 6]
+        joints = begin + fraction * (end - begin)
+    return [
+        Command(command.name, command.leg, joints, first, command.phase),
+        Command(command.name, command.leg, command.joints, command.duration - first, command.phase),
+    ]

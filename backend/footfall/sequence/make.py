@@ -1,0 +1,79 @@
+"""A checked plan becomes commands with durations; nothing is merged, rounded or left out."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidSequence
+from footfall.core.value import Provenance
+from footfall.planning.step.problem import StepPlan, StepSettings
+from footfall.robot.model import Robot
+from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.predict import needed_duration, predict
+from footfall.sequence.rules import check_rules
+from footfall.sequence.settings import SequenceSettings
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+
+def make_sequence(
+    plan: StepPlan, robot: Robot, dem: Dem | None = None, settings: SequenceSettings | None = None
+) -> Sequence:
+    """One LEG_MOVE for each waypoint after the first, at ``speed_fraction`` of the speed limits.
+
+    With ``dem`` the motion rules (collision, balance) are checked too. Without ``settings`` the
+    clearance and the balance preference are the plan's own.
+
+    Raises InvalidSequence where the plan was made for another robot, or moves more than its leg.
+    """
+    settings = settings or settings_of(plan)
+    _require_fit(plan, robot)
+    leg = slice(6 * plan.leg, 6 * plan.leg + 6)
+    limits = robot.speed_limits[leg] * settings.speed_fraction
+    commands = tuple(
+        Command("LEG_MOVE", plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits), phase)
+        for before, target, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True)
+    )
+    start = plan.waypoints[0]
+    parents = {"plan": plan.digest, "robot": robot.digest}
+    if dem is not None:
+        parents["dem"] = dem.digest
+    return Sequence(
+        robot=robot.name,
+        commands=commands,
+        start=start,
+        predicted=predict(start, commands),
+        T_site_base=plan.T_site_base,
+        rules=check_rules(robot, commands, start, plan.T_site_base, dem, settings),
+        provenance=Provenance(parents, settings),
+    )
+
+
+def settings_of(plan: StepPlan) -> SequenceSettings:
+    """Sequence settings that check what the plan was checked with."""
+    made_with = plan.provenance.settings
+    if not isinstance(made_with, StepSettings):
+        return SequenceSettings()
+    return SequenceSettings(
+        clearance=made_with.clearance, conservative=made_with.conservative, least_margin=made_with.least_margin
+    )
+
+
+def _require_fit(plan: StepPlan, robot: Robot) -> None:
+    planned_for = plan.parents.get("robot")
+    if planned_for is not None and planned_for != robot.digest:
+        raise InvalidSequence(
+            f"the plan was made for another robot than {robot.name}; give the one it was planned with",
+            planned_for=planned_for,
+            given=robot.digest,
+        )
+    n = 6 * robot.leg_count
+    if plan.waypoints.ndim != 2 or plan.waypoints.shape[1] != n or len(plan.waypoints) < 2:
+        raise InvalidSequence(
+            f"a plan for {robot.name} needs at least two waypoints of {n} angles", shape=list(plan.waypoints.shape)
+        )
+    if not 0 <= plan.leg < robot.leg_count:
+        raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=plan.leg)
+    others = np.delete(plan.waypoints, np.s_[6 * plan.leg : 6 * plan.leg + 6], axis=1)
+    if not (others == others[0]).all():
+        raise InvalidSequence("the plan moves more than its leg; a LEG_MOVE can't say that", leg=plan.leg)

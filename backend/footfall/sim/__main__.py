@@ -1,0 +1,56 @@
+"""``python -m footfall.sim --url ws://… --terrain FILE``: one simulated rover, in this process."""
+
+import argparse
+import logging
+import sys
+from pathlib import Path
+
+from footfall.core.errors import FootFallError, InvalidInput
+from footfall.io.artifacts import decode
+from footfall.sim.process import Start, run_rover
+from footfall.telemetry.state import RobotState
+
+
+def main() -> int:
+    """Exit code 0 when it was asked to end, 2 where it can't start."""
+    parser = argparse.ArgumentParser(prog="python -m footfall.sim", description="Simulated rover on the rover link.")
+    parser.add_argument("--url", required=True, help="ws://127.0.0.1:PORT/api/v1/rover")
+    parser.add_argument("--terrain", required=True, type=Path, help="terrain file that is its world")
+    parser.add_argument("--robot", default="athlete", help="name or description of the robot")
+    parser.add_argument("--seed", type=int, default=0, help="of the cameras' noise")
+    parser.add_argument("--x", type=float, default=0.0, help="where it stands, site frame [m]")
+    parser.add_argument("--y", type=float, default=0.0, help="where it stands, site frame [m]")
+    parser.add_argument("--yaw", type=float, default=0.0, help="[rad]")
+    parser.add_argument("--posture", default="stand", help="named posture")
+    parser.add_argument("--state", type=Path, help="stored RobotState (.npz) instead of x, y, yaw and posture")
+    parser.add_argument("--with-parent", action="store_true", help="end when the starting process is gone")
+    options = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+    try:
+        start = Start(options.x, options.y, options.yaw, options.posture)
+        run_rover(
+            options.url,
+            options.terrain,
+            options.robot,
+            options.seed,
+            start=_stored(options.state) if options.state else start,
+            with_parent=options.with_parent,
+        )
+    except FootFallError as err:
+        sys.stderr.write(f"footfall.sim: {err.message}\n")
+        return 2
+    return 0
+
+
+def _stored(path: Path) -> RobotState:
+    try:
+        state = decode(path.read_bytes())
+    except OSError as err:
+        raise InvalidInput(f"the state can't be read: {err}") from err
+    if not isinstance(state, RobotState):
+        raise InvalidInput(f"{path.name} holds a {type(state).__name__}, not a RobotState")
+    return state
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,261 @@
+"""The simulated rover as a client of the rover link: telemetry up, commands down, images on request.
+
+It keeps running without a link: it finishes the command under way, starts nothing new, keeps the
+acknowledgements that it could not deliver, and knocks again with growing pauses.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import time
+from collections import deque
+from dataclasses import dataclass
+from pathlib import Path
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.typing import Subprotocol
+
+from footfall.core.errors import FootFallError, InvalidTelemetry
+from footfall.io.robot_files import load_robot
+from footfall.io.terrain_files import read_terrain
+from footfall.planning.stance.stand import stand
+from footfall.robot.model import Robot
+from footfall.sim.imager import Imager
+from footfall.sim.rover import SimulatedRover
+from footfall.telemetry.fields import parse_object
+from footfall.telemetry.link import (
+    MAX_TEXT_FRAME,
+    SUBPROTOCOL,
+    AckMessage,
+    ClearStopMessage,
+    CommandMessage,
+    ErrorMessage,
+    HelloMessage,
+    ImageRequestMessage,
+    Message,
+    StopAckMessage,
+    StopMessage,
+    decode,
+    encode,
+)
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+log = logging.getLogger("footfall.sim")
+
+TELEMETRY_PERIOD = 0.1
+STEP_PERIOD = 0.05
+FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0
+"""Seconds between two attempts to connect: doubled from the first to the longest."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where and how the rover stands at first: site frame [m], [rad], a named posture."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+    posture: str = "stand"
+
+
+def run_rover(
+    url: str,
+    terrain: str | Path | Dem,
+    robot: str = "athlete",
+    seed: int = 0,
+    *,
+    start: Start | RobotState | None = None,
+    with_parent: bool = False,
+) -> None:
+    """Run one simulated rover until SIGINT or SIGTERM.
+
+    url: of the server's rover link, ``ws://127.0.0.1:8080/api/v1/rover``. terrain: its world, a file or a Dem.
+    seed: of the cameras' noise. start: where it stands, or exactly in which state (default: the origin).
+    with_parent: end when the process that started this one is gone.
+
+    Raises what loading the robot and the terrain and standing on it raise.
+    """
+    body = load_robot(robot)
+    dem = terrain if isinstance(terrain, Dem) else read_terrain(terrain)
+    state = start if isinstance(start, RobotState) else _standing(body, dem, start or Start())
+    asyncio.run(_run(url, SimulatedRover(body, dem, _now(state)), Imager(body, dem, seed), with_parent))
+
+
+def _standing(robot: Robot, dem: Dem, start: Start) -> RobotState:
+    return stand(robot, dem, x=start.x, y=start.y, yaw=start.yaw, posture=start.posture)
+
+
+def _now(state: RobotState) -> RobotState:
+    """The same state at the present time: a recorded one would begin in the past."""
+    return RobotState(
+        robot=state.robot,
+        time=time.time(),
+        posture=state.posture,
+        T_site_base=state.T_site_base,
+        wheel_forces=state.wheel_forces,
+        joint_torques=state.joint_torques,
+        mode="idle",
+    )
+
+
+async def _run(url: str, rover: SimulatedRover, imager: Imager, with_parent: bool) -> None:
+    ended = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):
+            asyncio.get_running_loop().add_signal_handler(number, ended.set)
+    tasks = [asyncio.create_task(RoverClient(url, rover, imager).run()), asyncio.create_task(ended.wait())]
+    if with_parent:
+        tasks.append(asyncio.create_task(_parent_gone(os.getppid())))
+    try:
+        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in done:
+            task.result()
+    finally:
+        imager.close()
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _parent_gone(parent: int) -> None:
+    while os.getppid() == parent:
+        await asyncio.sleep(0.5)
+
+
+class RoverClient:
+    """The rover's end of the link; :meth:`run` never returns by itself."""
+
+    def __init__(self, url: str, rover: SimulatedRover, imager: Imager) -> None:
+        self._url = url
+        self._rover = rover
+        self._imager = imager
+        self._unsent: deque[str | bytes] = deque()
+        self._something_unsent = asyncio.Event()
+        self._taking: asyncio.Task[None] | None = None
+        self._moved_at = time.monotonic()
+
+    async def run(self) -> None:
+        """Move the rover and keep the link up."""
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._move())
+            group.create_task(self._stay_connected())
+
+    async def _move(self) -> None:
+        while True:
+            await asyncio.sleep(STEP_PERIOD)
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """Move the rover on to this moment."""
+        now = time.monotonic()
+        elapsed, self._moved_at = now - self._moved_at, now
+        self._say(*self._rover.step(elapsed))
+
+    async def _stay_connected(self) -> None:
+        pause = FIRST_PAUSE
+        while True:
+            try:
+                async with connect(
+                    self._url,
+                    subprotocols=[Subprotocol(SUBPROTOCOL)],
+                    compression=None,
+                    max_size=MAX_TEXT_FRAME,
+                    proxy=None,
+                ) as socket:
+                    if socket.subprotocol != SUBPROTOCOL:
+                        raise InvalidTelemetry(f"the server does not speak {SUBPROTOCOL}")
+                    log.info("connected to %s", self._url)
+                    pause = FIRST_PAUSE
+                    await self._serve(socket)
+            except (OSError, TimeoutError, WebSocketException, InvalidTelemetry) as err:
+                log.info("no link to %s (%s); trying again in %.1f s", self._url, err, pause)
+            await asyncio.sleep(pause)
+            pause = min(2 * pause, LONGEST_PAUSE)
+
+    async def _serve(self, socket: ClientConnection) -> None:
+        """Talk until the connection closes."""
+        await socket.send(encode(HelloMessage(self._rover.robot.name, self._rover.robot.leg_count)))
+        senders = [asyncio.create_task(self._send_telemetry(socket)), asyncio.create_task(self._send_rest(socket))]
+        try:
+            async for frame in socket:
+                self._take(frame)
+        finally:
+            for task in senders:
+                task.cancel()
+            await asyncio.gather(*senders, return_exceptions=True)
+
+    async def _send_telemetry(self, socket: ClientConnection) -> None:
+        clock = asyncio.get_running_loop().time
+        due = clock()
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                self._catch_up()
+                await socket.send(encode(self._rover.frame()))
+                # a late frame is not made up for by a burst
+                due = max(due + TELEMETRY_PERIOD, clock())
+                await asyncio.sleep(due - clock())
+
+    async def _send_rest(self, socket: ClientConnection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                while self._unsent:
+                    await socket.send(self._unsent[0])
+                    self._unsent.popleft()
+                self._something_unsent.clear()
+                await self._something_unsent.wait()
+
+    def _say(self, *messages: Message | bytes) -> None:
+        if messages:
+            self._unsent.extend(one if isinstance(one, bytes) else encode(one) for one in messages)
+            self._something_unsent.set()
+
+    def _take(self, frame: str | bytes) -> None:
+        if isinstance(frame, bytes):
+            self._say(ErrorMessage("", "this rover takes text frames only"))
+            return
+        try:
+            message = decode(frame)
+        except InvalidTelemetry as err:
+            self._say(self._complaint(frame, err.message))
+            return
+        self._catch_up()
+        match message:
+            case CommandMessage():
+                self._say(*self._rover.command(message))
+            case StopMessage():
+                self._say(*self._rover.stop(), StopAckMessage(message.id, self._rover.time))
+            case ClearStopMessage():
+                self._rover.clear_stop()
+            case ImageRequestMessage():
+                self._take_images(message)
+            case _:
+                self._say(ErrorMessage(getattr(message, "id", ""), "only the rover sends this message"))
+
+    def _complaint(self, frame: str, reason: str) -> AckMessage | ErrorMessage:
+        """A command that can't be read is refused under its id, so that the sender knows its fate."""
+        try:
+            body = parse_object(frame)
+        except InvalidTelemetry:
+            body = {}
+        message_id = body.get("id")
+        if not isinstance(message_id, str) or not 0 < len(message_id) <= 64:
+            return ErrorMessage("", reason)
+        if body.get("type") == "command":
+            return self._rover.refuse(message_id, reason)
+        return ErrorMessage(message_id, reason)
+
+    def _take_images(self, request: ImageRequestMessage) -> None:
+        if self._taking is not None and not self._taking.done():
+            self._say(ErrorMessage(request.id, "the cameras are busy with another request"))
+            return
+        self._taking = asyncio.create_task(self._images(request, self._rover.state()))
+
+    async def _images(self, request: ImageRequestMessage, state: RobotState) -> None:
+        try:
+            self._say(await asyncio.to_thread(self._imager.take, request.id, state, request.pairs))
+        except FootFallError as err:
+            self._say(ErrorMessage(request.id, err.message))

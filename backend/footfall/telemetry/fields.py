@@ -1,0 +1,152 @@
+"""Strict reading of JSON objects from outside: every field present, of its type, finite; nothing beside them."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidTelemetry
+
+MAX_TEXT = 2000
+"""Longest accepted text field [characters]."""
+
+
+def parse_object(text: str | bytes) -> dict[str, Any]:
+    """A JSON object. Raises InvalidTelemetry for other JSON, NaN, infinities and names given twice."""
+    try:
+        parsed = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_unique)
+    except (ValueError, RecursionError) as err:
+        raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}") from err
+    if not isinstance(parsed, dict):
+        raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}")
+    return parsed
+
+
+def _no_constant(name: str) -> Any:
+    raise InvalidTelemetry(f"{name} is no number of the rover link; numbers are finite", number=name)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    out = dict(pairs)
+    if len(out) != len(pairs):
+        names = [name for name, _ in pairs]
+        raise InvalidTelemetry(
+            "a name is given twice in one object", names=sorted({n for n in names if names.count(n) > 1})
+        )
+    return out
+
+
+class Fields:
+    """The fields of one message, taken one by one; :meth:`end` refuses what is left over."""
+
+    def __init__(self, body: dict[str, Any], message: str) -> None:
+        self._left = dict(body)
+        self._message = message
+
+    def _take(self, name: str) -> Any:
+        if name not in self._left:
+            raise InvalidTelemetry(f"{self._message}: {name} is missing", field=name)
+        return self._left.pop(name)
+
+    def _refuse(self, name: str, wanted: str, got: Any) -> InvalidTelemetry:
+        shown = repr(got)
+        shown = shown if len(shown) <= 60 else shown[:57] + "..."
+        return InvalidTelemetry(f"{self._message}: {name} must be {wanted}, not {shown}", field=name)
+
+    def text(self, name: str, longest: int = MAX_TEXT, empty: bool = False) -> str:
+        got = self._take(name)
+        if not isinstance(got, str) or len(got) > longest or not (got or empty):
+            raise self._refuse(name, f"a text of {0 if empty else 1} to {longest} characters", got)
+        return got
+
+    def identifier(self, name: str = "id") -> str:
+        return self.text(name, longest=64)
+
+    def choice(self, name: str, choices: tuple[str, ...]) -> str:
+        got = self._take(name)
+        if not isinstance(got, str) or got not in choices:
+            raise self._refuse(name, f"one of {', '.join(choices)}", got)
+        return got
+
+    def whole(self, name: str, least: int = 0) -> int:
+        got = self._take(name)
+        if not isinstance(got, int) or isinstance(got, bool) or not least <= got < 2**53:
+            raise self._refuse(name, f"a whole number from {least}", got)
+        return got
+
+    def whole_or_null(self, name: str) -> int | None:
+        if self._left.get(name, 0) is None:
+            return self._take(name)
+        return self.whole(name)
+
+    def number(self, name: str) -> float:
+        return self._number(name, self._take(name))
+
+    def _number(self, name: str, got: Any) -> float:
+        if isinstance(got, bool) or not isinstance(got, (int, float)):
+            raise self._refuse(name, "a number", got)
+        try:
+            number = float(got)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise self._refuse(name, "a finite number", got)
+        return number
+
+    def array(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+        """Nested lists of numbers of exactly ``shape``."""
+        flat: list[float] = []
+        self._collect(name, self._take(name), shape, flat)
+        return np.array(flat, float).reshape(shape)
+
+    def angles(self, name: str, legs: int | None) -> NDArray[np.float64]:
+        """Six numbers for each leg, (legs × 6,); any number of legs where ``legs`` is None."""
+        got = self._left.get(name)
+        count = len(got) if isinstance(got, list) else 0
+        if legs is None and (count == 0 or count % 6):
+            raise self._refuse(name, "a list of six numbers for each leg", self._take(name))
+        return self.array(name, (count if legs is None else 6 * legs,))
+
+    def array_or_null(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+        if self._left.get(name, 0) is None:
+            return self._take(name)
+        return self.array(name, shape)
+
+    def _collect(self, name: str, got: Any, shape: tuple[int, ...], flat: list[float]) -> None:
+        if not shape:
+            flat.append(self._number(name, got))
+            return
+        if not isinstance(got, list) or len(got) != shape[0]:
+            count = f"{len(got)} of them" if isinstance(got, list) else repr(type(got).__name__)
+            wanted = "numbers" if len(shape) == 1 else "rows"
+            raise InvalidTelemetry(f"{self._message}: {name} needs {shape[0]} {wanted}, not {count}", field=name)
+        for one in got:
+            self._collect(name, one, shape[1:], flat)
+
+    def texts_or_null(self, name: str) -> tuple[str, ...] | None:
+        got = self._take(name)
+        if got is None:
+            return None
+        if not isinstance(got, list) or not got or not all(isinstance(one, str) and 0 < len(one) <= 64 for one in got):
+            raise self._refuse(name, "null or a list of names", got)
+        return tuple(got)
+
+    def objects(self, name: str) -> list[dict[str, Any]]:
+        got = self._take(name)
+        if not isinstance(got, list) or not all(isinstance(one, dict) for one in got):
+            raise self._refuse(name, "a list of objects", got)
+        return got
+
+    def object(self, name: str) -> dict[str, Any]:
+        got = self._take(name)
+        if not isinstance(got, dict):
+            raise self._refuse(name, "an object", got)
+        return got
+
+    def end(self) -> None:
+        """Raises InvalidTelemetry where fields are left that the message does not have."""
+        if self._left:
+            unknown = sorted(self._left)
+            raise InvalidTelemetry(f"{self._message}: unknown fields {', '.join(unknown)}", fields=unknown)

@@ -1,0 +1,325 @@
+"""The messages of the rover link as values, and their one JSON form. ``docs/rover-link.md`` tells the protocol.
+
+:func:`encode` and :func:`decode` are inverse; decoding is strict. Images travel as binary frames
+(:mod:`footfall.io.link_images`) whose header reuses :func:`state_object` and :func:`camera_object`.
+"""
+
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput, InvalidTelemetry
+from footfall.core.value import SOFTWARE_VERSION, Value, value
+from footfall.telemetry.fields import Fields, parse_object
+from footfall.telemetry.images import Camera
+from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
+
+PROTOCOL = 1
+SUBPROTOCOL = "footfall-rover-1"
+PATH = "/api/v1/rover"
+ACK_STATES = ("received", "started", "done", "refused")
+MAX_TEXT_FRAME = 1 << 20
+"""Longest text frame [bytes]."""
+MAX_BINARY_FRAME = 16 << 20
+"""Longest binary frame [bytes]: nine pairs of 640 × 480 grey images need at most 6 MB."""
+
+
+@value
+class HelloMessage(Value):
+    """First message of the rover: who it is. legs: how many it has."""
+
+    robot: str
+    legs: int
+    protocol: int = PROTOCOL
+    software: str = SOFTWARE_VERSION
+
+
+@value
+class CommandMessage(Value):
+    """One command down. id: unique; a rover executes an id at most once. sequence: digest; row: in that sequence.
+
+    name, leg, joints [rad], duration [s]: as in :class:`footfall.sequence.commands.Command`.
+    """
+
+    id: str
+    sequence: str
+    row: int
+    name: str
+    leg: int | None
+    joints: NDArray[np.float64] | None
+    duration: float
+
+
+@value
+class AckMessage(Value):
+    """What became of a command. state: one of ACK_STATES; reason: text for "refused", else "".
+
+    time: rover clock [s].
+    """
+
+    id: str
+    state: str
+    reason: str
+    time: float
+
+    def check(self) -> None:
+        if self.state not in ACK_STATES:
+            raise InvalidTelemetry(f"an acknowledgement is one of {', '.join(ACK_STATES)}", state=self.state)
+
+
+@value
+class StopMessage(Value):
+    """Stop at once and stay stopped."""
+
+    id: str
+
+
+@value
+class StopAckMessage(Value):
+    """The rover stands still because of stop ``id``. time: rover clock [s]."""
+
+    id: str
+    time: float
+
+
+@value
+class ClearStopMessage(Value):
+    """Accept commands again."""
+
+    id: str
+
+
+@value
+class ImageRequestMessage(Value):
+    """Take images. pairs: names of camera pairs, or None for all."""
+
+    id: str
+    pairs: tuple[str, ...] | None
+
+
+@value
+class ErrorMessage(Value):
+    """The sender could not use a message. id: of that message, or "" where it had none that could be read."""
+
+    id: str
+    text: str
+
+
+Message = (
+    HelloMessage
+    | TelemetryFrame
+    | CommandMessage
+    | AckMessage
+    | StopMessage
+    | StopAckMessage
+    | ClearStopMessage
+    | ImageRequestMessage
+    | ErrorMessage
+)
+
+_names: dict[type, str] = {
+    HelloMessage: "hello",
+    TelemetryFrame: "telemetry",
+    CommandMessage: "command",
+    AckMessage: "ack",
+    StopMessage: "stop",
+    StopAckMessage: "stop_ack",
+    ClearStopMessage: "clear_stop",
+    ImageRequestMessage: "image_request",
+    ErrorMessage: "error",
+}
+
+
+def encode(message: Message) -> str:
+    """One text frame. Numbers are written so that they read back to the same bits."""
+    return json.dumps(message_object(message), allow_nan=False)
+
+
+def decode(text: str | bytes, legs: int | None = None) -> Message:
+    """A message from one text frame; see :func:`message_from`. Raises InvalidTelemetry saying what is wrong."""
+    if len(text) > MAX_TEXT_FRAME:
+        raise InvalidTelemetry(f"a text frame has at most {MAX_TEXT_FRAME} bytes", bytes=len(text))
+    return message_from(parse_object(text), legs)
+
+
+def message_object(message: Message) -> dict[str, Any]:
+    """JSON-ready form of a message; ``type`` names it."""
+    body: dict[str, Any] = {"type": _names[type(message)]}
+    match message:
+        case TelemetryFrame():
+            body |= {"number": message.number, **state_object(message.state), "commanded": message.commanded.tolist()}
+        case HelloMessage():
+            body |= {
+                "protocol": message.protocol,
+                "robot": message.robot,
+                "legs": message.legs,
+                "software": message.software,
+            }
+        case CommandMessage():
+            body |= {
+                "id": message.id,
+                "sequence": message.sequence,
+                "row": message.row,
+                "name": message.name,
+                "leg": message.leg,
+                "joints": None if message.joints is None else message.joints.tolist(),
+                "duration": message.duration,
+            }
+        case AckMessage():
+            body |= {"id": message.id, "state": message.state, "reason": message.reason, "time": message.time}
+        case StopAckMessage():
+            body |= {"id": message.id, "time": message.time}
+        case StopMessage() | ClearStopMessage():
+            body |= {"id": message.id}
+        case ImageRequestMessage():
+            body |= {"id": message.id, "pairs": None if message.pairs is None else list(message.pairs)}
+        case ErrorMessage():
+            body |= {"id": message.id, "text": message.text}
+    return body
+
+
+def message_from(body: dict[str, Any], legs: int | None = None) -> Message:
+    """Inverse of :func:`message_object`. legs: how many the rover has, where that is known.
+
+    Raises InvalidTelemetry for an unknown type, another protocol version, another number of legs,
+    a missing, unknown or wrongly typed field, and numbers that are not finite.
+    """
+    fields = Fields(body, "message")
+    kind = fields.choice("type", tuple(_names.values()))
+    fields = Fields({name: one for name, one in body.items() if name != "type"}, kind)
+    try:
+        message = _read(kind, fields, legs)
+    except InvalidTelemetry:
+        raise
+    except InvalidInput as err:
+        raise InvalidTelemetry(f"{kind}: {err.message}", **err.details) from err
+    fields.end()
+    return message
+
+
+def _read(kind: str, fields: Fields, legs: int | None) -> Message:
+    match kind:
+        case "hello":
+            return _hello(fields, legs)
+        case "telemetry":
+            number = fields.whole("number")
+            state, count = _state(fields, legs)
+            return TelemetryFrame(number, state, fields.array("commanded", (6 * count,)))
+        case "command":
+            return CommandMessage(
+                id=fields.identifier(),
+                sequence=fields.text("sequence", longest=64),
+                row=fields.whole("row"),
+                name=fields.text("name", longest=64),
+                leg=fields.whole_or_null("leg"),
+                joints=fields.array_or_null("joints", (6,)),
+                duration=fields.number("duration"),
+            )
+        case "ack":
+            return AckMessage(
+                id=fields.identifier(),
+                state=fields.choice("state", ACK_STATES),
+                reason=fields.text("reason", empty=True),
+                time=fields.number("time"),
+            )
+        case "stop":
+            return StopMessage(fields.identifier())
+        case "stop_ack":
+            return StopAckMessage(fields.identifier(), fields.number("time"))
+        case "clear_stop":
+            return ClearStopMessage(fields.identifier())
+        case "image_request":
+            return ImageRequestMessage(fields.identifier(), fields.texts_or_null("pairs"))
+        case _:
+            return ErrorMessage(fields.text("id", longest=64, empty=True), fields.text("text", empty=True))
+
+
+def _hello(fields: Fields, legs: int | None) -> HelloMessage:
+    protocol = fields.whole("protocol")
+    if protocol != PROTOCOL:
+        raise InvalidTelemetry(
+            f"hello: the rover speaks protocol {protocol}, this end speaks {PROTOCOL}", protocol=protocol
+        )
+    hello = HelloMessage(
+        protocol=protocol,
+        robot=fields.text("robot", longest=64),
+        legs=fields.whole("legs", least=1),
+        software=fields.text("software", longest=64),
+    )
+    if legs is not None and hello.legs != legs:
+        raise InvalidTelemetry(f"hello: the rover has {hello.legs} legs, {legs} are expected", legs=hello.legs)
+    return hello
+
+
+def state_object(state: RobotState) -> dict[str, Any]:
+    """JSON-ready form of a state: the fields of a telemetry message without number and commanded."""
+    return {
+        "robot": state.robot,
+        "time": state.time,
+        "posture": state.posture.tolist(),
+        "T_site_base": state.T_site_base.tolist(),
+        "wheel_forces": state.wheel_forces.tolist(),
+        "joint_torques": state.joint_torques.tolist(),
+        "mode": state.mode,
+    }
+
+
+def state_from(body: dict[str, Any], legs: int | None = None) -> RobotState:
+    """Inverse of :func:`state_object`. Raises InvalidTelemetry."""
+    fields = Fields(body, "state")
+    try:
+        state, _ = _state(fields, legs)
+    except InvalidTelemetry:
+        raise
+    except InvalidInput as err:
+        raise InvalidTelemetry(f"state: {err.message}", **err.details) from err
+    fields.end()
+    return state
+
+
+def _state(fields: Fields, legs: int | None) -> tuple[RobotState, int]:
+    posture = fields.angles("posture", legs)
+    count = len(posture) // 6
+    state = RobotState(
+        robot=fields.text("robot", longest=64),
+        time=fields.number("time"),
+        posture=posture,
+        T_site_base=fields.array("T_site_base", (4, 4)),
+        wheel_forces=fields.array("wheel_forces", (count, 3)),
+        joint_torques=fields.array("joint_torques", (6 * count,)),
+        mode=fields.choice("mode", MODES),
+    )
+    return state, count
+
+
+def camera_object(camera: Camera) -> dict[str, Any]:
+    """JSON-ready form of a camera model."""
+    return {
+        "name": camera.name,
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        "T_base_camera": camera.T_base_camera.tolist(),
+    }
+
+
+def camera_from(body: dict[str, Any]) -> Camera:
+    """Inverse of :func:`camera_object`. Raises InvalidTelemetry, or InvalidImages for an impossible camera."""
+    fields = Fields(body, "camera")
+    camera = Camera(
+        name=fields.text("name", longest=64),
+        width=fields.whole("width", least=1),
+        height=fields.whole("height", least=1),
+        fx=fields.number("fx"),
+        fy=fields.number("fy"),
+        cx=fields.number("cx"),
+        cy=fields.number("cy"),
+        T_base_camera=fields.array("T_base_camera", (4, 4)),
+    )
+    fields.end()
+    return camera
