@@ -42,7 +42,5 @@ class Dem(Value):
             raise InvalidTerrain("the terrain has no cell with a finite height")
         if np.isinf(self.heights).any():
             raise InvalidTerrain("heights must be finite, or NaN where unknown; some are infinite")
-        if self.texture is not None and (
-            self.texture.dtype != np.uint8 or self.texture.shape != self.geometry.shape
-        ):
+        if self.texture is not None and (self.texture.dtype != np.uint8 or self.texture.shape != self.geometry.shape):
             raise InvalidTerrain("a texture needs one uint8 for each cell")

@@ -1,0 +1,102 @@
+"""Grey images in files, and photographed stereo pairs with their calibration."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, UnidentifiedImageError
+
+from footfall.core.errors import InvalidImages
+from footfall.telemetry.images import Camera, ImagePair
+
+MAX_PIXELS = 50_000_000
+"""Largest accepted image."""
+
+_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm")
+
+
+def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:
+    """Grey image, (height, width) uint8, of an encoded one; colours by ITU-R 601 luma.
+
+    Raises InvalidImages, naming it, where the content is damaged, no image, too large, or of more than 8 bits.
+    """
+    try:
+        with Image.open(io.BytesIO(content)) as image:
+            if image.width * image.height > MAX_PIXELS:
+                raise InvalidImages(f"{name} has {image.width} × {image.height} pixels; the limit is {MAX_PIXELS}")
+            if image.mode not in ("1", "L", "LA", "P", "RGB", "RGBA"):
+                raise InvalidImages(f"{name} has pixels of mode {image.mode}; FootFall reads 8-bit grey and colour")
+            return np.array(image.convert("L"))
+    except (UnidentifiedImageError, Image.DecompressionBombError) as err:
+        raise InvalidImages(f"{name} is no readable image: {err}") from err
+    except (OSError, SyntaxError, ValueError) as err:
+        raise InvalidImages(f"{name} is damaged: {err}") from err
+
+
+def encode_png(image: NDArray[np.uint8]) -> bytes:
+    """PNG of a grey (height, width) or colour (height, width, 3) uint8 image; equal images give equal bytes."""
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (3, 4)):
+        raise InvalidImages(f"a PNG needs uint8 (h, w), (h, w, 3) or (h, w, 4), not {image.dtype} {image.shape}")
+    out = io.BytesIO()
+    Image.fromarray(image).save(out, "PNG", compress_level=3)
+    return out.getvalue()
+
+
+def read_image(path: str | Path) -> NDArray[np.uint8]:
+    """Grey image, (height, width) uint8, from a file. Raises InvalidImages naming the file."""
+    path = Path(path)
+    if path.suffix.lower() not in _SUFFIXES:
+        raise InvalidImages(f"{path.name} is no image file that FootFall reads ({', '.join(_SUFFIXES)})")
+    if not path.is_file():
+        raise InvalidImages(f"there is no image file {path}")
+    return decode_image(path.read_bytes(), path.name)
+
+
+def write_png(image: NDArray[np.uint8], path: str | Path) -> None:
+    """Write a uint8 image as PNG."""
+    Path(path).write_bytes(encode_png(image))
+
+
+def read_pair(
+    left: str | Path,
+    right: str | Path,
+    *,
+    focal_length: float,
+    cx: float,
+    cy: float,
+    baseline: float,
+    doffs: float = 0.0,
+    T_base_camera: ArrayLike | None = None,
+    T_site_base: ArrayLike | None = None,
+    name: str | None = None,
+    time: float = 0.0,
+) -> ImagePair:
+    """A rectified photographed pair.
+
+    focal_length, cx, cy: of the left camera [px]; baseline [m]; doffs: cx of the right camera less that of the left
+    one [px], as the Middlebury sets give it (depth = focal_length · baseline / (disparity + doffs)).
+    T_base_camera: pose of the left camera, (4, 4), by default looking along +x of base, level, at its origin.
+    T_site_base: (4, 4), by default identity. Raises InvalidImages.
+    """
+    images = read_image(left), read_image(right)
+    name = name or Path(left).stem
+    if images[0].shape != images[1].shape:
+        sizes = " and ".join(f"{image.shape[1]} × {image.shape[0]}" for image in images)
+        raise InvalidImages(f"pair {name}: the images have different sizes, {sizes}", pair=name)
+    if not baseline > 0:
+        raise InvalidImages(f"pair {name}: the baseline needs a length above zero [m]", baseline=baseline)
+    T_left = np.array(LEVEL_FORWARD if T_base_camera is None else T_base_camera, float)
+    T_right = T_left.copy()
+    T_right[:3, 3] += baseline * T_left[:3, 0]
+    height, width = images[0].shape
+    left_camera, right_camera = (
+        Camera(f"{name} {side}", width, height, focal_length, focal_length, center, cy, T)
+        for side, center, T in (("left", cx, T_left), ("right", cx + doffs, T_right))
+    )
+    T = np.eye(4) if T_site_base is None else np.asarray(T_site_base, float)
+    return ImagePair(name, time, images[0], images[1], left_camera, right_camera, T)
+
+
+LEVEL_FORWARD = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""T_base_camera of a camera at the base's origin that looks along +x with level image rows."""

@@ -1,0 +1,123 @@
+import itertools
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from footfall.core import frames
+from footfall.core.grid import GridGeometry
+from footfall.terrain.grid_depth import grid_depth, site_points
+
+WIDTH, HEIGHT, FOCAL = 64, 48, 60.0
+INTRINSICS = (FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
+GRID = GridGeometry(-4.0, -4.0, 0.05, 161, 161)
+
+
+def looking_down(height: float, pitch: float, yaw: float) -> np.ndarray:
+    """T_site_camera of a camera above the origin whose axis points ``pitch`` below the horizon."""
+    level = frames.rotation("z", yaw) @ np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    return frames.transform(level @ frames.rotation("x", -pitch), (0.0, 0.0, height))
+
+
+def plane_depth(T_site_camera: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
+    """Depth of the plane normal · p = offset at each pixel; NaN where the ray does not meet it ahead."""
+    fx, fy, cx, cy = INTRINSICS
+    u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    rays = np.stack([(u - cx) / fx, (v - cy) / fy, np.ones(u.shape)], -1) @ T_site_camera[:3, :3].T
+    with np.errstate(divide="ignore"):
+        depth = (offset - T_site_camera[:3, 3] @ normal) / (rays @ normal)
+    return np.where((depth > 0.1) & (depth < 5.0), depth, np.nan)
+
+
+def sample(depth, T, grid=GRID, max_jump=100.0, max_edge=100.0, grey=None):
+    grey = np.zeros(depth.shape, np.uint8) if grey is None else grey
+    disparity = (FOCAL * 0.2 / depth).astype(np.float32)
+    points = site_points(depth, INTRINSICS, T)
+    return grid_depth(points, disparity, depth**2 / (FOCAL * 0.2), grey, grid, max_jump, max_edge)
+
+
+@given(
+    height=st.floats(1.0, 2.5),
+    pitch=st.floats(0.6, 1.57),
+    yaw=st.floats(-3.1, 3.1),
+    tilt=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
+)
+def test_a_plane_comes_back_exactly(height, pitch, yaw, tilt):
+    normal = np.array([-tilt[0], -tilt[1], 1.0])
+    T = looking_down(height, pitch, yaw)
+    samples = sample(plane_depth(T, normal, 0.0), T)
+    rows, cols = np.divmod(samples.cell, GRID.cols)
+    expected = tilt[0] * GRID.xs[cols] + tilt[1] * GRID.ys[rows]
+    assert len(rows) > 20
+    assert np.abs(samples.height - expected).max() < 1e-9
+
+
+def test_each_cell_in_view_is_covered_once_even_where_pixels_are_sparse():
+    """Straight down, pixels 3.3 cm apart on 2 cm cells: binning points would leave two thirds of them empty."""
+    T = looking_down(2.0, np.pi / 2, 0.0)
+    grid = GridGeometry(-0.5, -0.5, 0.02, 51, 51)
+    samples = sample(plane_depth(T, np.array([0.0, 0.0, 1.0]), 0.0), T, grid)
+    assert set(samples.cell) == set(range(51 * 51))
+    assert len(samples.cell) < 1.1 * 51 * 51  # only cells on a shared side may come twice
+
+
+def brute_force(points, disparity, grid, max_jump, max_edge):
+    """Every triangle against every cell, one at a time."""
+    found = []
+    for v, u in itertools.product(range(HEIGHT - 1), range(WIDTH - 1)):
+        for corners in (((v, u), (v + 1, u), (v, u + 1)), ((v, u + 1), (v + 1, u), (v + 1, u + 1))):
+            d = np.array([disparity[c] for c in corners])
+            p = np.array([points[:, c[0], c[1]] for c in corners])
+            if not np.isfinite(d).all() or np.ptp(d) > max_jump or np.ptp(p[:, :2], axis=0).max() > max_edge:
+                continue
+            xs = np.flatnonzero((grid.xs >= p[:, 0].min() - 1e-9) & (grid.xs <= p[:, 0].max() + 1e-9))
+            ys = np.flatnonzero((grid.ys >= p[:, 1].min() - 1e-9) & (grid.ys <= p[:, 1].max() + 1e-9))
+            for row, col in itertools.product(ys, xs):
+                weights = np.linalg.solve(np.vstack([p[:, :2].T, np.ones(3)]), [grid.xs[col], grid.ys[row], 1.0])
+                if (weights >= 0).all():
+                    found.append((row * grid.cols + col, weights @ p[:, 2]))
+    return sorted(found)
+
+
+def test_agrees_with_every_triangle_against_every_cell(rng):
+    T = looking_down(1.5, 1.0, 0.4)
+    depth = plane_depth(T, np.array([0.1, -0.2, 1.0]), 0.0) * (1 + 0.01 * rng.standard_normal((HEIGHT, WIDTH)))
+    depth[rng.random(depth.shape) < 0.1] = np.nan
+    depth[10:20, 20:30] -= 0.4
+    samples = sample(depth, T, max_jump=0.8, max_edge=0.3)
+    disparity = (FOCAL * 0.2 / depth).astype(np.float32)
+    expected = brute_force(site_points(depth, INTRINSICS, T), disparity, GRID, 0.8, 0.3)
+    got = sorted(zip(samples.cell.tolist(), samples.height.tolist(), strict=True))
+    assert [cell for cell, _ in got] == [cell for cell, _ in expected]
+    assert np.allclose([h for _, h in got], [h for _, h in expected], atol=1e-9)
+    assert len(got) > 500
+
+
+def test_no_surface_is_invented_across_a_depth_jump():
+    """A ledge hides a strip of the ground behind it: the strip stays unknown."""
+    T = looking_down(1.5, 0.8, 0.0)
+    up = np.array([0.0, 0.0, 1.0])
+    ground, ledge = plane_depth(T, up, 0.0), plane_depth(T, up, 0.5)
+    points = site_points(ledge, INTRINSICS, T)
+    depth = np.where(points[0] < 1.0, ledge, ground)
+    samples = sample(depth, T, max_jump=1.0)
+    x = GRID.xs[samples.cell % GRID.cols]
+    assert set(np.round(samples.height, 6)) == {0.0, 0.5}
+    # seen over the ledge's edge at x = 1, z = 0.5 from x = 0, z = 1.5, the ground starts at x = 1.5
+    assert x[samples.height > 0.25].max() <= 1.0
+    assert not (samples.height < 0.25).any() or x[samples.height < 0.25].min() >= 1.45
+
+
+def test_variance_and_grey_come_from_the_same_place():
+    T = looking_down(2.0, np.pi / 2, 0.0)
+    grey = np.tile((np.arange(WIDTH) * 2).astype(np.uint8), (HEIGHT, 1))
+    samples = sample(plane_depth(T, np.array([0.0, 0.0, 1.0]), 0.0), T, grey=grey)
+    assert np.allclose(samples.variance, (4.0 / 12.0) ** 2)
+    y = GRID.ys[samples.cell // GRID.cols]
+    column = INTRINSICS[2] - y / 2.0 * FOCAL  # image columns run south for this camera
+    assert np.allclose(samples.grey, 2 * column, atol=1e-6)
+
+
+def test_nothing_known_gives_no_samples():
+    T = looking_down(2.0, np.pi / 2, 0.0)
+    assert len(sample(np.full((HEIGHT, WIDTH), np.nan), T).cell) == 0
