@@ -1,0 +1,176 @@
+"""Values as files: one npz for each, the same bytes for the same value on every machine.
+
+The file holds the flat form of :mod:`footfall.core.value`: entry ``structure.npy`` (UTF-8 JSON as
+uint8) and ``array_<i>.npy``. The digest of the stored form names the value for ever, also where a later
+version adds a field: a decoded value keeps the digest it was stored under.
+"""
+
+import io
+import json
+import zipfile
+import zlib
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from footfall.core.errors import InvalidBundle, InvalidInput
+from footfall.core.value import Value, digest_flat, flatten, unflatten
+
+MAX_BYTES = 1 << 30
+"""Largest accepted artifact, unpacked [bytes]."""
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+# Where each value lives, so that a file can be read before anything else imported its class. Values of
+# the layers above register themselves: only they read files that hold them.
+HOMES: dict[str, tuple[str, ...]] = {
+    "footfall.balance.torques": ("TorqueCheck",),
+    "footfall.core.grid": ("GridGeometry",),
+    "footfall.core.mesh": ("Mesh",),
+    "footfall.core.value": ("Provenance",),
+    "footfall.maps.layers": (
+        "MapSettings",
+        "MapStack",
+    ),
+    "footfall.maps.traversability": ("Traversability",),
+    "footfall.planning.step.problem": (
+        "Check",
+        "Footfall",
+        "PlanResult",
+        "Status",
+        "StepPlan",
+        "StepSettings",
+    ),
+    "footfall.robot.collision": ("Collision",),
+    "footfall.robot.description": (
+        "CameraPairSpec",
+        "Clearances",
+        "Leg",
+        "PartPair",
+        "Payload",
+        "RobotDescription",
+    ),
+    "footfall.sequence.commands": (
+        "Command",
+        "RuleResult",
+        "Sequence",
+    ),
+    "footfall.sequence.edit": ("Edit",),
+    "footfall.sequence.feet": ("Feet",),
+    "footfall.sequence.settings": ("SequenceSettings",),
+    "footfall.telemetry.images": (
+        "Camera",
+        "ImagePair",
+        "Snapshot",
+    ),
+    "footfall.telemetry.link": (
+        "AckMessage",
+        "ClearStopMessage",
+        "CommandMessage",
+        "ErrorMessage",
+        "HelloMessage",
+        "ImageRequestMessage",
+        "StopAckMessage",
+        "StopMessage",
+    ),
+    "footfall.telemetry.state": (
+        "RobotState",
+        "TelemetryFrame",
+    ),
+    "footfall.terrain.dem": ("Dem",),
+    "footfall.terrain.grid_depth": ("CellSamples",),
+    "footfall.terrain.settings": ("TerrainSettings",),
+}
+_home = {name: module for module, names in HOMES.items() for name in names}
+
+
+def encode(value: Value) -> bytes:
+    """The file of one value; equal values give equal bytes."""
+    structure, arrays = flatten(value)
+    text = json.dumps(structure, separators=(",", ":"), allow_nan=False).encode()
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        _add(archive, "structure", np.frombuffer(text, np.uint8))
+        for i, array in enumerate(arrays):
+            _add(archive, f"array_{i}", array)
+    return out.getvalue()
+
+
+def _add(archive: zipfile.ZipFile, name: str, array: np.ndarray) -> None:
+    body = io.BytesIO()
+    np.lib.format.write_array(body, np.ascontiguousarray(array), version=(1, 0), allow_pickle=False)
+    entry = zipfile.ZipInfo(f"{name}.npy", _EPOCH)
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    entry.create_system = 3
+    archive.writestr(entry, body.getvalue(), compresslevel=4)
+
+
+def decode(data: bytes, *, expect: str | None = None, name: str = "artifact") -> Value:
+    """The value of one file. ``expect``: the digest it must have; ``name``: of the file, for messages.
+
+    Raises InvalidBundle naming the file where it is damaged, too large, of an unknown kind, or not
+    what its digest says.
+    """
+    try:
+        structure, arrays = _read(data)
+        stored = digest_flat(structure, arrays)
+        if expect is not None and stored != expect:
+            raise InvalidBundle(
+                f"{name} is damaged: its content is {stored}, not {expect}", file=name, found=stored, expected=expect
+            )
+        _import_homes(structure)
+        value = unflatten(structure, arrays)
+    except InvalidBundle:
+        raise
+    except (InvalidInput, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as err:
+        raise InvalidBundle(f"{name} can't be read: {err}", file=name) from err
+    except RecursionError as err:
+        raise InvalidBundle(f"{name} can't be read: it is nested too deeply", file=name) from err
+    if not isinstance(value, Value):
+        raise InvalidBundle(f"{name} holds no value of FootFall", file=name)
+    return named(value, stored)
+
+
+def named(value: Value, digest: str) -> Value:
+    """Let ``value`` go by the digest it was stored under; returns it."""
+    object.__setattr__(value, "_digest", digest)
+    return value
+
+
+def _read(data: bytes) -> tuple[Any, list[np.ndarray]]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > MAX_BYTES:
+            raise ValueError(f"unpacked it is larger than {MAX_BYTES >> 20} MB")
+        names = ["structure.npy"] + [f"array_{i}.npy" for i in range(len(entries) - 1)]
+        if sorted(entry.filename for entry in entries) != sorted(names):
+            raise ValueError("it is no artifact of FootFall")
+        first, *arrays = [_array(archive.read(name)) for name in names]
+    return json.loads(first.tobytes().decode()), arrays
+
+
+def _array(body: bytes) -> np.ndarray:
+    # Checked against the entry's true length before numpy allocates what the header claims.
+    stream = io.BytesIO(body)
+    if np.lib.format.read_magic(stream) != (1, 0):
+        raise ValueError("an array has an unknown format")
+    shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+    count = int(np.prod(shape, dtype=object))
+    if dtype.hasobject or fortran or len(body) - stream.tell() != count * dtype.itemsize:
+        raise ValueError("an array does not fit its header")
+    array = np.frombuffer(body, dtype, count, stream.tell()).reshape(shape)
+    array.setflags(write=False)
+    return array
+
+
+def _import_homes(structure: Any) -> None:
+    if isinstance(structure, list):
+        for one in structure:
+            _import_homes(one)
+    elif isinstance(structure, dict):
+        name = structure.get("value") or structure.get("enum")
+        if isinstance(name, str) and name in _home:
+            import_module(_home[name])
+        for one in structure.values():
+            _import_homes(one)

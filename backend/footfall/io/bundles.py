@@ -1,0 +1,250 @@
+"""Session bundles: a folder or a zip with ``session.json``, ``events.jsonl`` and ``artifacts/<digest>.<ext>``.
+
+``session.json`` carries the version of the layout. A bundle of an older version is brought up to date
+while it is read, one version at a time; one of a newer version is refused. ``head`` in it is the last event
+that was sealed, so that a cut tail shows.
+"""
+
+import io
+import json
+import os
+import re
+import stat
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from footfall.core.errors import InvalidBundle
+from footfall.io.event_log import Record, line, read_lines, rechain
+
+FORMAT = "footfall-session"
+VERSION = 1
+"""Version of the layout that this software writes."""
+
+MAX_ZIP_BYTES = 4 << 30
+"""Largest accepted bundle, unpacked [bytes]."""
+MAX_FILES = 20_000
+
+SESSION, EVENTS, ARTIFACTS = "session.json", "events.jsonl", "artifacts"
+_ARTIFACT = re.compile(r"[0-9a-f]{32}\.[a-z0-9]{1,10}(\.[a-z0-9]{1,10})?")
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+Migration = Callable[[dict[str, Any], list[Record]], tuple[dict[str, Any], list[Record]]]
+
+MIGRATIONS: dict[int, Migration] = {}
+"""version n → function (session, records) → the same as version n + 1 would have written it.
+
+A migration touches ``type`` and ``payload`` of the records; the hash chain is made afresh afterwards. Fields
+added to values need none: missing fields take their defaults and the stored digest stays the name.
+"""
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """A bundle as read: nothing recomputed yet.
+
+    session: content of session.json, at the present version.
+    records: every event, at the present version.
+    torn: bytes of a torn last line that were left out.
+    version: the version it was written with.
+    files: artifact file name → function that reads its bytes.
+    """
+
+    session: Mapping[str, Any]
+    records: list[Record]
+    torn: int
+    version: int
+    files: Mapping[str, Callable[[], bytes]] = field(repr=False)
+
+
+def migrate(
+    session: dict[str, Any],
+    records: list[Record],
+    migrations: Mapping[int, Migration] = MIGRATIONS,
+    version: int = VERSION,
+) -> tuple[dict[str, Any], list[Record]]:
+    """Bring a bundle from its own version to ``version``.
+
+    Raises InvalidBundle for a version that is no whole number above 0, is newer, or has no way up.
+    """
+    found = session.get("version")
+    if type(found) is not int or found < 1:
+        raise InvalidBundle(f"{SESSION} needs a version number", version=found)
+    if found > version:
+        raise InvalidBundle(
+            f"the session was written by a later version of FootFall (layout {found}, this one reads up to {version}); "
+            "update FootFall",
+            version=found,
+            readable=version,
+        )
+    old = found
+    while found < version:
+        if found not in migrations:
+            raise InvalidBundle(f"there is no way from layout {found} to {found + 1}", version=found)
+        session, records = migrations[found](dict(session), [dict(record) for record in records])
+        found += 1
+        session["version"] = found
+    if old == version:
+        return session, records
+    session.pop("head", None)  # it named an event of the old chain
+    return session, rechain(records)
+
+
+def read_bundle(bundle: str | os.PathLike[str] | bytes) -> Bundle:
+    """Read a folder, a zip file, or the bytes of a zip; artifacts stay unread until asked for.
+
+    Raises InvalidBundle, naming the file, for what is missing, damaged, of a later version, too large
+    (MAX_ZIP_BYTES, MAX_FILES), or points outside of the bundle.
+    """
+    if isinstance(bundle, bytes):
+        return _from_zip(bundle, "the bundle")
+    path = Path(bundle)
+    if path.is_dir():
+        return _assemble(_folder_files(path), path.name)
+    if path.is_file():
+        return _from_zip(path.read_bytes(), path.name)
+    raise InvalidBundle(f"there is no session bundle at {path}", path=str(path))
+
+
+def write_zip(folder: Path) -> bytes:
+    """The session in ``folder`` as a zip, the same bytes for the same session."""
+    files = _folder_files(folder)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            # Artifacts are packed already.
+            entry.compress_type = zipfile.ZIP_STORED if name.endswith(".npz") else zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, files[name]())
+    return out.getvalue()
+
+
+def unpack(bundle: str | os.PathLike[str] | bytes, folder: Path) -> None:
+    """Copy a bundle into a new folder, after reading it whole. Raises as :func:`read_bundle`."""
+    read = read_bundle(bundle)
+    (folder / ARTIFACTS).mkdir(parents=True)
+    (folder / EVENTS).write_bytes(b"".join(line(record) for record in read.records))
+    for name, content in read.files.items():
+        (folder / ARTIFACTS / name).write_bytes(content())
+    (folder / SESSION).write_bytes(session_bytes(read.session))
+
+
+def session_bytes(session: Mapping[str, Any]) -> bytes:
+    """Content of session.json."""
+    return json.dumps(dict(session), indent=1, sort_keys=True).encode() + b"\n"
+
+
+def _folder_files(folder: Path) -> dict[str, Callable[[], bytes]]:
+    files: dict[str, Callable[[], bytes]] = {}
+    paths = [folder / SESSION, folder / EVENTS]
+    if (folder / ARTIFACTS).is_symlink():
+        raise InvalidBundle(f"{ARTIFACTS} is a link; a bundle holds plain files only", file=ARTIFACTS)
+    if (folder / ARTIFACTS).is_dir():
+        paths += sorted(p for p in (folder / ARTIFACTS).iterdir() if not p.name.startswith("."))
+    for path in paths:
+        name = path.relative_to(folder).as_posix()
+        if path.is_symlink():
+            raise InvalidBundle(f"{name} is a link; a bundle holds plain files only", file=name)
+        if path.is_file():
+            files[name] = path.read_bytes
+    return files
+
+
+def _from_zip(data: bytes, label: str) -> Bundle:
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+    except (zipfile.BadZipFile, ValueError) as err:
+        raise InvalidBundle(f"{label} is no zip of a session: {err}", file=label) from err
+    entries = archive.infolist()
+    total = sum(entry.file_size for entry in entries)
+    if len(entries) > MAX_FILES or total > MAX_ZIP_BYTES:
+        raise InvalidBundle(
+            f"{label} is too large: {len(entries)} files, {total >> 20} MB unpacked; "
+            f"at most {MAX_FILES} files and {MAX_ZIP_BYTES >> 20} MB are read",
+            files=len(entries),
+            bytes=total,
+        )
+    files: dict[str, Callable[[], bytes]] = {}
+    top = _common_folder([entry.filename for entry in entries])
+    for entry in entries:
+        if entry.is_dir():
+            continue
+        path = PurePosixPath(entry.filename)
+        if path.is_absolute() or ".." in path.parts or "\\" in entry.filename or ":" in entry.filename:
+            raise InvalidBundle(f"{entry.filename!r} points outside of the bundle", file=entry.filename)
+        if stat.S_ISLNK(entry.external_attr >> 16):
+            raise InvalidBundle(f"{entry.filename!r} is a link; a bundle holds plain files only", file=entry.filename)
+        name = path.as_posix().removeprefix(top)
+        if name in files:
+            raise InvalidBundle(f"{entry.filename!r} is in the bundle twice", file=entry.filename)
+        files[name] = _entry_reader(archive, entry)
+    return _assemble(files, label)
+
+
+def _common_folder(names: list[str]) -> str:
+    """A zip made of a folder holds that folder: "rock-step/"; else ""."""
+    if SESSION in names:
+        return ""
+    tops = {name.split("/", 1)[0] for name in names}
+    return f"{next(iter(tops))}/" if len(tops) == 1 and ".." not in tops else ""
+
+
+def _entry_reader(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Callable[[], bytes]:
+    def read() -> bytes:
+        try:
+            return archive.read(entry)
+        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as err:
+            raise InvalidBundle(f"{entry.filename} is damaged: {err}", file=entry.filename) from err
+
+    return read
+
+
+def _assemble(files: dict[str, Callable[[], bytes]], label: str) -> Bundle:
+    for needed in (SESSION, EVENTS):
+        if needed not in files:
+            raise InvalidBundle(f"{label} is no session: it has no {needed}", file=needed)
+    try:
+        session = json.loads(files[SESSION]())
+    except (ValueError, RecursionError) as err:
+        raise InvalidBundle(f"{SESSION} is no JSON: {err}", file=SESSION) from err
+    if not isinstance(session, dict) or session.get("format") != FORMAT:
+        raise InvalidBundle(f'{SESSION} does not say "format": "{FORMAT}"', file=SESSION)
+    # A later layout may chain its events otherwise, so its version is refused before they are read.
+    migrate({**session}, [], {v: lambda s, r: (s, r) for v in range(1, VERSION)})
+    data = files[EVENTS]()
+    records, taken = read_lines(data)
+    _require_head(session, records)
+    version = session["version"]
+    session, records = migrate(session, records)
+    artifacts: dict[str, Callable[[], bytes]] = {}
+    for name, content in files.items():
+        folder, _, rest = name.partition("/")
+        if folder == ARTIFACTS and _ARTIFACT.fullmatch(rest):
+            artifacts[rest] = content
+        elif name not in (SESSION, EVENTS):
+            raise InvalidBundle(f"{name!r} does not belong into a session bundle", file=name)
+    return Bundle(session, records, len(data) - taken, version, artifacts)
+
+
+def _require_head(session: Mapping[str, Any], records: list[Record]) -> None:
+    head = session.get("head")
+    if head is None:
+        return
+    try:
+        seq, chained = head["seq"], head["hash"]
+    except (TypeError, KeyError) as err:
+        raise InvalidBundle(f"{SESSION} has a damaged head", file=SESSION) from err
+    if seq >= len(records):
+        raise InvalidBundle(
+            f"{EVENTS} was cut: it ends with event {len(records) - 1}, {SESSION} knows of event {seq}",
+            file=EVENTS,
+            last=len(records) - 1,
+            known=seq,
+        )
+    if seq < 0 or records[seq]["hash"] != chained:
+        raise InvalidBundle(f"event {seq} is not the one that {SESSION} knows", file=EVENTS, seq=seq)

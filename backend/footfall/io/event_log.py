@@ -1,0 +1,96 @@
+"""Lines of an event log: one JSON object each, chained by hash.
+
+A line is ``{"seq", "time", "type", "payload", "previous", "hash"}``; ``hash`` covers the other fields in
+canonical form and ``previous`` is the hash of the line before. A changed, lost or swapped line shows; a
+cut tail shows against the head kept in ``session.json``.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from footfall.core.errors import InvalidBundle, InvalidInput
+
+Record = dict[str, Any]
+START = "0" * 32
+"""``previous`` of the first line."""
+
+_FIELDS = {"seq", "time", "type", "payload", "previous", "hash"}
+
+
+def make_record(seq: int, time: float, type: str, payload: dict[str, Any], previous: str) -> Record:
+    """One record with its hash. Raises InvalidInput where the payload is not plain JSON."""
+    try:
+        # What a reader will see is what is used from now on: lists for tuples, text keys.
+        payload = json.loads(json.dumps(payload, allow_nan=False))
+    except (TypeError, ValueError) as err:
+        raise InvalidInput(f"the payload of an event must be plain JSON: {err}", type=type) from err
+    body = {"seq": seq, "time": time, "type": type, "payload": payload, "previous": previous}
+    return {**body, "hash": _hash(body)}
+
+
+def _hash(body: Record) -> str:
+    text = json.dumps(body, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def line(record: Record) -> bytes:
+    """The record as one line, newline included."""
+    return json.dumps(record, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+
+
+def rechain(records: Iterable[Record]) -> list[Record]:
+    """Records with fresh ``seq``, ``previous`` and ``hash``, for logs that a migration changed."""
+    chained: list[Record] = []
+    previous = START
+    for seq, record in enumerate(records):
+        chained.append(make_record(seq, record["time"], record["type"], record["payload"], previous))
+        previous = chained[-1]["hash"]
+    return chained
+
+
+def read_lines(data: bytes, name: str = "events.jsonl") -> tuple[list[Record], int]:
+    """All whole records, and the number of bytes they take; more bytes than that are a torn last line.
+
+    A last line counts as torn where it lacks its newline or is not JSON. Raises InvalidBundle, naming
+    the line, for everything else that is not a chain of whole records.
+    """
+    records: list[Record] = []
+    previous, taken = START, 0
+    *lines, _ = data.split(b"\n")  # what follows the last newline is nothing, or torn
+    for i, text in enumerate(lines):
+        record = _parse(text)
+        if record is None:
+            if taken + len(text) + 1 == len(data):
+                break
+            raise InvalidBundle(f"{name} line {i + 1} is no event", file=name, line=i + 1)
+        body = {key: record[key] for key in record if key != "hash"}
+        if record["seq"] != i or record["previous"] != previous or record["hash"] != _hash(body):
+            raise InvalidBundle(
+                f"{name} line {i + 1} was changed, or a line before it was lost: its hash does not fit",
+                file=name,
+                line=i + 1,
+            )
+        records.append(record)
+        previous = record["hash"]
+        taken += len(text) + 1
+    return records, taken
+
+
+def _parse(text: bytes) -> Record | None:
+    try:
+        record = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(record, dict) or set(record) != _FIELDS:
+        return None
+    whole = (
+        type(record["seq"]) is int
+        and type(record["time"]) in (int, float)
+        and math.isfinite(record["time"])
+        and isinstance(record["type"], str)
+        and isinstance(record["payload"], dict)
+    )
+    return record if whole else None

@@ -1,0 +1,273 @@
+"""Session state as a fold over events: ``fold(state, event) -> state``, pure, the same live and in a replay."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field, replace
+from typing import Any
+
+from footfall.core.errors import InvalidBundle
+from footfall.core.value import SOFTWARE_VERSION, Value, value
+from footfall.planning.step.problem import Footfall
+from footfall.session.event import Event
+
+OPEN_STATES = ("sent", "received", "started")
+"""States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""
+
+
+@value
+class ProductRecord(Value):
+    """How a product came to be. parents: name → digest; settings: digest of the request, or None."""
+
+    kind: str
+    parents: Mapping[str, str]
+    settings: str | None
+
+
+@value
+class ExportRecord(Value):
+    """One export: which sequence, as what, and the digest of its bytes."""
+
+    sequence: str
+    format: str
+    digest: str
+
+
+@value
+class CommandRecord(Value):
+    """One command sent to the rover and how far it came. time: of the latest change."""
+
+    id: str
+    sequence: str
+    run: int
+    row: int
+    state: str
+    reason: str
+    time: float
+
+
+@value
+class StopRecord(Value):
+    """The stop. latched: nothing is sent until it is cleared; acknowledged: the rover said that it stands."""
+
+    latched: bool = False
+    acknowledged: bool = False
+    reason: str = ""
+    time: float | None = None
+
+
+@value
+class Note(Value):
+    """What an operator wrote down."""
+
+    time: float
+    text: str
+
+
+@value
+class SessionState(Value):
+    """Everything that a session is about, by digest.
+
+    robot, state, snapshot, dem, plan, sequence: digests; None until there is one.
+    maps: leg (as text) → digest of its latest map stack.
+    sequence_history: the sequences before ``sequence``, oldest first, for undo.
+    runs: how often a sequence was sent.
+    """
+
+    name: str = ""
+    robot: str | None = None
+    robot_name: str = ""
+    state: str | None = None
+    snapshot: str | None = None
+    dem: str | None = None
+    maps: Mapping[str, str] = field(default_factory=dict)
+    footfall: Footfall | None = None
+    plan: str | None = None
+    plan_status: str | None = None
+    plan_reason: str = ""
+    sequence: str | None = None
+    sequence_history: tuple[str, ...] = ()
+    exports: tuple[ExportRecord, ...] = ()
+    stop: StopRecord = StopRecord()
+    commands: tuple[CommandRecord, ...] = ()
+    runs: int = 0
+    notes: tuple[Note, ...] = ()
+    products: Mapping[str, ProductRecord] = field(default_factory=dict)
+
+    def maps_current(self, leg: int) -> bool:
+        """Whether the maps of ``leg`` were made from the present terrain and state."""
+        made = self.products.get(self.maps.get(str(leg), ""))
+        return made is not None and (made.parents["dem"], made.parents["state"]) == (self.dem, self.state)
+
+    def plan_behind(self, sequence: str) -> ProductRecord | None:
+        """The record of the plan that a sequence goes back to, through all of its edits."""
+        made = self.products.get(sequence)
+        while made is not None and "sequence" in made.parents:
+            made = self.products.get(made.parents["sequence"])
+        return None if made is None else self.products.get(made.parents.get("plan", ""))
+
+
+def fold(state: SessionState, event: Event) -> SessionState:
+    """The state after ``event``.
+
+    Raises InvalidBundle for an event type that this version does not know, or a payload that lacks what
+    its type needs.
+    """
+    if event.type not in _FOLDS:
+        raise InvalidBundle(
+            f"event {event.seq} is a {event.type!r}, which FootFall {SOFTWARE_VERSION} does not know; "
+            "a later version wrote it: update FootFall",
+            seq=event.seq,
+            type=event.type,
+        )
+    try:
+        return _FOLDS[event.type](state, event, event.payload)
+    except (KeyError, TypeError, ValueError) as err:
+        raise InvalidBundle(f"event {event.seq} ({event.type}) is incomplete: {err!r}", seq=event.seq) from err
+
+
+def fold_all(events: Iterable[Event], state: SessionState | None = None) -> SessionState:
+    """The state after all events, from an empty one where none is given."""
+    state = SessionState() if state is None else state
+    for event in events:
+        state = fold(state, event)
+    return state
+
+
+Payload = Mapping[str, Any]
+
+
+def _created(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, name=payload["name"], robot=payload["robot"], robot_name=payload["robot_name"])
+
+
+def _opened(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    # Whoever closed without hearing the end of a command can't know it any more.
+    return _settle(state, event, "unknown", "the session was closed before the rover said how it ended")
+
+
+def _unchanged(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return state
+
+
+def _state_frozen(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, state=payload["digest"])
+
+
+def _snapshot_taken(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, snapshot=payload["digest"], state=payload["state"])
+
+
+def _terrain_loaded(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, dem=payload["digest"])
+
+
+def _footfall_chosen(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, footfall=Footfall(payload["leg"], payload["x"], payload["y"]))
+
+
+def _product(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    kind, digest = payload["kind"], payload["digest"]
+    record = ProductRecord(kind, payload["parents"], payload["settings"])
+    state = replace(state, products={**state.products, digest: record})
+    if kind == "terrain":
+        return replace(state, dem=digest)
+    if kind == "maps":
+        return replace(state, maps={**state.maps, str(payload["leg"]): digest})
+    if kind == "plan":
+        return replace(state, plan=digest, plan_status=payload["status"], plan_reason=payload["reason"])
+    if kind == "sequence":
+        return replace(state, sequence=digest, sequence_history=())
+    if kind == "edit":
+        history = (*state.sequence_history, payload["parents"]["sequence"])
+        return replace(state, sequence=digest, sequence_history=history)
+    if kind == "export":
+        record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
+        return replace(state, exports=(*state.exports, record))
+    raise ValueError(f"there is no product called {kind!r}")
+
+
+def _undone(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    if not state.sequence_history or state.sequence_history[-1] != payload["digest"]:
+        raise ValueError("it undoes an edit that was not made")
+    return replace(state, sequence=payload["digest"], sequence_history=state.sequence_history[:-1])
+
+
+def _run_started(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, runs=payload["run"])
+
+
+def _command_sent(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    record = CommandRecord(
+        payload["id"], payload["sequence"], payload["run"], payload["row"], "sent", "", float(event.time)
+    )
+    return replace(state, commands=(*state.commands, record))
+
+
+def _command_changed(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    new = event.type.removeprefix("command_")
+
+    def changed(record: CommandRecord) -> CommandRecord:
+        if record.id != payload["id"]:
+            return record
+        return replace(record, state=new, reason=payload.get("reason", ""), time=float(event.time))
+
+    return replace(state, commands=tuple(changed(record) for record in state.commands))
+
+
+def _run_ended(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return _settle(state, event, "unknown", payload["reason"])
+
+
+def _settle(state: SessionState, event: Event, new: str, reason: str) -> SessionState:
+    return replace(
+        state,
+        commands=tuple(
+            replace(c, state=new, reason=reason, time=float(event.time)) if c.state in OPEN_STATES else c
+            for c in state.commands
+        ),
+    )
+
+
+def _stop_requested(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, stop=StopRecord(True, False, payload["reason"], float(payload["at"])))
+
+
+def _stop_acknowledged(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, stop=replace(state.stop, acknowledged=True))
+
+
+def _stop_cleared(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, stop=StopRecord())
+
+
+def _noted(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, notes=(*state.notes, Note(float(event.time), payload["text"])))
+
+
+_FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
+    "session_created": _created,
+    "session_opened": _opened,
+    "log_repaired": _unchanged,
+    "link_connected": _unchanged,
+    "link_lost": _unchanged,
+    "state_frozen": _state_frozen,
+    "snapshot_taken": _snapshot_taken,
+    "terrain_loaded": _terrain_loaded,
+    "footfall_chosen": _footfall_chosen,
+    "product": _product,
+    "job_failed": _unchanged,
+    "sequence_undone": _undone,
+    "armed": _unchanged,
+    "run_started": _run_started,
+    "run_ended": _run_ended,
+    "command_sent": _command_sent,
+    "command_received": _command_changed,
+    "command_started": _command_changed,
+    "command_done": _command_changed,
+    "command_refused": _command_changed,
+    "stop_requested": _stop_requested,
+    "stop_acknowledged": _stop_acknowledged,
+    "stop_cleared": _stop_cleared,
+    "note": _noted,
+}
+
+EVENT_TYPES = frozenset(_FOLDS)

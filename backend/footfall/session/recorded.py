@@ -1,0 +1,191 @@
+"""What a session is without its rover: log, state, values, jobs, view and notes, under one lock."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
+
+from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
+from footfall.core.value import Value
+from footfall.io.bundles import write_zip
+from footfall.maps.layers import LAYERS
+from footfall.session.event import Event
+from footfall.session.fold import SessionState
+from footfall.session.jobs import InlineJobs, Job, Jobs
+from footfall.session.journal import Journal
+from footfall.session.recipes import built_robot
+from footfall.session.shelf import Shelf
+from footfall.session.store import SessionStore
+from footfall.session.summary import view_dict
+from footfall.session.workshop import Workshop
+from footfall.telemetry.state import RobotState
+
+if TYPE_CHECKING:
+    from footfall.robot.description import RobotDescription
+    from footfall.robot.model import Robot
+
+
+@dataclass(frozen=True)
+class ViewState:
+    """What the operator looks at; not logged. scrub: 0…1 along the plan; layer: a name of LAYERS, or None."""
+
+    leg: int = 0
+    layer: str | None = "footing"
+    scrub: float = 1.0
+    show_ghost: bool = True
+
+
+class RecordedSession:
+    """The part of a session that its folder holds. Every method may be called from any thread.
+
+    Listeners are called in the order of what happened with the session's lock held: they put the message
+    into a queue of their own and return.
+    """
+
+    def __init__(self, store: SessionStore, jobs: Jobs | InlineJobs) -> None:
+        self._store = store
+        self._journal = Journal(store)
+        self._shelf = Shelf(store)
+        self._workshop = Workshop(jobs, self._journal, self._shelf, store)
+        self._view = ViewState()
+        if store.torn:
+            text = "the last line of the log was torn and has been cut off"
+            self._journal.record("log_repaired", {"bytes": store.torn, "text": text})
+        if len(self._journal):
+            self._journal.record("session_opened", {})
+
+    def begin(self, name: str, robot: str, robot_name: str) -> None:
+        """Write the first event of a new session; ``robot`` is the digest of its description."""
+        self._journal.record("session_created", {"name": name, "robot": robot, "robot_name": robot_name})
+
+    # -- what it is ----------------------------------------------------------------------------
+
+    @property
+    def id(self) -> str:
+        """Name of the session's folder."""
+        return self._store.folder.name
+
+    @property
+    def name(self) -> str:
+        """What its maker called it."""
+        return self.state.name
+
+    @property
+    def robot_digest(self) -> str:
+        """Content name of the robot description."""
+        return present(self.state.robot, "the session has no robot")
+
+    @property
+    def description(self) -> "RobotDescription":
+        """The robot description that the session was made with."""
+        return cast("RobotDescription", self.get(self.robot_digest))
+
+    @property
+    def robot(self) -> "Robot":
+        """The robot's model, built when first asked for."""
+        return built_robot(self.description)
+
+    @property
+    def state(self) -> SessionState:
+        """What the log folds to."""
+        return self._journal.state
+
+    @property
+    def view(self) -> ViewState:
+        """What the operator looks at."""
+        return self._view
+
+    @property
+    def jobs(self) -> list[Job]:
+        """The session's jobs, newest last."""
+        return self._workshop.jobs
+
+    def events(self, since: int = 0) -> list[Event]:
+        """Events with ``seq`` ≥ ``since``."""
+        return self._journal.events(since)
+
+    def listen(self, callback: Callable[[dict[str, Any]], None]) -> Callable[[], None]:
+        """Hear of everything from now on; returns what ends it. See the class about what callbacks may do."""
+        return self._journal.listen(callback)
+
+    @property
+    def unrecorded(self) -> int:
+        """Events that the disk could not take yet."""
+        return self._journal.unrecorded
+
+    # -- values --------------------------------------------------------------------------------
+
+    def put(self, value: Value) -> str:
+        """Store a value; returns its digest. Nothing refers to it yet."""
+        return self._shelf.put(value)
+
+    def get(self, digest: str) -> Value:
+        """Raises NotFound; InvalidBundle where the stored file is damaged."""
+        return self._shelf.get(digest)
+
+    def has(self, digest: str) -> bool:
+        """Whether a value of this name is stored."""
+        return self._store.has(digest)
+
+    def put_bytes(self, data: bytes, extension: str) -> str:
+        """Store the content of a file that is no value, such as an export."""
+        return self._store.put_bytes(data, extension)
+
+    def get_bytes(self, digest: str) -> bytes:
+        """Raises NotFound; InvalidBundle where the stored file is damaged."""
+        return self._store.get_bytes(digest)
+
+    # -- view and notes ------------------------------------------------------------------------
+
+    def set_view(self, **changes: Any) -> ViewState:
+        """Change leg, layer, scrub or show_ghost. Raises InvalidInput."""
+        unknown = set(changes) - set(ViewState.__dataclass_fields__)
+        if unknown:
+            raise InvalidInput(f"a view has leg, layer, scrub and show_ghost, not {', '.join(sorted(unknown))}")
+        if "leg" in changes:
+            self._require_leg(changes["leg"])
+        if changes.get("layer") is not None and changes["layer"] not in LAYERS:
+            raise InvalidInput(f"there is no layer {changes['layer']!r}; there are {', '.join(LAYERS)}")
+        if "scrub" in changes and not 0 <= changes["scrub"] <= 1:
+            raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
+        with self._journal.lock:
+            self._view = replace(self._view, **changes)
+            self._journal.tell("view", view=view_dict(self._view))
+            return self._view
+
+    def add_note(self, text: str) -> None:
+        """Write something down. Raises InvalidInput for an empty or overlong note."""
+        if not 0 < len(text.strip()) <= 10_000:
+            raise InvalidInput("a note has 1 to 10 000 characters", length=len(text))
+        self._journal.record("note", {"text": text.strip()})
+
+    def export_bundle(self) -> bytes:
+        """The session so far, as a zip."""
+        with self._journal.lock:
+            self._store.seal()
+            return write_zip(self._store.folder)
+
+    def close(self) -> None:
+        """Cancel its jobs and seal its log; harmless when done twice."""
+        self._workshop.close()
+        self._journal.close()
+
+    def _require_leg(self, leg: int) -> None:
+        count = len(self.description.legs)
+        if type(leg) is not int or not 0 <= leg < count:
+            raise InvalidInput(f"{self.state.robot_name} has legs 0…{count - 1}", leg=leg)
+
+    def _require_robot(self, state: RobotState) -> None:
+        legs = len(self.description.legs)
+        if state.robot != self.state.robot_name or state.leg_count != legs:
+            raise InvalidTelemetry(
+                f"this is a state of {state.robot} with {state.leg_count} legs; "
+                f"the session is about {self.state.robot_name} with {legs}",
+                robot=state.robot,
+            )
+
+
+def present(digest: str | None, otherwise: str) -> str:
+    """``digest`` where there is one; raises Conflict, saying ``otherwise``, where there is none."""
+    if digest is None:
+        raise Conflict(otherwise)
+    return digest

@@ -1,0 +1,218 @@
+"""The sessions of one working folder: made, opened, listed, carried in and out."""
+
+import json
+import os
+import re
+import secrets
+import shutil
+import threading
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from footfall.core.errors import FootFallError, InvalidInput, NotFound
+from footfall.core.value import SOFTWARE_VERSION
+from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, session_bytes, unpack, write_zip
+from footfall.resources import sample_sessions_folder
+from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.live import LiveSession
+from footfall.session.store import SessionStore, verify_artifact
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
+
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+class Sessions:
+    """Every session under ``folder``; close it, or use it as a context manager. Thread-safe.
+
+    jobs: the pool that all sessions share; None: worker processes of its own.
+    robot: name or path of the robot of new sessions that name none.
+    """
+
+    def __init__(
+        self,
+        folder: str | os.PathLike[str],
+        jobs: Jobs | InlineJobs | None = None,
+        robot: "str | os.PathLike[str] | Robot" = "athlete",
+    ) -> None:
+        self.folder = Path(folder)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.jobs = Jobs() if jobs is None else jobs
+        self._robot = robot
+        self._guard = threading.RLock()
+        self._open: dict[str, LiveSession] = {}
+        self._current: str | None = None
+
+    @property
+    def current(self) -> LiveSession | None:
+        """The session that was made or opened last."""
+        with self._guard:
+            return None if self._current is None else self._open[self._current]
+
+    def create(self, name: str, robot: "str | os.PathLike[str] | Robot | None" = None) -> LiveSession:
+        """A new, empty session for a robot (its name, a path, or the built model). Raises InvalidInput, NotFound."""
+        from footfall.io.robot_files import load_robot
+        from footfall.robot.model import Robot
+
+        if not 0 < len(name.strip()) <= 200:
+            raise InvalidInput("a session needs a name of 1 to 200 characters", length=len(name))
+        robot = self._robot if robot is None else robot
+        built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
+        with self._guard:
+            session_id = self._new_id()
+            about = {
+                "format": FORMAT,
+                "version": VERSION,
+                "id": session_id,
+                "name": name.strip(),
+                "created": time.time(),
+                "robot": {"name": built.name, "digest": built.digest},
+                "software": SOFTWARE_VERSION,
+            }
+            store = SessionStore.create(self.folder / session_id, about)
+            try:
+                store.put(built.description)
+                live = LiveSession(store, self.jobs)
+                live.begin(name.strip(), built.digest, built.name)
+            except BaseException:
+                store.close()
+                raise
+            return self._hold(live)
+
+    def open(self, session_id: str) -> LiveSession:
+        """Open a session, or get it where it is open. Raises NotFound, InvalidBundle, Conflict."""
+        with self._guard:
+            if session_id in self._open:
+                self._current = session_id
+                return self._open[session_id]
+            store = SessionStore(self._existing(session_id))
+            try:
+                return self._hold(LiveSession(store, self.jobs))
+            except BaseException:
+                store.close()
+                raise
+
+    def get(self, session_id: str) -> LiveSession:
+        """A session, opened where needed; ``current`` is the one made or opened last. Raises NotFound."""
+        with self._guard:
+            if session_id == "current":
+                if self._current is None:
+                    raise NotFound("no session is open; make one or open a sample")
+                return self._open[self._current]
+            return self._open[session_id] if session_id in self._open else self.open(session_id)
+
+    def list(self) -> list[dict[str, Any]]:
+        """What there is, newest first; a damaged session is listed with its ``problem``."""
+        found = [self._about(path) for path in self.folder.iterdir() if _ID.fullmatch(path.name) and path.is_dir()]
+        return sorted(found, key=lambda about: (-(about["created"] or 0.0), about["id"]))
+
+    def samples(self) -> "list[str]":
+        """Names of the sample sessions that ship with FootFall."""
+        folder = sample_sessions_folder()
+        if not folder.is_dir():
+            return []
+        return sorted(
+            path.name.removesuffix(".zip")
+            for path in folder.iterdir()
+            if path.suffix == ".zip" or (path / SESSION).is_file()
+        )
+
+    def open_sample(self, name: str) -> LiveSession:
+        """A copy of a sample session. Raises NotFound naming the samples."""
+        if name not in self.samples():
+            known = ", ".join(self.samples()) or "none"
+            raise NotFound(f"there is no sample session {name!r}; there are: {known}", sample=name)
+        path = sample_sessions_folder() / name
+        return self.import_bundle(path if path.is_dir() else path.with_name(f"{name}.zip"))
+
+    def import_bundle(self, bundle: str | os.PathLike[str] | bytes) -> LiveSession:
+        """Copy a bundle (folder, zip file, or its bytes) into the working folder and open it.
+
+        Every artifact is read once. Raises InvalidBundle, naming the file, where anything is wrong; then
+        nothing is left behind.
+        """
+        partial = self.folder / f".import-{secrets.token_hex(4)}"
+        try:
+            read = read_bundle(bundle)
+            for name, content in read.files.items():
+                verify_artifact(name, content())
+            unpack(bundle, partial)
+            with self._guard:
+                session_id = self._new_id()
+                about = {**read.session, "id": session_id}
+                (partial / SESSION).write_bytes(session_bytes(about))
+                partial.rename(self.folder / session_id)
+            try:
+                return self.open(session_id)
+            except BaseException:
+                shutil.rmtree(self.folder / session_id, ignore_errors=True)
+                raise
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+
+    def export_bundle(self, session_id: str) -> bytes:
+        """A session as a zip; the same session gives the same bytes. Raises NotFound."""
+        with self._guard:
+            live = self._open.get(session_id)
+            if live is None and session_id == "current":
+                live = self.get(session_id)
+        return live.export_bundle() if live is not None else write_zip(self._existing(session_id))
+
+    def close(self) -> None:
+        """Close every session, then the workers."""
+        with self._guard:
+            sessions, self._open, self._current = self._open, {}, None
+        for live in sessions.values():
+            live.close()
+        self.jobs.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, err: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _hold(self, live: LiveSession) -> LiveSession:
+        self._open[live.id] = live
+        self._current = live.id
+        return live
+
+    def _existing(self, session_id: str) -> Path:
+        path = self.folder / session_id
+        if not _ID.fullmatch(session_id) or not (path / SESSION).is_file():
+            raise NotFound(f"there is no session {session_id!r}", session=session_id)
+        return path
+
+    def _new_id(self) -> str:
+        while True:
+            session_id = f"{time.strftime('%Y%m%d-%H%M%S', time.gmtime())}-{secrets.token_hex(2)}"
+            if not (self.folder / session_id).exists():
+                return session_id
+
+    def _about(self, path: Path) -> dict[str, Any]:
+        about: dict[str, Any] = {
+            "id": path.name,
+            "name": path.name,
+            "created": None,
+            "robot": None,
+            "events": None,
+            "open": path.name in self._open,
+        }
+        try:
+            session = json.loads((path / SESSION).read_bytes())
+            with (path / EVENTS).open("rb") as log:
+                events = sum(1 for _ in log)
+            about |= {
+                "name": str(session["name"]),
+                "created": float(session["created"]),
+                "robot": session["robot"]["name"],
+                "events": events,
+            }
+        except (OSError, ValueError, KeyError, TypeError, FootFallError) as err:
+            about["problem"] = f"it can't be read: {err}"
+        return about

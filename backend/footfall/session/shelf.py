@@ -1,0 +1,52 @@
+"""The values of one session: on disk, and the latest of them in memory."""
+
+from collections import OrderedDict
+from threading import Lock
+from typing import TypeVar
+
+from footfall.core.errors import NotFound
+from footfall.core.value import Value
+from footfall.session.store import SessionStore
+
+_V = TypeVar("_V", bound=Value)
+
+CACHED_VALUES = 24
+
+
+class Shelf:
+    """Puts and gets values by digest. Thread-safe; never holds its lock while reading or writing files."""
+
+    def __init__(self, store: SessionStore) -> None:
+        self._store = store
+        self._guard = Lock()
+        self._values: OrderedDict[str, Value] = OrderedDict()
+
+    def put(self, value: Value) -> str:
+        """Store a value; returns its digest."""
+        digest = self._store.put(value)
+        self._keep(value)
+        return digest
+
+    def get(self, digest: str) -> Value:
+        """Raises NotFound; InvalidBundle where the stored file is damaged."""
+        with self._guard:
+            if digest in self._values:
+                self._values.move_to_end(digest)
+                return self._values[digest]
+        value = self._store.get(digest)
+        self._keep(value)
+        return value
+
+    def typed(self, cls: type[_V], digest: str) -> _V:
+        """As :meth:`get`; NotFound also where it is another kind of value."""
+        value = self.get(digest)
+        if not isinstance(value, cls):
+            raise NotFound(f"{digest} is a {type(value).__name__}, not a {cls.__name__}", digest=digest)
+        return value
+
+    def _keep(self, value: Value) -> None:
+        with self._guard:
+            self._values[value.digest] = value
+            self._values.move_to_end(value.digest)
+            while len(self._values) > CACHED_VALUES:
+                self._values.popitem(last=False)

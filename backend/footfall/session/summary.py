@@ -1,0 +1,87 @@
+"""A session as plain JSON, for a page that opens."""
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from footfall.core.value import Value
+from footfall.terrain.dem import Dem
+
+if TYPE_CHECKING:
+    from footfall.session.live import LiveSession, ViewState
+
+
+def summary(session: "LiveSession") -> dict[str, Any]:
+    """Everything about a session but the content of its values, which are named by digest."""
+    state = session.state
+    return {
+        "id": session.id,
+        "name": state.name,
+        "robot": {"name": state.robot_name, "digest": state.robot},
+        "events": len(session.events()),
+        "state": state.state,
+        "snapshot": state.snapshot,
+        "pairs": _pairs(session),
+        "dem": state.dem,
+        "terrain": _terrain(session),
+        "maps": dict(state.maps),
+        "maps_current": {leg: state.maps_current(int(leg)) for leg in state.maps},
+        "footfall": None if state.footfall is None else fields_of(state.footfall),
+        "footfall_answer": _footfall_answer(session),
+        "plan": {"digest": state.plan, "status": state.plan_status, "reason": state.plan_reason},
+        "sequence": state.sequence,
+        "can_undo": bool(state.sequence_history),
+        "exports": [fields_of(one) for one in state.exports],
+        "stop": fields_of(state.stop),
+        "gate": session.gate,
+        "commands": [fields_of(one) for one in state.commands],
+        "notes": [fields_of(one) for one in state.notes],
+        "view": view_dict(session.view),
+        "link": session.link.as_dict(),
+        "jobs": [job.as_dict() for job in session.jobs],
+        "plan_matches_rover": session.plan_matches_rover(),
+        "unrecorded": session.unrecorded,
+    }
+
+
+def _pairs(session: "LiveSession") -> list[str]:
+    """Names of the pairs of the present snapshot."""
+    for event in reversed(session.events()):
+        if event.type == "snapshot_taken":
+            return list(event.payload["pairs"])
+    return []
+
+
+def _terrain(session: "LiveSession") -> dict[str, Any] | None:
+    """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
+    digest = session.state.dem
+    if digest is None:
+        return None
+    dem = cast(Dem, session.get(digest))
+    made = next(event.time for event in reversed(session.events()) if event.payload.get("digest") == digest)
+    geometry = dem.geometry
+    return {
+        "name": dem.name,
+        "rows": geometry.rows,
+        "cols": geometry.cols,
+        "resolution": geometry.resolution,
+        "bounds": list(geometry.bounds),
+        "known": float(np.isfinite(dem.heights).mean()),
+        "time": made,
+    }
+
+
+def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
+    """What terrain and maps say now of the chosen footfall."""
+    chosen = session.state.footfall
+    return None if chosen is None or session.state.dem is None else session.footfall_answer(chosen)
+
+
+def fields_of(value: Value) -> dict[str, Any]:
+    """The fields of a flat value by name."""
+    return value.__getstate__()
+
+
+def view_dict(view: "ViewState") -> dict[str, Any]:
+    """The view as plain JSON."""
+    return {"leg": view.leg, "layer": view.layer, "scrub": view.scrub, "show_ghost": view.show_ghost}

@@ -1,0 +1,71 @@
+"""The worker process: takes one job at a time from its pipe, makes the product, sends it back.
+
+Messages to the worker: ("job", id, kind, {name: (digest, value)}, (digest, value) | None) and ("cancel", id).
+Messages from it: ("progress", fraction, text), ("done", product), ("failed", error). A closed pipe ends it.
+"""
+
+import contextlib
+import signal
+import time
+from collections.abc import Mapping
+from importlib import import_module
+from multiprocessing.connection import Connection
+from typing import Any
+
+from footfall.core.errors import Cancelled, FootFallError
+from footfall.core.value import Value
+from footfall.io.artifacts import named
+from footfall.session.recipes import make
+
+PROGRESS_PERIOD = 0.05
+"""Progress is sent, and the wish to cancel looked for, at most this often [s]."""
+
+Sent = tuple[str, Value]
+
+
+def work(pipe: Connection, recipes: str) -> None:
+    """Serve one pipe until it closes. ``recipes``: module with ``RECIPES`` and, optionally, ``preload``."""
+    # Ctrl-C reaches the whole process group; the server decides when a worker ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    module = import_module(recipes)
+    with contextlib.suppress(Exception):  # the job that needs what did not load will say so
+        getattr(module, "preload", lambda: None)()
+    with pipe, contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        while True:
+            message = pipe.recv()
+            if message[0] == "job":
+                pipe.send(_run(pipe, module.RECIPES, *message[1:]))
+
+
+def _run(
+    pipe: Connection, recipes: Mapping[str, Any], job: str, kind: str, parents: dict[str, Sent], settings: Sent | None
+) -> tuple[str, Any]:
+    try:
+        given = {name: named(value, digest) for name, (digest, value) in parents.items()}
+        asked = None if settings is None else named(settings[1], settings[0])
+        return "done", make(recipes, kind, given, asked, _Reporter(pipe, job))
+    except FootFallError as err:
+        return "failed", err
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        raise
+    except Exception as err:
+        # An error of a library, or of ours: the text must cross the pipe, the type may not unpickle there.
+        return "failed", FootFallError(f"{kind} failed: {type(err).__name__}: {err}")
+
+
+class _Reporter:
+    """The progress of one job, as seen by its recipe."""
+
+    def __init__(self, pipe: Connection, job: str) -> None:
+        self.pipe, self.job, self.next = pipe, job, 0.0
+
+    def __call__(self, fraction: float, text: str) -> None:
+        now = time.monotonic()
+        if now < self.next:
+            return
+        self.next = now + PROGRESS_PERIOD
+        while self.pipe.poll():
+            # A cancel that crossed the end of an earlier job on the way names that job.
+            if self.pipe.recv() == ("cancel", self.job):
+                raise Cancelled("cancelled")
+        self.pipe.send(("progress", float(fraction), str(text)))

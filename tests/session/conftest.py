@@ -1,0 +1,56 @@
+"""Sessions over tiny recipes: the machinery is under test here, not the numbers."""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from footfall.session.jobs import InlineJobs
+from footfall.session.registry import Sessions
+from footfall.telemetry.state import RobotState, TelemetryFrame
+
+
+@pytest.fixture(autouse=True)
+def tiny(monkeypatch):
+    """The module of tiny recipes, importable by name here and in workers."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    return importlib.import_module("tiny_recipes")
+
+
+@pytest.fixture
+def state_of(athlete):
+    """state_of(offset=0.0, mode="idle", time=0.0) → RobotState near the standing posture."""
+
+    def make(offset=0.0, mode="idle", time=0.0):
+        posture = athlete.posture("stand").copy()
+        posture[7] += offset
+        return RobotState(athlete.name, time, posture, np.eye(4), np.zeros((6, 3)), np.zeros(36), mode)
+
+    return make
+
+
+@pytest.fixture
+def frame_of(state_of):
+    """frame_of(number, **state_of arguments) → TelemetryFrame."""
+
+    def make(number=0, **about):
+        state = state_of(**about)
+        return TelemetryFrame(number, state, state.posture)
+
+    return make
+
+
+@pytest.fixture
+def sessions(tmp_path, tiny, athlete):
+    with Sessions(tmp_path / "sessions", jobs=InlineJobs("tiny_recipes"), robot=athlete) as opened:
+        yield opened
+
+
+@pytest.fixture
+def session(sessions, tiny, state_of):
+    """A session with terrain and state."""
+    live = sessions.create("test")
+    live.load_terrain(tiny.dem(), "test")
+    live.set_state(state_of())
+    return live

@@ -1,0 +1,327 @@
+"""The gate: what it refuses, what it sends, and that a stop always wins."""
+
+import json
+import threading
+import time
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from numpy import array, zeros
+
+from footfall.core.errors import CommandRefused, Conflict
+from footfall.core.value import Provenance
+from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.edit import Edit
+from footfall.session.gate import Gate
+
+
+class Rover:
+    """What arrives at the other end of the link."""
+
+    def __init__(self):
+        self.heard = []
+
+    def __call__(self, text):
+        self.heard.append(json.loads(text))
+
+    def ids(self):
+        return [m["id"] for m in self.heard if m["type"] == "command"]
+
+    def types(self):
+        return [m["type"] for m in self.heard]
+
+
+@pytest.fixture
+def rover():
+    return Rover()
+
+
+@pytest.fixture
+def ready(session, rover, frame_of):
+    """A session with a sequence of three rows and an idle rover where it starts."""
+    session.plan_step(2, (1.0, 0.0)).finish()
+    session.make_sequence()
+    session.rover_connected(rover)
+    session.take_telemetry(frame_of(0))
+    return session
+
+
+def refused(session, check):
+    with pytest.raises(CommandRefused) as caught:
+        session.arm()
+    assert caught.value.details["check"] == check
+    return caught.value
+
+
+def test_rows_go_one_after_another(ready, rover):
+    answer = ready.send(ready.arm()["token"])
+    ids = answer["commands"]
+    assert len(ids) == len(set(ids)) == 3
+    for i, command in enumerate(ids):
+        assert rover.ids() == ids[: i + 1]
+        ready.take_acknowledgement(command, "received")
+        ready.take_acknowledgement(command, "started")
+        ready.take_acknowledgement(command, "done")
+    assert [c.state for c in ready.state.commands] == ["done"] * 3
+    assert ready.gate["state"] == "idle"
+    assert ready.events()[-1].payload["outcome"] == "done"
+    ready.take_acknowledgement(ids[0], "done")
+    assert rover.ids() == ids
+
+
+def test_a_token_sends_once_and_expires(ready):
+    token = ready.arm()["token"]
+    with pytest.raises(CommandRefused, match="token"):
+        ready.send("wrong")
+    for command in ready.send(token)["commands"]:
+        ready.take_acknowledgement(command, "done")
+    with pytest.raises(CommandRefused, match="sends once"):
+        ready.send(token)
+
+
+def test_an_arming_expires():
+    now = [0.0]
+    gate = Gate(clock=lambda: now[0])
+    token = gate.arm("digest")
+    now[0] = 10.1
+    assert gate.as_dict()["state"] == "idle"
+    with pytest.raises(CommandRefused, match="expired"):
+        gate.armed_sequence(token)
+
+
+def test_a_refused_row_ends_the_run(ready, rover):
+    ids = ready.send(ready.arm()["token"])["commands"]
+    ready.take_acknowledgement(ids[0], "refused", "joint fault")
+    assert rover.ids() == ids[:1]
+    assert ready.state.commands[0].state == "refused"
+    end = ready.events()[-1]
+    assert (end.type, end.payload["outcome"], end.payload["unsent"]) == ("run_ended", "refused", 2)
+
+
+def test_a_lost_link_ends_the_run_and_leaves_the_row_unknown(ready, rover):
+    ids = ready.send(ready.arm()["token"])["commands"]
+    ready.rover_disconnected()
+    assert ready.state.commands[0].state == "unknown"
+    again = Rover()
+    ready.rover_connected(again)
+    ready.take_acknowledgement(ids[0], "done")  # late, but true
+    assert ready.state.commands[0].state == "done"
+    assert again.heard == []
+
+
+def test_the_gate_names_what_does_not_fit(session, rover, frame_of, tiny, monkeypatch):
+    session.plan_step(2, (1.0, 0.0)).finish()
+    sequence = session.make_sequence()
+    refused(session, "link")
+    session.rover_connected(rover)
+    refused(session, "telemetry")
+    session.take_telemetry(frame_of(1, offset=0.02))
+    error = refused(session, "start")
+    assert error.details["joint"] == session.description.joint_names[7]
+    assert error.details["difference"] == pytest.approx(0.02)
+    assert session.plan_matches_rover()["ok"] is False
+    session.take_telemetry(frame_of(2, mode="moving"))
+    refused(session, "mode")
+    session.take_telemetry(frame_of(3, offset=0.009))
+    session.arm()
+    monkeypatch.setattr(type(session.link), "age", property(lambda self: 2.5))
+    refused(session, "telemetry")
+    monkeypatch.undo()
+    session.load_terrain(tiny.dem(0.1))
+    refused(session, "terrain")
+    session.load_terrain(tiny.dem())
+    session.edit_sequence(sequence, Edit("duration", 0, number=1e-3))
+    refused(session, "rules")
+    assert rover.ids() == []
+
+
+def test_a_stop_is_latched_and_clears_only_when_acknowledged(ready, rover):
+    ids = ready.send(ready.arm()["token"])["commands"]
+    ready.stop("operator")
+    ready.stop("again")
+    assert rover.types() == ["command", "stop", "stop"]
+    assert [e.type for e in ready.events()].count("stop_requested") == 1
+    ready.take_acknowledgement(ids[0], "done")
+    assert rover.ids() == ids[:1]
+    refused(ready, "stop")
+    with pytest.raises(Conflict, match="not acknowledged"):
+        ready.clear_stop()
+    ready.take_stop_acknowledgement()
+    assert ready.state.stop.acknowledged
+    ready.clear_stop()
+    assert rover.types()[-1] == "clear_stop"
+    assert not ready.state.stop.latched
+    ready.arm()
+
+
+def test_a_stop_survives_reopening_and_reaches_a_returning_rover(sessions, ready, rover):
+    ready.rover_disconnected()
+    ready.stop("no link")
+    session_id = ready.id
+    ready.close()
+    del sessions._open[session_id]
+    again = sessions.open(session_id)
+    assert again.gate["stopped"]
+    again.rover_connected(rover)
+    assert rover.types() == ["stop"]
+
+
+def test_a_stop_needs_no_disk(ready, rover, monkeypatch):
+    def full(*_):
+        raise OSError("no space left")
+
+    ready.send(ready.arm()["token"])
+    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    ready.stop("disk full")
+    assert rover.types()[-1] == "stop"
+    assert ready.gate["stopped"]
+    monkeypatch.undo()
+    ready.add_note("the disk is back")
+    types = [e.type for e in ready.events()]
+    assert types[-3:] == ["stop_requested", "run_ended", "note"]
+
+
+def test_nothing_is_sent_that_is_not_in_the_log(ready, rover, monkeypatch):
+    token = ready.arm()["token"]
+
+    def full(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    with pytest.raises(OSError, match="no space"):
+        ready.send(token)
+    assert rover.ids() == []
+    monkeypatch.undo()
+
+
+def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
+    monkeypatch.setattr("footfall.session.journal.LOCK_PATIENCE", 0.05)
+    held, free = threading.Event(), threading.Event()
+
+    def hold(message):
+        held.set()
+        free.wait(5)
+
+    unlisten = ready.listen(hold)
+    thread = threading.Thread(target=ready.add_note, args=("slow listener",))
+    thread.start()
+    held.wait(5)
+    start = time.monotonic()
+    ready.stop("now")
+    assert time.monotonic() - start < 1.0
+    assert rover.types()[-1] == "stop"
+    free.set()
+    thread.join()
+    unlisten()
+    ready.add_note("later")
+    assert "stop_requested" in [e.type for e in ready.events()]
+
+
+def until(condition):
+    deadline = time.monotonic() + 10
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def ends(session):
+    return [e.payload["outcome"] for e in session.events() if e.type == "run_ended"]
+
+
+def test_a_rover_that_falls_silent_ends_the_run(ready, monkeypatch):
+    ready.send(ready.arm()["token"])
+    monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
+    until(lambda: ends(ready) == ["link_lost"])
+
+
+def test_a_row_that_is_never_acknowledged_ends_the_run(ready, rover, monkeypatch):
+    monkeypatch.setattr("footfall.session.gate.RECEIVED_WITHIN", 0.1)
+    ready.send(ready.arm()["token"])
+    until(lambda: ends(ready) == ["overdue"])
+    assert len(rover.ids()) == 1
+
+
+def test_the_link_counts_what_is_missing(ready, frame_of):
+    for number in (1, 2, 5, 6, 0, 1):
+        ready.take_telemetry(frame_of(number))
+    about = ready.link.as_dict()
+    assert (about["frames"], about["gaps"], about["restarts"]) == (7, 2, 1)
+    assert ready.telemetry_age < 5
+    ready.rover_disconnected(lambda text: None)  # an older connection's end changes nothing
+    assert ready.link.connected
+
+
+ROWS = 3
+
+
+class GateMachine(RuleBasedStateMachine):
+    """Random operators, rovers and clocks against the gate."""
+
+    def __init__(self):
+        super().__init__()
+        self.now = 0.0
+        self.gate = Gate(clock=lambda: self.now)
+        command = Command("LEG_MOVE", 0, zeros(6), 1.0)
+        predicted = zeros((ROWS, 36))
+        self.sequence = Sequence("r", (command,) * ROWS, zeros(36), predicted, array([]), (), Provenance({}))
+        self.sent = []
+        self.sent_while_stopped = False
+        self.token = None
+
+    @rule()
+    def arm(self):
+        try:
+            self.token = self.gate.arm("d" * 32)
+        except CommandRefused:
+            assert self.gate.stopped or self.gate.run
+
+    @precondition(lambda self: self.token)
+    @rule()
+    def send(self):
+        assert self.token
+        try:
+            run = self.gate.begin(self.token, self.sequence)
+        except CommandRefused:
+            return
+        self.token = None
+        self.go(self.gate.advance(run.number))
+
+    def go(self, run):
+        if run is not None and self.gate.release(run, lambda: self.sent.append(run.command_id)):
+            self.sent_while_stopped |= self.gate.stopped
+
+    @precondition(lambda self: self.sent)
+    @rule(state=st.sampled_from(["received", "done", "done", "refused"]), which=st.integers(0, 3))
+    def hear(self, state, which):
+        run = self.gate.heard(self.sent[max(0, len(self.sent) - 1 - which)], state)
+        if run is None:
+            return
+        if state == "refused" or (state == "done" and run.row + 1 == ROWS):
+            self.gate.end(run.number)
+        elif state == "done":
+            self.go(self.gate.advance(run.number))
+
+    @rule()
+    def stop(self):
+        self.gate.latch()
+        assert self.gate.run is None
+
+    @rule()
+    def clear(self):
+        self.gate.unlatch()
+
+    @rule(seconds=st.floats(0, 20))
+    def wait(self, seconds):
+        self.now += seconds
+
+    @invariant()
+    def at_most_once_and_never_while_stopped(self):
+        assert len(set(self.sent)) == len(self.sent)
+        assert not self.sent_while_stopped
+        assert not (self.gate.stopped and self.gate.run)
+
+
+GateMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None, derandomize=True)
+TestGateMachine = GateMachine.TestCase

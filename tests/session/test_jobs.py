@@ -1,0 +1,164 @@
+"""The worker pool with real processes: progress, cancel, kill, and recovery from a dead worker."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from footfall.core.errors import Cancelled, Conflict, FootFallError, InvalidInput, NotFound, WorkerLost
+from footfall.session.jobs import InlineJobs, Jobs
+
+
+@pytest.fixture
+def pool(tiny):
+    with Jobs("tiny_recipes", workers=1) as jobs:
+        yield jobs
+    assert not [t for t in threading.enumerate() if t.name.startswith("footfall-worker")]
+
+
+def until(condition, seconds=20.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.01)
+
+
+def worker_pid(pool):
+    found = []
+    pool.submit("pid", {}, None, lambda job, product: found.append(int(product)) or "x").finish(20)
+    return found[0]
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_values_cross_and_come_back_under_their_digest(pool, tiny):
+    dem = tiny.dem(1.5)
+    got = []
+    job = pool.submit("quick", {"dem": dem}, None, lambda job, product: got.append(product) or product.digest)
+    assert job.finish(20) == dem.digest
+    assert job.state == "done"
+    assert job.fraction == 1.0
+    assert not got[0].heights.flags.writeable
+    assert pool.get(job.id) is job
+    with pytest.raises(NotFound):
+        pool.get("nothing")
+
+
+def test_errors_keep_their_kind_and_details(pool):
+    with pytest.raises(InvalidInput, match="this is wrong") as caught:
+        pool.submit("raises", {}, None).finish(20)
+    assert caught.value.details == {"what": 3}
+    with pytest.raises(FootFallError, match="ZeroDivisionError: a bug"):
+        pool.submit("breaks", {}, None).finish(20)
+    with pytest.raises(InvalidInput, match="no recipe"):
+        pool.submit("unheard", {}, None).finish(20)
+
+
+def test_progress_then_a_polite_cancel_keeps_the_worker(pool):
+    pid = worker_pid(pool)
+    changes = []
+    job = pool.submit("polite", {}, None, None, lambda job: changes.append((job.state, job.text)))
+    until(lambda: job.text == "running")
+    asked = time.monotonic()
+    job.cancel()
+    assert job.wait(5)
+    assert time.monotonic() - asked < 1.0
+    assert job.state == "cancelled"
+    assert ("running", "running") in changes
+    with pytest.raises(Cancelled):
+        job.finish()
+    assert worker_pid(pool) == pid
+
+
+def test_a_deaf_job_is_killed_after_its_grace_and_the_pool_goes_on(pool):
+    pid = worker_pid(pool)
+    job = pool.submit("deaf", {}, None)
+    until(lambda: job.text == "deaf")
+    job.cancel()
+    assert job.wait(5)
+    assert job.state == "cancelled"
+    assert not alive(pid)
+    assert worker_pid(pool) != pid
+
+
+def test_a_worker_that_dies_fails_its_job_only(pool):
+    job = pool.submit("dies", {}, None)
+    with pytest.raises(WorkerLost, match="died") as caught:
+        job.finish(20)
+    assert caught.value.details["exit_code"] == 7
+    pid = worker_pid(pool)
+    running = pool.submit("deaf", {}, None)
+    until(lambda: running.text == "deaf")
+    os.kill(pid, signal.SIGKILL)
+    with pytest.raises(WorkerLost):
+        running.finish(20)
+    os.kill(worker_pid(pool), signal.SIGKILL)  # between jobs: the next one finds a new worker, or is told
+    time.sleep(0.2)
+    assert worker_pid(pool)
+
+
+def test_the_queue_is_bounded_ordered_and_cancellable(tiny):
+    with Jobs("tiny_recipes", workers=1, queue_limit=3) as pool:
+        blocker = pool.submit("polite", {}, None)
+        until(lambda: blocker.state == "running")
+        order = []
+        first = pool.submit("pid", {}, None, lambda job, _: order.append("first") or "x")
+        urgent = pool.submit("pid", {}, None, lambda job, _: order.append("urgent") or "x", urgent=True)
+        dropped = pool.submit("pid", {}, None)
+        with pytest.raises(Conflict, match="waiting already"):
+            pool.submit("pid", {}, None)
+        dropped.cancel()
+        assert dropped.state == "cancelled"  # at once, though the worker is busy
+        blocker.cancel()
+        first.finish(20)
+        urgent.finish(20)
+        assert order == ["urgent", "first"]
+
+
+def test_closing_ends_what_runs_and_what_waits(tiny):
+    pool = Jobs("tiny_recipes", workers=1)
+    running, waiting = pool.submit("polite", {}, None), pool.submit("pid", {}, None)
+    until(lambda: running.text == "running")
+    pool.close()
+    assert running.state == waiting.state == "cancelled"
+    with pytest.raises(Conflict, match="closed"):
+        pool.submit("pid", {}, None)
+
+
+def test_a_product_that_can_not_be_recorded_fails_the_job(tiny, caplog):
+    def full(job, product):
+        raise OSError("disk full")
+
+    job = InlineJobs("tiny_recipes").submit("pid", {}, None, full)
+    assert job.state == "failed"
+    with pytest.raises(FootFallError, match="disk full"):
+        job.finish()
+    assert "could not be recorded" in caplog.text
+
+
+def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, state_of):
+    from dataclasses import replace
+
+    from footfall.session.registry import Sessions
+
+    with Sessions(tmp_path, jobs=Jobs("tiny_recipes", workers=2), robot=athlete) as sessions:
+        session = sessions.create("maps")
+        session.set_state(state_of())
+        session.load_terrain(replace(tiny.dem(), name="slow"))
+        older, other = session.compute_maps(1), session.compute_maps(2)
+        until(lambda: older.state == "running")
+        session.load_terrain(tiny.dem())
+        newer = session.compute_maps(1)
+        assert older.wait(20)
+        assert older.state == "cancelled"
+        other.cancel()
+        newer.finish(20)
+        assert session.state.maps_current(1)

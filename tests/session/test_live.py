@@ -1,0 +1,155 @@
+"""A whole session through the one object that owns it."""
+
+import json
+
+import pytest
+
+from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry, NotFound
+from footfall.planning.step.problem import StepSettings
+from footfall.sequence.edit import Edit
+from footfall.session.fold import fold_all
+
+
+def planned(session, leg=2, target=(1.0, 0.0)):
+    session.plan_step(leg, target).finish()
+    return session.make_sequence()
+
+
+def test_from_state_to_export(session):
+    session.compute_maps(2).finish()
+    answer = session.choose_footfall(2, 1.0, 0.5)
+    assert answer["acceptable"] is True
+    assert answer["known"] is True
+    assert answer["z"] == 0.0
+    assert answer["reasons"] == []
+    digest = session.plan_step(2).finish()
+    assert session.state.plan == digest
+    sequence = session.make_sequence()
+    edited = session.edit_sequence(sequence, Edit("duration", 0, number=20.0))
+    assert session.state.sequence == edited != sequence
+    assert session.undo_sequence() == sequence
+    assert session.state.sequence_history == ()
+    data = session.export_sequence(format="csv")
+    assert session.get_bytes(session.state.exports[0].digest) == data
+    json.dumps(session.summary(), allow_nan=False)
+
+
+def test_reopening_gives_the_same_state(sessions, session):
+    planned(session)
+    session.add_note("  a note ")
+    state, events = session.state, session.events()
+    session_id = session.id
+    session.close()
+    del sessions._open[session_id]
+    again = sessions.open(session_id)
+    assert again.events()[: len(events)] == events
+    assert [e.type for e in again.events(len(events))] == ["session_opened"]
+    assert again.state.digest == state.digest
+    assert fold_all(again.events()).digest == state.digest
+
+
+def test_maps_become_outdated(session, tiny):
+    session.compute_maps(1).finish()
+    assert session.state.maps_current(1)
+    session.load_terrain(tiny.dem(0.1))
+    assert not session.state.maps_current(1)
+    answer = session.choose_footfall(1, 0.0, 0.0)
+    assert answer["footing"] is None
+    assert "older terrain" in answer["reasons"][0]
+
+
+def test_footfalls_off_the_map_and_in_the_unknown(session):
+    answer = session.choose_footfall(0, 100.0, 0.0)
+    assert answer["acceptable"] is False
+    assert answer["z"] is None
+    assert "not on the terrain map" in answer["reasons"][0]
+
+
+def test_a_refused_plan_is_a_product_with_its_reason(session):
+    session.plan_step(0, (2.5, 0.0)).finish()
+    assert session.state.plan_status == "goal_invalid"
+    with pytest.raises(InvalidInput, match="can't reach"):
+        session.make_sequence()
+    assert session.events()[-1].type == "job_failed"
+
+
+def test_what_is_missing_is_said(sessions, state_of):
+    live = sessions.create("empty")
+    with pytest.raises(Conflict, match="terrain"):
+        live.plan_step(0, (1.0, 0.0))
+    with pytest.raises(Conflict, match="images"):
+        live.build_terrain()
+    with pytest.raises(Conflict, match="telemetry"):
+        live.snapshot_state()
+    with pytest.raises(Conflict, match="sequence"):
+        live.export_sequence()
+    with pytest.raises(Conflict, match="no rover"):
+        live.request_images()
+    with pytest.raises(NotFound, match="no value"):
+        live.get("0" * 32)
+    with pytest.raises(NotFound):
+        live.get("../../session")
+    with pytest.raises(InvalidInput, match="legs 0…5"):
+        live.compute_maps(6)
+    with pytest.raises(InvalidInput, match="layer"):
+        live.set_view(layer="colour")
+
+
+def test_a_state_of_another_robot_is_refused(session, state_of):
+    from dataclasses import replace
+
+    with pytest.raises(InvalidTelemetry, match="another"):
+        session.set_state(replace(state_of(), robot="another"))
+
+
+def test_editing_an_outdated_sequence_conflicts(session):
+    first = planned(session)
+    session.edit_sequence(first, Edit("duration", 0, number=20.0))
+    with pytest.raises(Conflict, match="changed"):
+        session.edit_sequence(first, Edit("duration", 0, number=30.0))
+
+
+def test_listeners_hear_in_order_and_may_fail(session, caplog):
+    heard = []
+
+    def broken(message):
+        raise RuntimeError("a broken listener")
+
+    unlisten_broken = session.listen(broken)
+    unlisten = session.listen(heard.append)
+    session.add_note("one")
+    session.set_view(leg=3, scrub=0.5)
+    session.plan_step(0, (1.0, 0.0)).finish()
+    unlisten()
+    unlisten_broken()
+    session.add_note("two")
+    kinds = [message["type"] for message in heard]
+    assert kinds[:2] == ["event", "view"]
+    assert heard[1]["view"]["leg"] == 3
+    assert heard[0]["event"]["payload"] == {"text": "one"}
+    assert "job" in kinds
+    product = kinds.index("event", 2)
+    done = next(i for i, m in enumerate(heard) if m["type"] == "job" and m["job"]["state"] == "done")
+    assert product < done
+    assert "a listener failed" in caplog.text
+
+
+def test_a_log_that_can_not_be_written_changes_nothing(session, monkeypatch):
+    state, count = session.state, len(session.events())
+
+    def full(*_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    with pytest.raises(OSError, match="no space"):
+        session.add_note("lost")
+    assert session.state is state
+    monkeypatch.undo()
+    session.add_note("kept")
+    assert len(session.events()) == count + 1
+
+
+def test_settings_reach_the_recipe(session):
+    digest = session.plan_step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
+    assert session.get(digest).provenance.settings.planner == "line"
+    assert session.state.plan_status == "time_limit"
