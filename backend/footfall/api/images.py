@@ -1,0 +1,94 @@
+"""Images: asked of the rover, uploaded, and read back as PNG."""
+
+from typing import Any, Literal
+
+import numpy as np
+from fastapi import Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from footfall.api.access import OneSession, product, session_path
+from footfall.api.multipart import file_of, json_of, multipart_doc
+from footfall.api.routing import Routes
+from footfall.api.schemas import Calibration, CameraModel, ImageRequest
+from footfall.core.errors import Conflict, NotFound
+from footfall.io.image_files import decode_image, encode_png
+from footfall.session.live import LiveSession
+from footfall.telemetry.images import Camera, ImagePair, Snapshot
+from footfall.telemetry.state import RobotState
+
+router = Routes(tags=["images"])
+
+
+@router.get("/sessions/{session}/images")
+def list_images(live: OneSession) -> dict[str, Any]:
+    """The pairs of the session's newest snapshot."""
+    if live.state.snapshot is None:
+        return {"snapshot": None, "pairs": []}
+    snapshot = product(live, live.state.snapshot, Snapshot)
+    return {"snapshot": snapshot.digest, "pairs": [_about(live, pair) for pair in snapshot.pairs]}
+
+
+def _about(live: LiveSession, pair: ImagePair) -> dict[str, Any]:
+    return {
+        "name": pair.name,
+        "time": pair.time,
+        "width": pair.camera_left.width,
+        "height": pair.camera_left.height,
+        "baseline": pair.baseline,
+        "left": session_path(live, "images", pair.name, "left.png"),
+        "right": session_path(live, "images", pair.name, "right.png"),
+    }
+
+
+@router.post("/sessions/{session}/images", status_code=202)
+def ask_images(live: OneSession, order: ImageRequest) -> dict[str, Any]:
+    """Ask the rover for images; they arrive as an event."""
+    live.request_images(None if order.pairs is None else tuple(order.pairs))
+    return {"requested": order.pairs}
+
+
+@router.get("/sessions/{session}/images/{pair}/{side}.png", response_class=Response)
+def read_image(live: OneSession, pair: str, side: Literal["left", "right"]) -> Response:
+    """One image of the newest snapshot."""
+    snapshot = product(live, "current", Snapshot, live.state.snapshot)
+    for found in snapshot.pairs:
+        if found.name == pair:
+            return Response(encode_png(found.left if side == "left" else found.right), media_type="image/png")
+    raise NotFound(f"the snapshot has no pair {pair!r}; it has {', '.join(p.name for p in snapshot.pairs)}")
+
+
+@router.post(
+    "/sessions/{session}/images/upload",
+    status_code=201,
+    openapi_extra=multipart_doc({"left": "left image, PNG", "right": "right image, PNG"}, {"calibration": Calibration}),
+)
+async def upload_pair(live: OneSession, request: Request) -> dict[str, Any]:
+    """A rectified stereo pair from elsewhere, with its calibration as JSON."""
+    async with request.form(max_files=2, max_fields=1) as form:
+        calibration = json_of(form, "calibration", Calibration)
+        sides = [await file_of(form, "left"), await file_of(form, "right")]
+    return await run_in_threadpool(_take_pair, live, calibration, sides)
+
+
+def _take_pair(live: LiveSession, calibration: Calibration, sides: list[tuple[str, bytes]]) -> dict[str, Any]:
+    if live.state.state is None and live.frame is None:
+        raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
+    digest = live.state.state if live.state.state is not None else live.snapshot_state()
+    state = product(live, digest, RobotState)
+    left, right = (decode_image(content, name) for name, content in sides)
+    pose = state.T_site_base if calibration.T_site_base is None else np.array(calibration.T_site_base, float)
+    pair = ImagePair(
+        name=calibration.name,
+        time=state.time,
+        left=left,
+        right=right,
+        camera_left=_camera(f"{calibration.name} left", calibration.camera_left),
+        camera_right=_camera(f"{calibration.name} right", calibration.camera_right),
+        T_site_base=pose,
+    )
+    return {"digest": live.take_images(Snapshot(state, (pair,)))}
+
+
+def _camera(name: str, model: CameraModel) -> Camera:
+    members = model.model_dump(exclude={"T_base_camera"})
+    return Camera(name=name, T_base_camera=np.array(model.T_base_camera, float), **members)

@@ -1,0 +1,91 @@
+"""Terrains: rebuilt from images by a job, uploaded as a file, described, downloaded."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal
+
+import numpy as np
+from fastapi import Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from footfall.api.access import OneSession, product, session_path
+from footfall.api.jobs import accepted
+from footfall.api.multipart import file_of, is_multipart, json_of, multipart_doc, on_disk, parse
+from footfall.api.routing import Routes
+from footfall.api.schemas import BuildTerrain, TerrainOptions
+from footfall.io.terrain_files import read_terrain, write_terrain
+from footfall.session.live import LiveSession
+from footfall.terrain.dem import Dem
+from footfall.terrain.settings import TerrainSettings
+
+router = Routes(tags=["terrains"])
+
+Extension = Literal["npz", "tif", "asc", "ply", "obj", "stl", "off"]
+
+
+@router.post(
+    "/sessions/{session}/terrains",
+    status_code=201,
+    responses={202: {"description": "a job was started; Location names it"}},
+    openapi_extra=multipart_doc(
+        {"file": "GeoTIFF, ESRI ASCII grid, npz, PLY, OBJ, OFF, STL or grey PNG"},
+        {"options": TerrainOptions},
+        BuildTerrain,
+    ),
+)
+async def make_terrain(live: OneSession, request: Request, response: Response) -> Any:
+    """JSON: rebuild from the session's images (202, a job). A form with a file: read that terrain (201)."""
+    if is_multipart(request):
+        async with request.form(max_files=1, max_fields=1) as form:
+            name, content = await file_of(form, "file")
+            options = json_of(form, "options", TerrainOptions)
+        about = await run_in_threadpool(_load, live, name, content, options)
+        response.headers["Location"] = session_path(live, "terrains", about["digest"])
+        return about
+    order = parse(await request.body(), BuildTerrain)
+    settings = None if order.settings is None else TerrainSettings(**order.settings.model_dump())
+    return accepted(await run_in_threadpool(live.build_terrain, settings), response)
+
+
+def _load(live: LiveSession, name: str, content: bytes, options: TerrainOptions) -> dict[str, Any]:
+    with on_disk(name, content) as path:
+        dem = read_terrain(path, **options.arguments())
+    live.load_terrain(dem, source=name)
+    return about_terrain(dem)
+
+
+def about_terrain(dem: Dem) -> dict[str, Any]:
+    """Size, bounds and heights of a terrain, without its cells."""
+    known = np.isfinite(dem.heights)
+    west, south, east, north = dem.geometry.bounds
+    return {
+        "digest": dem.digest,
+        "name": dem.name,
+        "rows": dem.geometry.rows,
+        "cols": dem.geometry.cols,
+        "resolution": dem.geometry.resolution,
+        "bounds": {"west": west, "south": south, "east": east, "north": north},
+        "known": float(known.mean()),
+        "lowest": float(dem.heights[known].min()),
+        "highest": float(dem.heights[known].max()),
+        "texture": dem.texture is not None,
+        "parents": dem.provenance.parents,
+    }
+
+
+@router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response)
+def download_terrain(live: OneSession, digest: str, extension: Extension) -> Response:
+    """The terrain as a file; ``current`` names the session's terrain."""
+    dem = product(live, digest, Dem, live.state.dem)
+    with TemporaryDirectory(prefix="footfall-") as folder:
+        path = Path(folder) / f"terrain.{extension}"
+        write_terrain(dem, path)
+        content = path.read_bytes()
+    name = f'attachment; filename="terrain-{dem.digest[:8]}.{extension}"'
+    return Response(content, media_type="application/octet-stream", headers={"Content-Disposition": name})
+
+
+@router.get("/sessions/{session}/terrains/{digest}")
+def read_one(live: OneSession, digest: str) -> dict[str, Any]:
+    """What a terrain is; ``current`` names the session's terrain."""
+    return about_terrain(product(live, digest, Dem, live.state.dem))

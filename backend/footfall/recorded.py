@@ -1,0 +1,71 @@
+"""A recorded session read without opening it: what the command line takes out of bundles."""
+
+from pathlib import Path
+from typing import TypeVar
+
+from footfall.core.errors import FootFallError, InvalidBundle, InvalidInput, NotFound
+from footfall.core.value import Value
+from footfall.io.artifacts import decode
+from footfall.io.bundles import ARTIFACTS, read_bundle
+from footfall.io.scripting import make_sequence
+from footfall.planning.step.problem import PlanResult
+from footfall.robot.description import RobotDescription
+from footfall.robot.model import Robot
+from footfall.sequence.commands import Sequence
+from footfall.session.event import event_of
+from footfall.session.fold import fold_all
+from footfall.telemetry.images import Snapshot
+
+_V = TypeVar("_V", bound=Value)
+
+
+class Recorded:
+    """A session folder or zip. Raises InvalidBundle where it is none."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = path.name
+        self._files = (bundle := read_bundle(path)).files
+        self.state = fold_all(event_of(record) for record in bundle.records)
+
+    def get(self, digest: str | None, kind: type[_V], what: str) -> _V:
+        """A value of the session. Raises NotFound where the session never had one."""
+        if digest is None:
+            raise NotFound(f"the session {self.name} has no {what}")
+        file = f"{digest}.npz"
+        if file not in self._files:
+            raise InvalidBundle(f"{self.name} lacks {ARTIFACTS}/{file}, its {what}", file=file)
+        value = decode(self._files[file](), expect=digest, name=f"{ARTIFACTS}/{file}")
+        if not isinstance(value, kind):
+            raise InvalidBundle(f"{ARTIFACTS}/{file} of {self.name} is a {type(value).__name__}, not its {what}")
+        return value
+
+    def robot(self) -> Robot:
+        """The robot that the session is about."""
+        return Robot(self.get(self.state.robot, RobotDescription, "robot"))
+
+    def snapshot(self) -> Snapshot:
+        """Its newest images."""
+        return self.get(self.state.snapshot, Snapshot, "images")
+
+    def sequence(self) -> Sequence:
+        """Its sequence after the last edit."""
+        return self.get(self.state.sequence, Sequence, "sequence")
+
+
+def sequence_of(source: Path) -> Sequence:
+    """The sequence of a session, or the commands of a stored plan."""
+    if source.suffix != ".npz":
+        return Recorded(source).sequence()
+    if not source.is_file():
+        raise NotFound(f"there is no file {source}")
+    try:
+        value = decode(source.read_bytes(), name=source.name)
+    except FootFallError as error:
+        raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
+    if isinstance(value, Sequence):
+        return value
+    if not isinstance(value, PlanResult):
+        raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
+    if value.plan is None:
+        raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
+    return make_sequence(value.plan)

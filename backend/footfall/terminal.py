@@ -1,0 +1,146 @@
+"""How the command line speaks: progress bars, results as text or JSON, one clear line for each error."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from typer.core import TyperGroup
+
+from footfall.api.jsonable import dumps
+from footfall.core.errors import FootFallError
+from footfall.core.progress import Progress as Report
+from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
+from footfall.planning.step.problem import PlanResult
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+_WANTS_JSON = "footfall.json"
+
+
+def _remember(context: typer.Context, wanted: bool) -> bool:
+    context.find_root().meta[_WANTS_JSON] = wanted
+    return wanted
+
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout.", callback=_remember, is_eager=True)]
+
+
+class Reporting(TyperGroup):
+    """Turns FootFall's errors into one line on stderr (JSON on stdout where asked for) and exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except OSError as error:
+            typer.echo(f"footfall: {error.filename or 'the system'}: {error.strerror or error}", err=True)
+            raise typer.Exit(2) from error
+        except FootFallError as error:
+            if ctx.find_root().meta.get(_WANTS_JSON):
+                show({"error": {"kind": error.kind, "message": error.message, "details": error.details}})
+            typer.echo(f"footfall: {error.message}", err=True)
+            raise typer.Exit(2) from error
+
+
+def show(document: Any) -> None:
+    """One JSON document on stdout."""
+    typer.echo(dumps(document))
+
+
+def say(text: str, as_json: bool) -> None:
+    """A line for a person; nothing where a program reads."""
+    if not as_json:
+        typer.echo(text)
+
+
+@contextmanager
+def bar(what: str) -> Iterator[Report]:
+    """A progress bar on stderr, gone when the work is done; nothing where stderr is no terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[text]}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(file=sys.stderr), transient=True) as shown:
+        task = shown.add_task(what, total=1.0, text="")
+
+        def report(fraction: float, text: str) -> None:
+            shown.update(task, completed=fraction, text=text)
+
+        yield report
+
+
+def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> tuple[Robot, Dem, RobotState]:
+    """Robot, terrain file and the robot standing on it."""
+    from footfall.io.robot_files import load_robot
+    from footfall.io.terrain_files import read_terrain
+    from footfall.planning.stance.stand import stand
+
+    body, dem = load_robot(robot), read_terrain(terrain)
+    return body, dem, stand(body, dem, x=x, y=y, yaw=yaw)
+
+
+def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
+    """What a terrain is."""
+    from footfall.api.terrains import about_terrain
+
+    about = about_terrain(dem)
+    if as_json:
+        show({**about, "written": None if written is None else str(written)})
+        return
+    west, south, east, north = dem.geometry.bounds
+    typer.echo(f"{dem.name}: {about['cols']} × {about['rows']} cells of {dem.geometry.resolution:g} m")
+    typer.echo(f"east {west:.2f} … {east:.2f} m, north {south:.2f} … {north:.2f} m")
+    typer.echo(f"heights {about['lowest']:.3f} … {about['highest']:.3f} m, {about['known']:.1%} of the cells known")
+    if written is not None:
+        typer.echo(f"written to {written}")
+
+
+def show_maps(stack: MapStack, as_json: bool, written: Path | None) -> None:
+    """How much of the ground one leg can use."""
+    cell = stack.geometry.resolution**2
+    area = {
+        name: float((stack.layers["footing"] == number).sum() * cell)
+        for name, number in (("stable", REACHABLE_STABLE), ("unstable", REACHABLE_UNSTABLE))
+    }
+    if as_json:
+        about = {"digest": stack.digest, "leg": stack.leg, "stability": stack.stability, "layers": list(stack.layers)}
+        show({**about, "area_m2": area, "written": None if written is None else str(written)})
+        return
+    typer.echo(
+        f"leg {stack.leg}: {area['stable']:.2f} m² reachable and stable, {area['unstable']:.2f} m² reachable only"
+    )
+    if written is not None:
+        typer.echo(f"written to {written}")
+
+
+def write_layer(stack: MapStack, layer: str, path: Path) -> None:
+    """One layer as .png (colours, north up) or .npy (numbers, row 0 south)."""
+    import numpy as np
+
+    from footfall.core.errors import InvalidInput
+    from footfall.io.image_files import write_png
+    from footfall.maps.colors import layer_rgb
+
+    if layer not in stack.layers:
+        raise InvalidInput(f"there is no layer {layer!r}; there are {', '.join(stack.layers)}")
+    if path.suffix == ".png":
+        write_png(np.ascontiguousarray(layer_rgb(stack, layer)[::-1]), path)
+    elif path.suffix == ".npy":
+        np.save(path, stack.layers[layer], allow_pickle=False)
+    else:
+        raise InvalidInput(f"a layer is written as .png or .npy, not {path.suffix or path.name!r}")
+
+
+def show_plan(result: PlanResult, as_json: bool) -> None:
+    """The answer to a request for a step, with its checks."""
+    if as_json:
+        show(result)
+        return
+    typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
+    for check in result.checks:
+        size = "" if check.margin != check.margin else f"{check.margin:+.4g} {check.unit}"
+        typer.echo(f"  {'ok' if check.holds else 'NO':<3} {check.name:<24} {size:<16} {check.where}")
+    if result.plan is not None:
+        typer.echo(f"{len(result.plan.waypoints)} waypoints by {result.plan.planner}, digest {result.plan.digest}")

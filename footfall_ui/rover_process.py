@@ -1,0 +1,144 @@
+"""The simulated rover's process: started beside the server, moved to the world of whichever session is open."""
+
+import contextlib
+import logging
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from footfall.core.errors import FootFallError
+from footfall.io.artifacts import encode
+from footfall.io.terrain_files import write_terrain
+from footfall.session.live import LiveSession
+from footfall.session.registry import Sessions
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.generate import rock_field
+
+_log = logging.getLogger(__name__)
+
+LOOK_PERIOD = 0.5
+"""How often the open session and the process are looked at [s]."""
+MOST_RESTARTS = 5
+"""So often in a row a process that died is started again, for one session."""
+
+
+def loaded_world(live: LiveSession) -> str | None:
+    """Digest of the ground that a session's rover really stands on, as far as the session knows it.
+
+    What was loaded first is the world; what was rebuilt from images is only a view of it.
+    """
+    loaded = (event.payload["digest"] for event in live.events() if event.type == "terrain_loaded")
+    return next(loaded, None)
+
+
+class RoverProcess:
+    """One simulated rover as a client of ``url``, for the current one of ``sessions``.
+
+    It is started again with the world of another session when that becomes the current one, and when a
+    session without a terrain gets one.
+    """
+
+    def __init__(self, sessions: Sessions, url: str, seed: int = 0) -> None:
+        self._sessions = sessions
+        self._url = url
+        self._seed = seed
+        self._folder = TemporaryDirectory(prefix="footfall-rover-")
+        self._process: subprocess.Popen[bytes] | None = None
+        self._session: str | None = None
+        self._world: str | None = None
+        self._restarts = 0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="simulated-rover", daemon=True)
+        self.fault = ""
+
+    def start(self) -> None:
+        """Start the rover, and follow the current session from now on."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the process and the following."""
+        self._ended.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._stop()
+        with contextlib.suppress(OSError):
+            self._folder.cleanup()
+
+    def as_dict(self) -> dict[str, object]:
+        """For ``GET info``."""
+        running = self._process is not None and self._process.poll() is None
+        return {
+            "running": running,
+            "pid": self._process.pid if running and self._process else None,
+            "fault": self.fault,
+        }
+
+    def _watch(self) -> None:
+        while not self._ended.is_set():
+            try:
+                self._follow()
+            except (FootFallError, OSError) as error:
+                self.fault = str(error)
+                _log.warning("the simulated rover could not be started: %s", error)
+            self._ended.wait(LOOK_PERIOD)
+
+    def _follow(self) -> None:
+        live = self._sessions.current
+        if live is None:
+            return
+        world = self._world if live.id == self._session and self._world else loaded_world(live)
+        if live.id != self._session:
+            self._session, self._world = live.id, world
+            self._restarts = 0
+            self._stop()
+            self._spawn(live, live.state.state)
+        elif world != self._world:
+            # it stood on another ground so far; its frozen state means nothing here
+            self._world = world
+            self._stop()
+            self._spawn(live, None)
+        elif self._process is not None and self._process.poll() is not None:
+            self.fault = f"the simulated rover ended: {self._last_words() or f'exit code {self._process.returncode}'}"
+            _log.warning(self.fault)
+            self._process = None
+            if self._restarts < MOST_RESTARTS:
+                self._restarts += 1
+                self._spawn(live, live.state.state)
+
+    def _spawn(self, live: LiveSession, state_digest: str | None) -> None:
+        folder = Path(self._folder.name)
+        digest = self._world or live.state.dem
+        dem = None if digest is None else live.get(digest)
+        write_terrain(dem if isinstance(dem, Dem) else rock_field(seed=self._seed), folder / "world.npz")
+        command = [sys.executable, "-m", "footfall.sim", "--with-parent", "--seed", str(self._seed)]
+        command += ["--url", self._url, "--terrain", str(folder / "world.npz"), "--robot", live.robot.name]
+        state = None if state_digest is None or dem is None else live.get(state_digest)
+        if isinstance(state, RobotState):
+            (folder / "state.npz").write_bytes(encode(state))
+            command += ["--state", str(folder / "state.npz")]
+        with (folder / "log").open("wb") as log:
+            # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
+            )
+        self.fault = ""
+
+    def _last_words(self) -> str:
+        with contextlib.suppress(OSError):
+            lines = (Path(self._folder.name) / "log").read_text(errors="replace").strip().splitlines()
+            return lines[-1] if lines else ""
+        return ""
+
+    def _stop(self) -> None:
+        process, self._process = self._process, None
+        if process is None:
+            return
+        process.terminate()
+        try:
+            process.wait(timeout=3)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

@@ -1,0 +1,77 @@
+"""The rover: one frame and one mesh for each link, moved in place; and the ghost of its moving leg."""
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from footfall.core.frames import quat_wxyz
+from footfall.robot.kinematics import link_poses
+from footfall.robot.model import Robot
+
+BODY = (196, 199, 205)
+CHOSEN = (120, 190, 255)
+GHOST = (250, 214, 80)
+
+
+class RobotDrawing:
+    """Draws every link of a robot under ``/<name>``; ``links`` limits it to some of them."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        robot: Robot,
+        name: str = "rover",
+        links: set[str] | None = None,
+        color: tuple[int, int, int] = BODY,
+        opacity: float | None = None,
+    ) -> None:
+        self._robot = robot
+        self._server = server
+        self._color = color
+        self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
+        self._frames: dict[str, viser.FrameHandle] = {}
+        self._meshes: dict[str, viser.MeshHandle] = {}
+        for link, mesh in robot.description.meshes.items():
+            if links is not None and link not in links:
+                continue
+            self._frames[link] = server.scene.add_frame(f"/{name}/{link}", show_axes=False)
+            self._meshes[link] = server.scene.add_mesh_simple(
+                f"/{name}/{link}/shape",
+                mesh.vertices.astype(np.float32),
+                mesh.triangles.astype(np.uint32),
+                color=color,
+                opacity=opacity,
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+
+    def place(self, posture: NDArray[np.float64], T_site_base: NDArray[np.float64]) -> None:
+        """Move all links to a posture (legs × 6,) [rad] and a chassis pose."""
+        with self._server.atomic():
+            self._root.position = T_site_base[:3, 3]
+            self._root.wxyz = quat_wxyz(T_site_base[:3, :3])
+            for link, T_base_link in link_poses(self._robot, posture).items():
+                if link in self._frames:
+                    self._frames[link].position = T_base_link[:3, 3]
+                    self._frames[link].wxyz = quat_wxyz(T_base_link[:3, :3])
+            self._root.visible = True
+
+    def highlight(self, links: set[str]) -> None:
+        """Colour the chosen links apart from the rest."""
+        for link, mesh in self._meshes.items():
+            color = CHOSEN if link in links else self._color
+            if tuple(mesh.color) != color:
+                mesh.color = color
+
+    def hide(self) -> None:
+        self._root.visible = False
+
+    def remove(self) -> None:
+        self._root.remove()
+
+
+def leg_links(robot: Robot, leg: int) -> set[str]:
+    """Names of the links of one leg that have a shape."""
+    return {link for link in robot.description.meshes if link.startswith(f"leg{leg}_")}

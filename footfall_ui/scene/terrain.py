@@ -1,0 +1,88 @@
+"""The ground: the one triangulation, with a picture of the chosen layer on it."""
+
+import numpy as np
+import trimesh
+import viser
+from numpy.typing import NDArray
+from PIL import Image
+from trimesh.exchange.gltf import export_glb
+from trimesh.visual import TextureVisuals
+from trimesh.visual.material import PBRMaterial
+
+from footfall.maps.colors import layer_rgb
+from footfall.maps.layers import MapStack
+from footfall.terrain.dem import Dem
+from footfall.terrain.triangulate import triangulate
+
+SUN = np.array([-0.45, 0.35, 0.82])
+
+
+def hillshade(dem: Dem) -> NDArray[np.float64]:
+    """Brightness 0.45…1 of each cell under a fixed sun; unlit layers would hide the relief."""
+    known = np.nan_to_num(dem.heights.astype(float), nan=float(np.nanmean(dem.heights)))
+    if min(known.shape) < 2:
+        return np.ones(known.shape)
+    slope_y, slope_x = np.gradient(known, dem.geometry.resolution)
+    facing = (SUN[2] - SUN[0] * slope_x - SUN[1] * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
+    return 0.45 + 0.55 * np.clip(facing, 0, 1)
+
+
+def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
+    """What the cameras saw, or plain grey ground where there is no image; (rows, cols, 3)."""
+    grey = np.full(dem.heights.shape, 168, np.uint8) if dem.texture is None else dem.texture
+    return np.repeat(grey[..., None], 3, axis=2)
+
+
+def glb(dem: Dem, rgb: NDArray[np.uint8]) -> bytes:
+    """Binary glTF of the terrain's triangulation with one texel for each cell.
+
+    The colours go into the emissive texture over a black base: the scene's lights would wash out
+    the colours that the operator decides on.
+    """
+    mesh = triangulate(dem)
+    rows, cols = dem.heights.shape
+    x0, y0, res = dem.geometry.x0, dem.geometry.y0, dem.geometry.resolution
+    u = ((mesh.vertices[:, 0] - x0) / res + 0.5) / cols
+    v = ((mesh.vertices[:, 1] - y0) / res + 0.5) / rows
+    shaded = (rgb * hillshade(dem)[..., None]).astype(np.uint8)
+    image = Image.fromarray(shaded[::-1])  # image row 0 is the north edge
+    material = PBRMaterial(
+        baseColorFactor=[0, 0, 0, 255],
+        emissiveTexture=image,
+        emissiveFactor=[1.0, 1.0, 1.0],
+        metallicFactor=0.0,
+        roughnessFactor=1.0,
+        doubleSided=True,
+    )
+    visual = TextureVisuals(uv=np.column_stack([u, v]), material=material)
+    solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, visual=visual, process=False)
+    return export_glb(trimesh.Scene([solid]))
+
+
+class TerrainDrawing:
+    """Keeps every layer that was shown once as a hidden mesh, so that switching back is instant."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._shown: dict[tuple[str, str], viser.GlbHandle] = {}
+
+    def show(self, dem: Dem | None, maps: MapStack | None, layer: str | None) -> None:
+        """Show one layer of the map stack; None, or no maps: what the cameras saw."""
+        if dem is None:
+            self._keep(set())
+            return
+        shown = layer if maps is not None and layer in maps.layers else None
+        key = (dem.digest, "texture") if maps is None or shown is None else (maps.digest, shown)
+        self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
+        if key not in self._shown:
+            rgb = ground_rgb(dem) if maps is None or shown is None else layer_rgb(maps, shown)
+            name = f"/terrain/{key[0]}/{key[1]}"
+            self._shown[key] = self._server.scene.add_glb(
+                name, glb(dem, rgb), visible=False, cast_shadow=False, receive_shadow=False
+            )
+        for other, handle in self._shown.items():
+            handle.visible = other == key
+
+    def _keep(self, digests: set[str]) -> None:
+        for key in [key for key in self._shown if key[0] not in digests]:
+            self._shown.pop(key).remove()

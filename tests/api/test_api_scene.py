@@ -1,0 +1,76 @@
+"""viser's page and WebSocket through the server's own address, and no other way in."""
+
+import httpx
+import pytest
+import viser
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from footfall_ui.proxy import door_of
+from tests.support.server import running_server
+
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
+
+
+@pytest.fixture(scope="module")
+def scene_server(tmp_path_factory):
+    with running_server(tmp_path_factory.mktemp("sessions"), scene=True) as running:
+        yield running
+
+
+def read_all(socket):
+    while True:
+        socket.recv(timeout=10)
+
+
+def test_page_and_messages_come_through_the_proxy(scene_server):
+    info = httpx.get(scene_server.api + "/info", trust_env=False).json()
+    assert info["scene"] == {"available": True, "reason": "", "url": "/scene/"}
+    to_folder = httpx.get(scene_server.url + "/scene?fixedDpr=0.5", trust_env=False)
+    assert to_folder.headers["location"].endswith("/scene/?fixedDpr=0.5")
+    page = httpx.get(scene_server.url + "/scene/", trust_env=False)
+    assert page.status_code == 200
+    assert "<html" in page.text
+    # the page connects to its own address without the last slash
+    url = "ws" + scene_server.url.removeprefix("http") + "/scene"
+    for address in (url, url + "/"):
+        with connect(
+            address, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=Origin(scene_server.url)
+        ) as socket:
+            assert socket.subprotocol == PROTOCOL
+            assert isinstance(socket.recv(timeout=10), bytes)
+
+
+def test_versions_that_differ_are_told_to_the_page(scene_server):
+    url = "ws" + scene_server.url.removeprefix("http") + "/scene"
+    with connect(url, subprotocols=[Subprotocol("viser-v0.0.1")], proxy=None) as socket:
+        with pytest.raises(ConnectionClosed) as caught:
+            socket.recv(timeout=10)
+        assert caught.value.rcvd is not None
+        assert caught.value.rcvd.code == 1002
+
+
+def test_viser_itself_turns_others_away():
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        door = door_of(server)
+        with connect(f"ws://127.0.0.1:{door.port}", subprotocols=[PROTOCOL], proxy=None, max_size=None) as socket:
+            with pytest.raises(ConnectionClosed) as caught:
+                read_all(socket)
+            assert caught.value.rcvd is not None
+            assert caught.value.rcvd.code == 1008
+    finally:
+        server.stop()
+
+
+def test_a_scene_that_fails_does_not_take_the_server_with_it(tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise OSError("no more ports")
+
+    monkeypatch.setattr(viser, "ViserServer", fail)
+    with running_server(tmp_path, scene=True) as running:
+        scene = httpx.get(running.api + "/info", trust_env=False).json()["scene"]
+        assert scene["available"] is False
+        assert "no more ports" in scene["reason"]
+        assert "no more ports" in httpx.get(running.url + "/scene/", trust_env=False).text

@@ -1,0 +1,68 @@
+"""A FootFall server for tests: a real uvicorn on a free port, in a thread of the test's process."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from footfall.session.registry import Sessions
+from footfall.telemetry.link import PATH
+from footfall_ui.app import Server, address_of, create_app, listen
+from footfall_ui.rover_process import RoverProcess
+
+
+@dataclass(frozen=True)
+class Running:
+    """A server that answers on ``url``."""
+
+    url: str
+    sessions: Sessions
+    rover: RoverProcess
+
+    @property
+    def api(self) -> str:
+        return f"{self.url}/api/v1"
+
+    def client(self) -> httpx.Client:
+        """A client of the REST interface."""
+        return httpx.Client(base_url=self.api, timeout=60, trust_env=False)
+
+
+@contextmanager
+def running_server(
+    folder: Path, *, scene: bool = False, prepare: Callable[[Sessions], Any] | None = None
+) -> Iterator[Running]:
+    """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover."""
+    with closing(listen("127.0.0.1", 0)) as listening, Sessions(folder) as sessions:
+        if prepare is not None:
+            prepare(sessions)
+        url = address_of(listening)
+        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}")
+        ready = threading.Event()
+        server = Server(create_app(sessions, scene=scene, rover=rover), listening, lambda _: ready.set())
+        thread = threading.Thread(target=server.run, name="server")
+        thread.start()
+        try:
+            if not ready.wait(30):
+                raise RuntimeError("the server did not start within 30 s")
+            yield Running(url, sessions, rover)
+        finally:
+            rover.close()
+            server.should_exit = True
+            thread.join(timeout=20)
+
+
+def until(look: Callable[[], Any], what: str, timeout: float = 30.0, period: float = 0.05) -> Any:
+    """Wait for the first answer of ``look`` that is true, and return it."""
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        answer = look()
+        if answer:
+            return answer
+        time.sleep(period)
+    raise AssertionError(f"{what} did not happen within {timeout} s")
