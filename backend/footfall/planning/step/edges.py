@@ -1,0 +1,88 @@
+"""The space that the searches move in: a box of configurations, some of them free, and edges between them.
+
+Distances that decide how finely an edge is checked are in the maximum norm: neighbouring checked
+configurations differ by at most ε in *every* joint [rad].
+"""
+
+import itertools
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def largest_change(a: Array, b: Array) -> float:
+    """Maximum norm of b − a [rad]."""
+    return float(np.abs(b - a).max())
+
+
+@lru_cache(maxsize=32)
+def bisection_order(levels: int) -> tuple[float, ...]:
+    """Fractions of an edge, middle first, then the quarters, …: a blocked edge is mostly found early."""
+    return tuple(i / 2**level for level in range(1, levels + 1) for i in range(1, 2**level, 2))
+
+
+def levels_for(length: float, epsilon: float) -> int:
+    """How often an edge is halved until its pieces are no longer than ε."""
+    return max(0, int(np.ceil(np.log2(length / epsilon)))) if length > epsilon else 0
+
+
+class Space:
+    """A box of configurations and a test.
+
+    lower, upper: (d,) limits. free: configuration → bool, asked only inside the limits.
+    epsilon: see the module docstring. tick: called at every test; may raise to stop a search.
+    """
+
+    def __init__(
+        self,
+        lower: Array,
+        upper: Array,
+        free: Callable[[Array], bool],
+        epsilon: float = 0.01,
+        tick: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.lower, self.upper = np.asarray(lower, float), np.asarray(upper, float)
+        self.epsilon, self.tick = epsilon, tick
+        self.checked = 0
+        self._free = free
+
+    def is_free(self, q: Array) -> bool:
+        """Whether q is inside the limits and passes the test."""
+        self.tick()
+        if (q < self.lower).any() or (q > self.upper).any():
+            return False
+        self.checked += 1
+        return self._free(q)
+
+    def edge_is_free(self, a: Array, b: Array) -> bool:
+        """Whether everything between a and b is free at ε; the two ends are not tested again."""
+        step = b - a
+        order = bisection_order(levels_for(largest_change(a, b), self.epsilon))
+        return all(self.is_free(a + t * step) for t in order)
+
+    def path_is_free(self, path: Array) -> bool:
+        """Whether waypoints (n, d) and the edges between them are free."""
+        return all(self.is_free(q) for q in path) and all(self.edge_is_free(a, b) for a, b in itertools.pairwise(path))
+
+    def first_blocked(self, a: Array, b: Array) -> float | None:
+        """Fraction of the way from a to b where the first blocked configuration is met, or None."""
+        for t, q in samples(a, b, self.epsilon):
+            if not self.is_free(q):
+                return t
+        return None
+
+
+def samples(a: Array, b: Array, step: float) -> Iterator[tuple[float, Array]]:
+    """Evenly spaced configurations from a to b, both included, no joint changing by more than ``step``."""
+    count = max(1, int(np.ceil(largest_change(a, b) / step)))
+    for i in range(count + 1):
+        yield i / count, a + (i / count) * (b - a)
+
+
+def length(path: Array) -> float:
+    """Euclidean length of waypoints (n, d) in joint space [rad]."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

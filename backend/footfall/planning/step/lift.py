@@ -1,0 +1,133 @@
+"""Straight vertical moves of a wheel in task space, the joints followed continuously.
+
+The inverse kinematics is solved along the line and each solution is the one nearest to the last. So the branch id
+stays, save where two branches meet: on level ground the wrist straightens when the shank gets vertical, and the
+leg passes from wrist 0 to wrist 1 without a jump. On other ground the wheel must lean a little for that.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footfall.core.frames import inverse
+from footfall.planning.step.edges import Array
+from footfall.robot.ik import IkSolutions, solve_leg
+from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.model import Robot
+
+STRAIGHT = 0.001
+"""How far the wheel centre may leave the line between two waypoints [m]; half of what is promised."""
+LARGEST_STEP = 0.2
+"""Largest change of a joint from one waypoint to the next [rad]; more is taken for a break of continuity."""
+LEANING = 0.05
+"""Height over which a wheel leans into its leg's plane, where it has to [m]."""
+_FIRST_PARTS, _MOST_PARTS = 8, 64
+_LEAN_ROUNDS = 10
+
+
+def branch_of(robot: Robot, leg: int, q: Array) -> int:
+    """Id of the branch that a leg posture belongs to."""
+    solutions = solve_leg(robot, leg, leg_wheel_pose(robot, q, leg)[None]).q[0]
+    away = np.abs(solutions - q).max(axis=1)
+    return int(np.nanargmin(away)) if np.isfinite(away).any() else 0
+
+
+def raised_poses(T_site_base: Array, T_base_wheel: Array, heights: Array) -> Array:
+    """Wheel poses (n, 4, 4) in base, lifted along the site's vertical by each height [m], orientation kept."""
+    Ts = np.tile(T_base_wheel, (len(heights), 1, 1))
+    up_base = inverse(T_site_base)[:3, 2]
+    Ts[:, :3, 3] += heights[:, None] * up_base
+    return Ts
+
+
+def leaned(robot: Robot, leg: int, Ts_base_wheel: Array, share: Array) -> Array:
+    """Wheel poses (n, 4, 4) leaned towards the plane of the leg by a share (n,) of 0…1 each.
+
+    The centres stay. At share 1 the wheel's x lies in the vertical plane through hip axis and ankle, where the wrist
+    can pass its straight (singular) position without turning; how far that leans the wheel is the part of its tilt
+    that points out of the plane, a few degrees on walkable ground.
+    """
+    spec = robot.description.legs[leg]
+    R_base_hip, hip = spec.T_base_hip[:3, :3], spec.T_base_hip[:3, 3]
+    x0 = Ts_base_wheel[:, :3, 0]
+    x = x0
+    # the ankle, and with it the plane, moves a little as the wheel leans
+    for _ in range(_LEAN_ROUNDS):
+        ankle = (Ts_base_wheel[:, :3, 3] - spec.foot * x - hip) @ R_base_hip
+        azimuth = np.arctan2(ankle[:, 1], ankle[:, 0])
+        across = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=1) @ R_base_hip.T
+        x = x0 - (share * np.sum(x0 * across, axis=1))[:, None] * across
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+    axis = np.cross(x0, x)
+    sine = np.linalg.norm(axis, axis=1, keepdims=True)
+    turn = axis / np.maximum(sine, 1e-300) * np.arctan2(sine, np.sum(x0 * x, axis=1, keepdims=True))
+    Ts = Ts_base_wheel.copy()
+    Ts[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix() @ Ts_base_wheel[:, :3, :3]
+    return Ts
+
+
+def vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height: float) -> Array | str:
+    """Leg postures (n, 6) from ``q_bottom`` to ``height`` [m] straight above it, or what prevents it.
+
+    So many that the straight joint-space moves between them keep the wheel centre on the line within
+    ``STRAIGHT``. The first is ``q_bottom`` itself, bit for bit. The wheel keeps its orientation; where that is
+    impossible, it leans into the leg's plane (see :func:`leaned`) over the first ``LEANING`` and stays so.
+    """
+    kept = _vertical(robot, leg, T_site_base, q_bottom, height, lean=False)
+    if not isinstance(kept, str):
+        return kept
+    leaning = _vertical(robot, leg, T_site_base, q_bottom, height, lean=True)
+    return kept if isinstance(leaning, str) else leaning
+
+
+def _vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height: float, lean: bool) -> Array | str:
+    T_base_wheel = leg_wheel_pose(robot, q_bottom, leg)
+    parts = _FIRST_PARTS
+    while True:
+        heights = np.linspace(0.0, height, parts + 1)
+        Ts = raised_poses(T_site_base, T_base_wheel, heights)
+        if lean:
+            Ts = leaned(robot, leg, Ts, np.minimum(heights / LEANING, 1.0))
+        solved = solve_leg(robot, leg, Ts)
+        found = _followed(q_bottom, solved)
+        if len(found) == parts + 1 and sideways(robot, leg, T_base_wheel, T_site_base, found) <= STRAIGHT:
+            return found
+        if parts >= _MOST_PARTS:
+            return _why_not(robot, leg, found, solved, heights)
+        parts *= 2
+
+
+def _followed(q_bottom: Array, solved: IkSolutions) -> Array:
+    """Postures (k, 6) from the first on, each the nearest to the last, until there is none near."""
+    path = [q_bottom]
+    for q, valid in zip(solved.q[1:], solved.valid[1:], strict=True):
+        away = np.where(valid, np.abs(q - path[-1]).max(axis=1), np.inf)
+        nearest = int(np.argmin(away))
+        if away[nearest] > LARGEST_STEP:
+            break
+        path.append(q[nearest])
+    return np.array(path)
+
+
+def sideways(robot: Robot, leg: int, T_base_wheel: Array, T_site_base: Array, q: Array) -> float:
+    """Largest distance of the wheel centre from the vertical through T_base_wheel, half way between waypoints [m]."""
+    middles = 0.5 * (q[:-1] + q[1:])
+    centers = np.array([leg_wheel_pose(robot, one, leg)[:3, 3] for one in middles])
+    up_base = inverse(T_site_base)[:3, 2]
+    away = centers - T_base_wheel[:3, 3]
+    away = away - (away @ up_base)[:, None] * up_base
+    return float(np.linalg.norm(away, axis=1).max(initial=0.0))
+
+
+def _why_not(robot: Robot, leg: int, found: Array, solved: IkSolutions, heights: Array) -> str:
+    if len(found) == len(heights):
+        return "the wheel would leave the straight line near a singular posture"
+    reached = f"{heights[len(found) - 1]:.2f} m above it"
+    q, exists = solved.q[len(found)], np.isfinite(solved.q[len(found)]).all(axis=1)
+    if not exists.any():
+        return f"the leg can't reach farther than {reached} with the wheel's tilt kept"
+    nearest = q[int(np.nanargmin(np.abs(q - found[-1]).max(axis=1)))]
+    if np.abs(nearest - found[-1]).max() > LARGEST_STEP:
+        return f"the leg meets a singular posture {reached}, where joints would have to jump"
+    own = slice(6 * leg, 6 * leg + 6)
+    outside = np.maximum(robot.lower[own] - nearest, nearest - robot.upper[own])
+    return f"{robot.joint_names[6 * leg + int(np.argmax(outside))]} meets its limit {reached}"

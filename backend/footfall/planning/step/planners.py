@@ -1,0 +1,104 @@
+"""The planners by name: each takes the leg from one lifted posture to another through the air."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from footfall.planning.step import with_ompl
+from footfall.planning.step.astar import astar
+from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.lift import leaned
+from footfall.planning.step.line import line
+from footfall.planning.step.situation import Situation
+from footfall.robot.ik import solve_leg
+
+
+@dataclass(frozen=True)
+class Swing:
+    """From start to goal: leg postures (6,) over the two footfalls, both free."""
+
+    situation: Situation
+    space: Space
+    start: Array
+    goal: Array
+
+
+@dataclass(frozen=True)
+class Answer:
+    """path: waypoints (n, 6), or None and then ``why`` there is none."""
+
+    path: Array | None
+    why: str = ""
+
+
+def _line(swing: Swing) -> Answer:
+    path = line(swing.space, swing.start, swing.goal)
+    if path is not None:
+        return Answer(path)
+    t = swing.space.first_blocked(swing.start, swing.goal) or 0.0
+    why = swing.situation.objection(swing.start + t * (swing.goal - swing.start), "raised")
+    return Answer(None, f"the straight swing is blocked after {t:.0%}: {why}")
+
+
+def _astar(swing: Swing) -> Answer:
+    situation, settings = swing.situation, swing.situation.settings
+    T_start, T_goal = situation.wheel(swing.start), situation.wheel(swing.goal)
+    p_start, p_goal = T_start[:3, 3], T_goal[:3, 3]
+    across = p_goal - p_start
+    turn = Rotation.from_matrix(T_start[:3, :3].T @ T_goal[:3, :3]).as_rotvec()
+
+    def postures(points: Array) -> Array:
+        # the wheel turns from the start's to the goal's orientation on its way, in the plane of the leg, where
+        # neighbouring postures are close even with a straight wrist
+        share = np.clip((points - p_start) @ across / max(float(across @ across), 1e-12), 0.0, 1.0)
+        Ts = np.zeros((len(points), 4, 4))
+        Ts[:, :3, :3] = T_start[:3, :3] @ Rotation.from_rotvec(share[:, None] * turn).as_matrix()
+        Ts[:, :3, 3], Ts[:, 3, 3] = points, 1.0
+        Ts = leaned(situation.robot, situation.leg, Ts, np.ones(len(Ts)))
+        solved = solve_leg(situation.robot, situation.leg, Ts)
+        return np.where(solved.valid[..., None], solved.q, np.nan)
+
+    path = astar(swing.space, postures, (p_start, swing.start), (p_goal, swing.goal), settings.cell)
+    return Answer(path, "" if path is not None else f"no free path on A*'s {settings.cell:.2f} m grid")
+
+
+def _sbl(swing: Swing) -> Answer:
+    settings = swing.situation.settings
+    path = with_ompl.sbl(
+        swing.space,
+        swing.start,
+        swing.goal,
+        radius=settings.radius,
+        milestones=settings.milestones,
+        seed=settings.seed,
+    )
+    return Answer(path, "" if path is not None else f"SBL placed {settings.milestones} milestones without joining them")
+
+
+def _rrtconnect(swing: Swing) -> Answer:
+    settings = swing.situation.settings
+    path = with_ompl.rrtconnect(
+        swing.space,
+        swing.start,
+        swing.goal,
+        radius=settings.radius,
+        milestones=settings.milestones,
+        seed=settings.seed,
+    )
+    return Answer(path, "" if path is not None else f"RRTConnect found no path in {settings.milestones} iterations")
+
+
+REGISTRY: dict[str, Callable[[Swing], Answer]] = {
+    "line": _line,
+    "astar": _astar,
+    "sbl": _sbl,
+    "rrtconnect": _rrtconnect,
+}
+AUTO = ("line", "astar", "sbl")
+
+
+def chain(name: str) -> tuple[str, ...]:
+    """The planners that a name stands for, in the order they are tried."""
+    return AUTO if name == "auto" else (name,)

@@ -1,0 +1,113 @@
+"""One leg about to move: what is frozen, and which postures of the leg are allowed.
+
+The planner's own view. verify.py checks the finished path by other means.
+"""
+
+import numpy as np
+import pinocchio as pin
+
+from footfall.balance.support import half_planes
+from footfall.core.frames import apply
+from footfall.planning.step.edges import Array
+from footfall.planning.step.ground import Nearby
+from footfall.planning.step.problem import StepSettings
+from footfall.robot.collision import Collision, CollisionScene
+from footfall.robot.ik import contact_point
+from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+
+TRUE, RAISED = "true", "raised"
+
+
+class Situation:
+    """Tests of single leg postures: limits, collision, and the balance of the feet that stay.
+
+    The centre of mass moves with the leg; the polygon is that of the other feet's contacts.
+    """
+
+    def __init__(self, robot: Robot, state: RobotState, leg: int, ground: Nearby, settings: StepSettings) -> None:
+        self.robot, self.state, self.leg, self.ground, self.settings = robot, state, leg, ground, settings
+        self.T_site_base = np.asarray(state.T_site_base)
+        own = slice(6 * leg, 6 * leg + 6)
+        self.lower, self.upper = robot.lower[own], robot.upper[own]
+        self.others = [i for i in robot.legs if i != leg]
+        self.contacts = standing_contacts(robot, state, self.others)
+        self._normals, self._offsets = half_planes(self.contacts, settings.conservative)
+        self._scene = CollisionScene(
+            robot, state.posture, leg, self.T_site_base, ground.mesh, settings.clearance, settings.raise_terrain
+        )
+        self._own = own
+        self._posture = np.array(state.posture)
+        # pin's centre is that of the moving bodies; chassis and payload are fixed to the base and add a constant
+        self._mass_data = robot.model.createData()
+        self._share = sum(inertia.mass for inertia in list(robot.model.inertias)[1:]) / robot.mass
+        moving = pin.centerOfMass(robot.model, self._mass_data, self._posture)
+        self._rest = center_of_mass(robot, self._posture) - self._share * moving
+
+    def posture(self, q: Array) -> Array:
+        """Whole posture with this leg at q (6,)."""
+        out = np.array(self.state.posture)
+        out[self._own] = q
+        return out
+
+    def wheel(self, q: Array) -> Array:
+        """T_base_wheel of this leg at q."""
+        return leg_wheel_pose(self.robot, q, self.leg)
+
+    def margin(self, q: Array) -> float:
+        """Margin of the centre of mass to the remaining feet's polygon [m]; −inf where there is none."""
+        if not len(self._offsets):
+            return -np.inf
+        self._posture[self._own] = q
+        com = self._rest + self._share * pin.centerOfMass(self.robot.model, self._mass_data, self._posture)
+        com_xy = apply(self.T_site_base, com)[:2]
+        return float((self._offsets - self._normals @ com_xy).min())
+
+    def collides(self, q: Array, terrain: str) -> bool:
+        """Collision with the ground as it is (TRUE) or raised for the swing (RAISED), or with the rover."""
+        return self._scene.collides(q, terrain)
+
+    def free(self, q: Array, terrain: str) -> bool:
+        """Whether q, inside its limits, keeps all clearances and the balance."""
+        return not self._scene.collides(q, terrain) and self.margin(q) >= self.settings.least_margin
+
+    def objection(self, q: Array, terrain: str) -> str:
+        """What forbids q, with sizes, for a person; empty where nothing does."""
+        outside = np.maximum(self.lower - q, q - self.upper)
+        joint = int(np.argmax(outside))
+        if outside[joint] > 0:
+            name = self.robot.joint_names[6 * self.leg + joint]
+            return f"{name} is {outside[joint]:.3f} rad outside its limits"
+        hits = self._scene.contacts(q, terrain)
+        if hits:
+            return self._described(max(hits, key=lambda hit: hit.required - hit.distance), terrain)
+        margin = self.margin(q)
+        if margin < self.settings.least_margin:
+            kind = "conservative support polygon" if self.settings.conservative else "support polygon"
+            if margin == -np.inf:
+                return f"the {len(self.others)} feet that stay have no {kind}"
+            return (
+                f"the centre of mass keeps a margin of {margin:.4f} m to the {kind} of the other feet, "
+                f"{self.settings.least_margin:.4f} m is wanted"
+            )
+        return ""
+
+    def _described(self, hit: Collision, terrain: str) -> str:
+        """A collision in words, with its depth."""
+        what = hit.link_b
+        if what == "terrain" and terrain == RAISED:
+            what = f"the terrain raised by {self.settings.raise_terrain:.2f} m"
+        if hit.distance < 0:
+            return f"{hit.link_a} is {-hit.distance:.3f} m below {what}"
+        if hit.distance == 0 and hit.required == 0:
+            sink = self.robot.description.clearances.wheel_sink
+            return f"{hit.link_a} cuts more than the allowed {sink:.3f} m into {what}"
+        if hit.distance == 0:
+            return f"{hit.link_a} cuts into {what} ({hit.required:.3f} m must stay clear)"
+        return f"{hit.link_a} is {hit.distance:.3f} m from {what}, {hit.required:.3f} m is needed"
+
+
+def standing_contacts(robot: Robot, state: RobotState, legs: list[int]) -> Array:
+    """Contact points of standing wheels in site, (k, 3) [m]."""
+    return np.array([contact_point(robot, state.posture, leg, state.T_site_base) for leg in legs])

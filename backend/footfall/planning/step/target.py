@@ -1,0 +1,79 @@
+"""Leg postures that put the wheel onto a contact, best first."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footfall.core.frames import apply, inverse
+from footfall.planning.step.edges import Array
+from footfall.planning.step.ground import Contact
+from footfall.planning.step.lift import leaned
+from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
+from footfall.robot.model import Robot
+
+HEADINGS = np.deg2rad([0, 15, -15, 30, -30, 45, -45, 60, -60, 75, -75, 90])
+"""Turns of the wheel about the ground's normal that are tried, from the leg's radial direction."""
+TURN_COST = 0.25
+"""Preference for the radial heading: this share of the turn (and of a lean) adds to the joint distance."""
+
+
+MOST_LEAN = np.deg2rad(12.0)
+"""How far a wheel may lean from upright on the local ground, into the plane of its leg."""
+LEAST_LEAN = 1e-4
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """q: leg posture (6,) [rad]; branch: of the inverse kinematics; turn: from the radial heading; lean [rad]."""
+
+    q: Array
+    branch: int
+    turn: float
+    lean: float
+
+
+def candidates(
+    robot: Robot, leg: int, contact: Contact, T_site_base: Array, q_start: Array, branch: int
+) -> list[Candidate]:
+    """All postures inside the limits, with the wheel upright on the local ground or leaning into the leg's plane.
+
+    A wheel that is upright to ground sloping across the leg's plane can't pass the straight wrist while it is lowered;
+    one that leans a few degrees can (see lift.py). Both touch the same point. Those on the start's branch come first;
+    within that, those whose largest joint change from the start plus a little for turn and lean is least. A wheel
+    turned by half a turn touches the same; both are tried. A straight wrist joins two branches, so wrists don't count.
+    """
+    azimuth = leg_azimuth(robot, leg, T_site_base)
+    turns = np.concatenate([HEADINGS, HEADINGS])
+    headings = azimuth + turns + np.repeat([0.0, np.pi], len(HEADINGS))
+    upright = wheel_pose_for_contact(robot, contact.point, contact.normal, headings, T_site_base)
+    leaning = _leaning(robot, leg, contact, T_site_base, upright)
+    leans = np.arccos(np.clip(np.sum(upright[:, :3, 0] * leaning[:, :3, 0], axis=1), -1.0, 1.0))
+    chosen = (leans > LEAST_LEAN) & (leans <= MOST_LEAN)
+    solved = solve_leg(robot, leg, np.concatenate([upright, leaning[chosen]]))
+    turns = np.concatenate([turns, turns[chosen]])
+    leans = np.concatenate([np.zeros(len(upright)), leans[chosen]])
+    found = [
+        Candidate(solved.q[i, b], int(b), float(turns[i]), float(leans[i]))
+        for i, b in zip(*np.nonzero(solved.valid), strict=True)
+    ]
+
+    def rank(one: Candidate) -> tuple[bool, float]:
+        away = float(np.abs(one.q - q_start).max())
+        return one.branch // 2 != branch // 2, away + TURN_COST * (abs(one.turn) + one.lean)
+
+    return sorted(found, key=rank)
+
+
+def _leaning(robot: Robot, leg: int, contact: Contact, T_site_base: Array, upright: Array) -> Array:
+    """The poses leaned into the leg's plane, the lowest rim point along the normal being the contact again."""
+    T_base_site = inverse(T_site_base)
+    normal, point = T_base_site[:3, :3] @ contact.normal, apply(T_base_site, contact.point)
+    Ts = upright
+    for _ in range(12):
+        placed = upright.copy()
+        axles = Ts[:, :3, 1]
+        down = (axles @ normal)[:, None] * axles - normal
+        down /= np.linalg.norm(down, axis=1, keepdims=True)
+        placed[:, :3, 3] = point - robot.wheel_radius * down
+        Ts = leaned(robot, leg, placed, np.ones(len(placed)))
+    return Ts

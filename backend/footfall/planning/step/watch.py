@@ -1,0 +1,53 @@
+"""How long a search may run, and how it hears that the caller wants it to stop."""
+
+import time
+
+from footfall.core.progress import Progress, no_progress
+
+INTERVAL = 0.1
+"""Longest pause between two reports to the caller [s], as far as the searches call :meth:`Watch.tick`."""
+
+
+class OutOfTime(Exception):
+    """The time limit passed; inside planning only, where it becomes the status TIME_LIMIT."""
+
+
+class Watch:
+    """Stop condition of one planning request.
+
+    Searches call :meth:`tick` at every configuration that they check. Cancelled passes through from
+    ``progress``; OutOfTime is raised here. The limit stops a search, it never steers one: what a
+    search does until then depends on its seed alone.
+    """
+
+    def __init__(self, progress: Progress = no_progress, time_limit: float = float("inf")) -> None:
+        self._progress = progress
+        self._start = self._last = time.monotonic()
+        self._deadline = self._start + time_limit
+        self._fraction, self.text = 0.0, ""
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the request began."""
+        return time.monotonic() - self._start
+
+    def phase(self, fraction: float, text: str) -> None:
+        """Report that a new part of the work begins."""
+        self._fraction, self.text = fraction, text
+        self._report(time.monotonic())
+
+    def tick(self) -> None:
+        """Report if it is time to, and raise OutOfTime past the limit."""
+        self.pulse()
+        if time.monotonic() > self._deadline:
+            raise OutOfTime
+
+    def pulse(self) -> None:
+        """Report if it is time to; for work on a path that is already found, which the limit does not stop."""
+        now = time.monotonic()
+        if now - self._last > INTERVAL:
+            self._report(now)
+
+    def _report(self, now: float) -> None:
+        self._last = now
+        self._progress(self._fraction, self.text)
