@@ -4,14 +4,15 @@ import logging
 import queue
 import threading
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import viser
 
+from footfall.core.frames import rotation
 from footfall.core.value import Value
 from footfall.maps.layers import MapStack
-from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
@@ -27,6 +28,11 @@ from footfall_ui.scene.terrain import TerrainDrawing
 _log = logging.getLogger(__name__)
 _V = TypeVar("_V", bound=Value)
 
+VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
+"""Of the first view from the middle of the rover [m]."""
+VIEW_ASIDE = 0.7
+"""Angle between the first view and the leg [rad]."""
+
 
 class Scene:
     """Draws one session at a time into a viser server.
@@ -41,8 +47,6 @@ class Scene:
         server.scene.world_axes.visible = False
         server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
-        server.initial_camera.position = (-4.2, -4.6, 4.0)
-        server.initial_camera.look_at = (0.3, 0.0, 0.2)
         server.scene.on_click()(self._clicked)
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._pending = threading.Lock()
@@ -101,7 +105,16 @@ class Scene:
             self._rover.remove()
         self._ghost.hide()
         self._robot = self._live.robot
+        self._look_along(self._live.view.leg)
         self._rover = RobotDrawing(self._server, self._robot)
+
+    def _look_along(self, leg: int) -> None:
+        """Where a page that opens looks from: outside the leg that is worked with, a little to its side."""
+        if self._robot is None:
+            return
+        out = self._robot.description.legs[leg].T_base_hip[:2, :2] @ rotation("z", VIEW_ASIDE)[:2, :2]
+        self._server.initial_camera.position = (*(VIEW_DISTANCE * out[:, 0]), VIEW_HEIGHT)
+        self._server.initial_camera.look_at = (*(0.15 * VIEW_DISTANCE * out[:, 0]), 0.4)
 
     def _redraw(self) -> None:
         with self._pending:
@@ -151,9 +164,9 @@ class Scene:
             return
         point = np.array([answer["x"], answer["y"], answer["z"]])
         normal = np.array(answer["normal"]) if answer["normal"] else np.array([0.0, 0.0, 1.0])
-        status = live.state.plan_status
-        accepted = (status == "found") if status else answer["acceptable"]
-        self._footfall.show(point, normal, self._robot.wheel_radius, accepted, f"leg {chosen.leg + 1}")
+        self._footfall.show(
+            point, normal, self._robot.wheel_radius, _accepted(live, chosen, answer), f"leg {chosen.leg}"
+        )
 
     def _draw_plan(self, live: LiveSession) -> None:
         plan: StepPlan | None = None
@@ -180,6 +193,15 @@ class Scene:
         point = pick(_read(live, live.state.dem, Dem), origin, direction)
         if point is not None:
             live.choose_footfall(live.view.leg, float(point[0]), float(point[1]))
+
+
+def _accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:
+    """What the plan for this footfall says; without one, what the maps say."""
+    if live.state.plan is not None:
+        result = _read(live, live.state.plan, PlanResult)
+        if result.footfall.digest == chosen.digest and result.provenance.parents["dem"] == live.state.dem:
+            return result.plan is not None
+    return answer["acceptable"]
 
 
 def _read(live: LiveSession, digest: str, kind: type[_V]) -> _V:

@@ -46,7 +46,8 @@ class RecordedSession:
         self._journal = Journal(store)
         self._shelf = Shelf(store)
         self._workshop = Workshop(jobs, self._journal, self._shelf, store)
-        self._view = ViewState()
+        chosen = self.state.footfall
+        self._view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
         if store.torn:
             text = "the last line of the log was torn and has been cut off"
             self._journal.record("log_repaired", {"bytes": store.torn, "text": text})

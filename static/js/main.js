@@ -1,0 +1,41 @@
+// The page's composition: fetch what the session holds, follow its stream, let the panels draw.
+
+import { get } from "./api.js";
+import { $, attempt, element } from "./dom.js";
+import { bind, listenForKeys, showHelp } from "./keys.js";
+import { changed, known } from "./store.js";
+import { follow } from "./stream.js";
+import * as commands from "./panels/commands.js";
+import * as footfall from "./panels/footfall.js";
+import * as ghost from "./panels/ghost.js";
+import * as ground from "./panels/ground.js";
+import * as plan from "./panels/plan.js";
+import * as record from "./panels/record.js";
+import * as status from "./panels/status.js";
+
+async function start() {
+  const robot = await get("/robot");
+  known.robot = { ...robot, legs: Array.from({ length: robot.legs }, (_, leg) => leg) };
+  for (const panel of [status, ground, footfall, plan, ghost, commands, record]) panel.start();
+  listenForKeys(status.stop);
+  bind("?", "This list", showHelp);
+  await follow();
+  changed();
+  setInterval(changed, 1000); // ages grow without any message
+  loadScene();
+}
+
+// viser's own panel and notices are hidden: the page has its own, and they would cover the ground.
+const SCENE_STYLE = "[data-floating-window], .mantine-Notifications-root { display: none !important; }";
+
+function loadScene() {
+  const frame = $("scene");
+  frame.addEventListener("load", () => {
+    $("scene-note").hidden = true;
+    frame.contentDocument?.head.append(element("style", { textContent: SCENE_STYLE }));
+  });
+  // ?fixedDpr=0.5 keeps software rendering bearable; viser reads it from the frame's address.
+  frame.src = `/scene/${location.search}`;
+}
+
+attempt(start);

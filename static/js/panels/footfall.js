@@ -1,0 +1,44 @@
+// Footfall: the chosen place and what is known about it, in words.
+
+import { post } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { bind } from "../keys.js";
+import { known, subscribe } from "../store.js";
+
+let drawn = "";
+
+export function start() {
+  $("footfall-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    choose(Number($("footfall-x").value), Number($("footfall-y").value));
+  });
+  bind("F", "Type the footfall", () => $("footfall-x").focus());
+  subscribe(draw);
+}
+
+const choose = (x, y) => attempt(() => post("/sessions/current/footfalls", { leg: known.summary.view.leg, x, y }));
+
+function draw({ summary }) {
+  const answer = summary?.footfall_answer;
+  const text = JSON.stringify(answer ?? null);
+  if (text === drawn) return;
+  drawn = text;
+  if (!answer) {
+    $("footfall-answer").replaceChildren();
+    return;
+  }
+  if (!$("footfall-form").contains(document.activeElement)) {
+    // never write over what the operator is typing
+    $("footfall-x").value = answer.x.toFixed(3);
+    $("footfall-y").value = answer.y.toFixed(3);
+  }
+  $("footfall-answer").replaceChildren(
+    element("p", {
+      className: answer.acceptable ? "yes" : "no",
+      textContent: `${answer.footing ?? "Not judged yet"}: leg ${answer.leg} at (${fixed(answer.x)}, ${fixed(answer.y)}, ${fixed(answer.z)}) m`
+        + (answer.margin === null ? "" : `, margin ${fixed(answer.margin)} m`)
+        + (answer.slope === null ? "" : `, slope ${fixed((answer.slope * 180) / Math.PI, 1)}°`),
+    }),
+    ...answer.reasons.map((reason) => element("p", { textContent: reason })),
+  );
+}

@@ -1,0 +1,139 @@
+// Ground: images, terrain, the colouring for the chosen leg, and which layer is shown.
+
+import { ROOT, get, post, put } from "../api.js";
+import { $, age, attempt, element } from "../dom.js";
+import { bind } from "../keys.js";
+import { known, subscribe } from "../store.js";
+
+const LAYERS = [
+  ["", "What the cameras saw"],
+  ["footing", "Where the leg may stand"],
+  ["goodness", "Traversability"],
+  ["certainty", "Certainty"],
+  ["slope", "Slope"],
+  ["roughness", "Roughness"],
+  ["step", "Step"],
+  ["solutions", "Number of leg solutions"],
+  ["margin", "Stability margin"],
+];
+
+let legendFor = "";
+let imagesFor = "";
+
+export function start() {
+  $("layer").append(...LAYERS.map(([value, text]) => element("option", { value, textContent: text })));
+  $("layer").addEventListener("change", () => attempt(() => put("/sessions/current/view", { layer: $("layer").value || null })));
+  $("legs").append(
+    ...known.robot.legs.map((leg) =>
+      element("button", { type: "button", role: "radio", ariaLabel: `Leg ${leg}`, id: `leg-${leg}`, onclick: () => choose(leg) },
+        `Leg ${leg}`, element("small", { textContent: `key ${leg + 1}` })),
+    ),
+  );
+  $("take-images").addEventListener("click", takeImages);
+  $("build-terrain").addEventListener("click", buildTerrain);
+  $("compute-maps").addEventListener("click", computeMaps);
+  $("terrain-file").addEventListener("change", loadFile);
+  known.robot.legs.forEach((leg) => bind(`${leg + 1}`, `Choose leg ${leg}`, () => choose(leg)));
+  bind("I", "Take images", takeImages);
+  bind("T", "Build terrain from the images", buildTerrain);
+  bind("M", "Colour the ground for the leg", computeMaps);
+  bind("L", "Next layer", nextLayer);
+  subscribe(draw);
+}
+
+const choose = (leg) => attempt(() => put("/sessions/current/view", { leg }));
+const takeImages = () => attempt(() => post("/sessions/current/images", {}));
+const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images" }));
+
+const computeMaps = () => attempt(async () => {
+  await post("/sessions/current/state", {}).catch((error) => {
+    // Without a rover the frozen state of the session is what there is to plan from.
+    if (!known.summary.state) throw error;
+  });
+  await post("/sessions/current/maps", {
+    leg: known.summary.view.leg,
+    settings: { conservative: $("conservative").checked },
+  });
+  await put("/sessions/current/view", { layer: "footing" });
+});
+
+function nextLayer() {
+  const index = LAYERS.findIndex(([value]) => value === $("layer").value);
+  $("layer").value = LAYERS[(index + 1) % LAYERS.length][0];
+  $("layer").dispatchEvent(new Event("change"));
+}
+
+const loadFile = () => attempt(async () => {
+  const file = $("terrain-file").files[0];
+  if (!file) return;
+  const form = new FormData();
+  form.append("file", file);
+  await post("/sessions/current/terrains", form);
+  $("terrain-file").value = "";
+});
+
+function draw({ summary }) {
+  if (!summary) return;
+  const { view } = summary;
+  if (document.activeElement !== $("layer")) $("layer").value = view.layer ?? "";
+  for (const leg of known.robot.legs) {
+    const button = $(`leg-${leg}`);
+    button.setAttribute("aria-checked", String(leg === view.leg));
+  }
+  drawGround(summary);
+  drawLegend(summary);
+  drawImages(summary);
+}
+
+function drawGround(summary) {
+  const terrain = summary.terrain;
+  const box = $("status-ground");
+  if (!terrain) {
+    box.dataset.state = "warn";
+    box.textContent = "none";
+    $("ground-text").textContent = "No terrain yet: take images and build it, or load a file.";
+    return;
+  }
+  const old = age(Date.now() / 1000 - terrain.time);
+  box.dataset.state = "good";
+  box.textContent = `${old} old`;
+  const current = summary.maps_current?.[summary.view.leg];
+  const maps = !summary.maps[summary.view.leg] ? "not coloured" : current ? "coloured" : "▲ colours are OUT OF DATE and hidden";
+  $("ground-text").textContent =
+    `${terrain.name}: ${terrain.cols} × ${terrain.rows} cells of ${terrain.resolution} m, `
+    + `${(100 * terrain.known).toFixed(0)} % known, ${old} old. Leg ${summary.view.leg}: ${maps}.`;
+}
+
+async function drawLegend(summary) {
+  const maps = summary.maps[summary.view.leg];
+  const shown = maps && summary.maps_current?.[summary.view.leg] && summary.view.layer;
+  const wanted = shown ? `${maps}/${summary.view.layer}` : "";
+  if (wanted === legendFor) return;
+  legendFor = wanted;
+  const rows = wanted ? (await get(`/sessions/current/maps/${maps}`)).layers[summary.view.layer].legend : [];
+  if (wanted !== legendFor) return;
+  $("legend").replaceChildren(
+    ...rows.map(({ text, rgb }) => {
+      const swatch = element("i", { ariaHidden: "true" });
+      swatch.style.background = `rgb(${rgb.join(" ")})`;
+      return element("li", {}, swatch, element("span", { textContent: text }));
+    }),
+  );
+}
+
+function drawImages(summary) {
+  const wanted = summary.snapshot || "";
+  if (wanted === imagesFor) return;
+  imagesFor = wanted;
+  $("images").replaceChildren(
+    ...(summary.pairs || []).map((pair) =>
+      thumbnail(pair, `${ROOT}/sessions/current/images/${encodeURIComponent(pair)}/left.png?of=${wanted}`)),
+  );
+}
+
+function thumbnail(pair, url) {
+  return element("li", {}, element("figure", {},
+    element("a", { href: url, target: "_blank", title: `${pair}, left camera: open large` },
+      element("img", { alt: `${pair}, left camera`, src: url })),
+    element("figcaption", { textContent: pair })));
+}

@@ -1,0 +1,21 @@
+// What the page knows of the session: the server's summary and what came after it. Panels subscribe.
+
+const listeners = [];
+
+export const known = {
+  summary: null, // GET sessions/current
+  robot: null, // GET robot
+  frame: null, // latest telemetry message
+  heardAt: 0, // when the server was last heard, performance.now()
+  jobs: new Map(),
+  plan: null, // the current PlanResult
+  sequence: null, // the current Sequence, with its ETag
+};
+
+export function subscribe(listener) {
+  listeners.push(listener);
+}
+
+export function changed() {
+  for (const listener of listeners) listener(known);
+}

@@ -1,0 +1,218 @@
+"""The operator's page, driven by clicks and keys; what the page shows is compared with what the API holds."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.support.server import Running, until
+
+pytestmark = pytest.mark.browser
+README = Path(__file__).resolve().parents[2] / "README.md"
+SLOW = 90_000  # ms: software rendering draws one or two frames a second
+Keep = Callable[[str], None]
+
+
+def summary(served: Running) -> dict:
+    with served.client() as client:
+        return client.get("/sessions/current").json()
+
+
+def changed(served: Running, name: str, before: object) -> None:
+    until(lambda: summary(served)[name] != before, f"a new {name}", 90)
+
+
+def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
+    """Click on the scene where the ground point (x, y) is drawn; the view is learnt from clicks at known pixels."""
+    frame = page.locator("#scene")
+    box = frame.bounding_box()
+    assert box is not None
+    pixels, points = [], []
+
+    def click(u: float, v: float) -> dict | None:
+        before = summary(served)["events"]
+        page.mouse.click(box["x"] + u, box["y"] + v)
+        try:
+            until(lambda: summary(served)["events"] > before, "a chosen footfall", 8)
+        except AssertionError:
+            return None  # the ray met no ground: a hole, or the edge of the map
+        return summary(served)["footfall"]
+
+    for u, v in ((0.3, 0.62), (0.7, 0.62), (0.25, 0.8), (0.72, 0.8), (0.4, 0.72), (0.6, 0.7), (0.5, 0.83)):
+        chosen = click(u * box["width"], v * box["height"])
+        if chosen:
+            pixels.append((u * box["width"], v * box["height"]))
+            points.append((chosen["x"], chosen["y"]))
+    assert len(points) >= 4, "hardly any click on the scene met the ground"
+    rows = []
+    for (u, v), (px, py) in zip(pixels, points, strict=True):
+        rows += [[px, py, 1, 0, 0, 0, -u * px, -u * py, -u], [0, 0, 0, px, py, 1, -v * px, -v * py, -v]]
+    plane_to_pixel = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)  # direct linear transform
+    u, v, w = plane_to_pixel @ (x, y, 1.0)
+    chosen = click(u / w, v / w)
+    assert chosen is not None
+    return chosen
+
+
+def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -> None:
+    """Every bold name of the README's browser steps is pressed, in its order."""
+    part = README.read_text().split("### In the browser")[1].split("###")[0]
+    steps = re.findall(r"^\d\. (.*)$", part, re.M)
+    names = [re.findall(r"\*\*(.+?)\*\*", step) for step in steps]
+    assert names == [
+        ["Take images"],
+        ["Build terrain"],
+        ["Leg 2"],
+        ["Colour for leg"],
+        ["Choose"],
+        ["Plan step"],
+        ["Ghost"],
+        ["Make sequence", "Export"],
+        ["Arm", "Send to rover"],
+    ]
+
+    def press(name: str) -> None:
+        page.get_by_role("button", name=name, exact=True).click()
+
+    look("1-opened")
+    before = summary(served)
+    press("Take images")
+    changed(served, "snapshot", before["snapshot"])
+    press("Build terrain")
+    changed(served, "dem", before["dem"])
+    page.get_by_role("radio", name="Leg 2", exact=True).click()
+    press("Colour for leg")
+    until(lambda: summary(served)["maps_current"].get("2"), "the maps of leg 2", 60)
+    expect(page.locator("#legend")).to_contain_text("reachable and stable", timeout=SLOW)
+    look("2-coloured")
+
+    clicked = click_ground(page, served, -0.55, 1.65)
+    assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.25
+    held = summary(served)["footfall_answer"]
+    expect(page.locator("#footfall-answer")).to_contain_text(f"{held['x']:.3f}", timeout=SLOW)
+    look("3-clicked")
+    page.locator("#footfall-x").fill("-0.432")
+    page.locator("#footfall-y").fill("1.794")
+    press("Choose")
+    until(lambda: abs(summary(served)["footfall"]["x"] + 0.432) < 1e-9, "the typed footfall")
+    assert summary(served)["footfall_answer"]["acceptable"]
+
+    old = summary(served)["plan"]["digest"]
+    press("Plan step")
+    until(lambda: summary(served)["plan"]["digest"] != old, "the plan", 60)
+    assert summary(served)["plan"]["status"] == "found", summary(served)["plan"]
+    expect(page.locator("#plan-answer")).to_contain_text("Found by", timeout=SLOW)
+    with served.client() as client:
+        result = client.get("/sessions/current/plans/current").json()
+    rows = page.locator("#checks tbody tr")
+    expect(rows).to_have_count(len(result["checks"]))
+    assert rows.first.locator("td").first.inner_text() == result["checks"][0]["name"]
+
+    page.locator("#scrub").fill("430")
+    until(lambda: abs(summary(served)["view"]["scrub"] - 0.43) < 1e-9, "the ghost's place")
+    look("4-planned")
+
+    old = summary(served)["sequence"]
+    press("Make sequence")
+    until(lambda: summary(served)["sequence"] != old, "the sequence", 60)
+    with served.client() as client:
+        sequence = client.get("/sequences/current").json()
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    page.locator("#export-format").select_option("json")
+    with page.expect_download() as download:
+        press("Export")
+    exported = json.loads(Path(download.value.path()).read_text())
+    with served.client() as client:
+        assert exported == client.get("/sequences/current/export", params={"format": "json"}).json()
+
+    press("Arm")
+    press("Send to rover")
+    until(lambda: summary(served)["commands"], "the first command", 20)
+    expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
+    look("5-moving")
+    last = len(sequence["commands"]) - 1
+    until(lambda: any(c["row"] == last and c["state"] == "done" for c in summary(served)["commands"]), "arrival", 180)
+    assert served.sessions.current is not None
+    frame = served.sessions.current.frame
+    assert frame is not None
+    np.testing.assert_allclose(frame.state.posture, sequence["predicted"][-1], atol=1e-6)
+    expect(page.locator("#status-match")).to_have_attribute("data-state", "bad", timeout=SLOW)
+    look("6-arrived")
+
+
+def test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged(page: Page, served: Running, look: Keep) -> None:
+    page.keyboard.press("?")
+    expect(page.locator("#help")).to_be_visible()
+    page.get_by_role("button", name="STOP", exact=True).click()
+    expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
+    stop = summary(served)["stop"]
+    assert stop["latched"]
+    assert stop["acknowledged"]
+    look("stopped")
+    page.get_by_role("button", name="STOP", exact=True).click()  # once more does no harm
+    with served.client() as client:
+        refused = client.post("/sequences/current/arm", json={})
+    assert refused.status_code == 409
+    page.get_by_role("button", name="Clear stop").click()
+    until(lambda: not summary(served)["stop"]["latched"], "the stop cleared")
+    expect(page.locator("#stop-state")).to_contain_text("Not a safety-rated stop.", timeout=SLOW)
+
+
+def test_stop_by_keyboard_from_a_field(page: Page, served: Running) -> None:
+    page.locator("#footfall-x").focus()
+    page.keyboard.press("Control+.")
+    until(lambda: summary(served)["stop"]["acknowledged"], "the stop acknowledged")
+
+
+def test_a_refused_footfall_says_why(page: Page, served: Running, look: Keep) -> None:
+    page.locator("#footfall-x").fill("3.2")
+    page.locator("#footfall-y").fill("3.2")
+    page.get_by_role("button", name="Choose", exact=True).click()
+    expect(page.locator("#footfall-answer")).to_contain_text("farther away than the leg is long", timeout=SLOW)
+    page.get_by_role("button", name="Plan step", exact=True).click()
+    expect(page.locator("#plan-answer")).to_contain_text("No plan", timeout=SLOW)
+    reason = summary(served)["plan"]["reason"]
+    assert "leg" in reason
+    expect(page.locator("#plan-answer")).to_contain_text(reason)
+    expect(page.get_by_role("button", name="Make sequence")).to_be_disabled()
+    look("refused")
+
+
+def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, served: Running, look: Keep) -> None:
+    field = page.get_by_label("Seconds of row 2", exact=True)
+    field.fill("0.01")
+    field.press("Enter")
+    row = page.locator("#commands tbody tr").nth(1)
+    expect(row).to_have_class("failing", timeout=SLOW)
+    expect(page.get_by_role("button", name="Export", exact=True)).to_be_disabled()
+    expect(page.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
+    with served.client() as client:
+        broken = [rule for rule in client.get("/sequences/current").json()["rules"] if not rule["holds"]]
+    assert [rule["rule"] for rule in broken] == ["speed"]
+    expect(row).to_contain_text(broken[0]["text"])
+    look("failing")
+    page.get_by_role("button", name="Undo", exact=True).click()
+    expect(row).not_to_have_class("failing", timeout=SLOW)
+    expect(page.get_by_role("button", name="Export", exact=True)).to_be_enabled()
+
+
+def test_names_from_files_are_text(page: Page, served: Running) -> None:
+    hostile = "<img src=x onerror=document.title='owned'>"
+    heights = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n0 0 0\n0 0 0\n0 0 0\n"
+    page.locator("#terrain-file").set_input_files(
+        {"name": f"{hostile}.asc", "mimeType": "text/plain", "buffer": heights.encode()}
+    )
+    expect(page.locator("#ground-text")).to_contain_text("<img", timeout=SLOW)
+    assert page.title() == "FootFall"
+    assert page.locator("#ground-text img").count() == 0
+
+
+def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
+    served.rover.close()
+    expect(page.locator("#status-link")).to_have_attribute("data-state", "bad", timeout=SLOW)
+    expect(page.locator("#status-link")).to_contain_text("LOST, last heard")
+    look("lost")
