@@ -79,10 +79,10 @@ def quat_wxyz(R: ArrayLike) -> Array:
 
 def rotation_from_quat_wxyz(quat_wxyz: ArrayLike) -> Array:
     """3 × 3 rotation of a quaternion (w, x, y, z). Raises InvalidInput unless its norm is 1 ± 1e-3."""
-    q = np.asarray(quat_wxyz, float)
-    norm = float(np.linalg.norm(q))
-    if q.shape != (4,) or not abs(norm - 1.0) <= 1e-3:
-        raise InvalidInput("a quaternion needs four numbers (w, x, y, z) of norm 1", norm=norm)
+    q = _numbers(quat_wxyz, "a quaternion")
+    norm = float(np.linalg.norm(q)) if q.shape == (4,) else None
+    if norm is None or not abs(norm - 1.0) <= 1e-3:
+        raise InvalidInput("a quaternion needs four numbers (w, x, y, z) of norm 1", norm=norm, shape=list(q.shape))
     w, x, y, z = q / norm
     return np.array(
         [
@@ -96,24 +96,42 @@ def rotation_from_quat_wxyz(quat_wxyz: ArrayLike) -> Array:
 def rotation_from_z(normal: ArrayLike, forward: ArrayLike = (1.0, 0.0, 0.0)) -> Array:
     """Rotation whose z is ``normal`` and whose x is ``forward`` made perpendicular to it.
 
-    Raises InvalidInput where normal is zero or parallel to forward.
+    Raises InvalidInput where either is zero or not finite, and where they are parallel.
     """
-    z = np.asarray(normal, float)
-    x = np.asarray(forward, float)
+    z = _direction(normal, "normal")
+    x = _direction(forward, "forward")
     y = np.cross(z, x)
-    if np.linalg.norm(y) < 1e-9:
+    length = np.linalg.norm(y)
+    if length < 1e-9:
         raise InvalidInput("a frame needs a normal that is not parallel to its forward axis")
-    y /= np.linalg.norm(y)
-    z = z / np.linalg.norm(z)
+    y /= length
     return np.column_stack([np.cross(y, z), y, z])
+
+
+def _direction(vector: ArrayLike, name: str) -> Array:
+    v = np.asarray(vector, float)
+    size = np.abs(v).max()
+    if not 0 < size < np.inf:
+        raise InvalidInput(f"a frame needs a {name} that is finite and not zero")
+    v = v / size
+    return v / np.linalg.norm(v)
 
 
 def require_transform(T: ArrayLike, name: str) -> Array:
     """Return T as a 4 × 4 float array; raises InvalidInput unless it is a finite rigid transform."""
-    T = np.asarray(T, float)
+    T = _numbers(T, name)
     if T.shape != (4, 4) or not np.isfinite(T).all():
         raise InvalidInput(f"{name} needs 4 × 4 finite numbers", shape=list(T.shape))
-    error = float(np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max())
-    if error > 1e-6 or np.linalg.det(T[:3, :3]) < 0 or not np.array_equal(T[3], [0, 0, 0, 1]):
+    R = T[:3, :3]
+    # entries past 1 fail already here: their squares could overflow to NaN, which no comparison catches
+    error = float(np.abs(R @ R.T - np.eye(3)).max()) if np.abs(R).max() < 2 else None
+    if error is None or error > 1e-6 or np.linalg.det(R) < 0 or not np.array_equal(T[3], [0, 0, 0, 1]):
         raise InvalidInput(f"{name} is no rigid transform", orthogonality_error=error)
     return T
+
+
+def _numbers(item: ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(item, float)
+    except (TypeError, ValueError) as err:
+        raise InvalidInput(f"{name} needs an array of numbers: {err}") from err

@@ -6,6 +6,9 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
 
+_FAR = 1 << 53
+"""Beyond this many cells a float no longer tells neighbours apart."""
+
 
 @value
 class GridGeometry(Value):
@@ -25,6 +28,8 @@ class GridGeometry(Value):
     def check(self) -> None:
         if not (np.isfinite([self.x0, self.y0]).all() and 0 < self.resolution < np.inf):
             raise InvalidInput("a grid needs a finite origin and a positive resolution [m]")
+        if not (isinstance(self.rows, int) and isinstance(self.cols, int)):
+            raise InvalidInput("a grid needs whole numbers of rows and cols", rows=self.rows, cols=self.cols)
         if self.rows < 1 or self.cols < 1:
             raise InvalidInput("a grid needs at least one cell", rows=self.rows, cols=self.cols)
 
@@ -35,12 +40,12 @@ class GridGeometry(Value):
     @property
     def xs(self) -> NDArray[np.float64]:
         """Cell-centre eastings, (cols,)."""
-        return self.x0 + self.resolution * np.arange(self.cols)
+        return self.x0 + self.resolution * np.arange(self.cols, dtype=float)
 
     @property
     def ys(self) -> NDArray[np.float64]:
         """Cell-centre northings, (rows,)."""
-        return self.y0 + self.resolution * np.arange(self.rows)
+        return self.y0 + self.resolution * np.arange(self.rows, dtype=float)
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -58,10 +63,14 @@ class GridGeometry(Value):
         return np.stack([x, y], axis=-1)
 
     def cell(self, x: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Row and column of the nearest cell centre; may lie outside the grid."""
-        col = np.floor((np.asarray(x, float) - self.x0) / self.resolution + 0.5).astype(np.int64)
-        row = np.floor((np.asarray(y, float) - self.y0) / self.resolution + 0.5).astype(np.int64)
-        return row, col
+        """Row and column of the nearest cell centre; may lie outside the grid, as NaN always does."""
+        return self._index(y, self.y0), self._index(x, self.x0)
+
+    def _index(self, position: ArrayLike, start: float) -> NDArray[np.int64]:
+        with np.errstate(over="ignore"):
+            index = np.floor((np.asarray(position, float) - start) / self.resolution + 0.5)
+        # what NaN or 1e300 becomes as an integer depends on the processor, and could be a cell
+        return np.where(np.abs(index) < _FAR, index, -_FAR).astype(np.int64)
 
     def contains(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
         """Whether points fall into a cell."""

@@ -1,15 +1,18 @@
-"""Convex polygons in the plane as half-planes: inside where normal · p ≤ offset for every row."""
+"""Convex polygons in the plane, as their corners counter-clockwise, (k, 2)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+_ROUNDING = 2.0**-53
+
 
 def convex_hull(points: ArrayLike) -> Array:
     """Corners of the hull, counter-clockwise, (k, 2); Andrew's monotone chain (1979).
 
-    Collinear points are dropped; one or two distinct points come back as they are.
+    Points that are collinear within rounding are dropped, so every corner turns left for certain; one or
+    two distinct points come back as they are.
     """
     pts = np.unique(np.asarray(points, float).reshape(-1, 2), axis=0)
     if len(pts) <= 2:
@@ -18,7 +21,7 @@ def convex_hull(points: ArrayLike) -> Array:
     def half(ordered: Array) -> list[Array]:
         chain: list[Array] = []
         for p in ordered:
-            while len(chain) >= 2 and _cross(chain[-2], chain[-1], p) <= 0:
+            while len(chain) >= 2 and not _turns_left(chain[-2], chain[-1], p):
                 chain.pop()
             chain.append(p)
         return chain
@@ -27,8 +30,10 @@ def convex_hull(points: ArrayLike) -> Array:
     return np.array(lower[:-1] + upper[:-1])
 
 
-def _cross(a: Array, b: Array, c: Array) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+def _turns_left(a: Array, b: Array, c: Array) -> bool:
+    left, right = (b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0])
+    # error bound of this difference: Shewchuk 1997, "Adaptive precision floating-point arithmetic", ccwerrboundA
+    return bool(left - right > 4 * _ROUNDING * (abs(left) + abs(right)))
 
 
 def area(corners: ArrayLike) -> float:

@@ -2,6 +2,8 @@
 
 A *value* is a frozen, slotted dataclass. Its arrays are read-only copies, it holds no handle, path
 or lock, and its ``digest`` names its content: equal content has an equal digest in every process.
+So 1 in a field of type ``float`` is kept as 1.0 and an integer array in a field of float64 as float64;
+the order of a mapping is part of its content.
 The software version stands in the provenance and is left out of the digest, so that a later version
 can show that it still computes the same product.
 
@@ -13,16 +15,20 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from enum import Enum
-from typing import Any, TypeVar, dataclass_transform
+from types import UnionType
+from typing import Any, TypeVar, Union, dataclass_transform, get_args, get_origin
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 
 SOFTWARE_VERSION = "0.1.0"
 
+_FLOAT64 = NDArray[np.float64]
 _registry: dict[str, type] = {}
 _T = TypeVar("_T", bound=type)
 
@@ -45,7 +51,11 @@ class Value:
         """Raise :class:`InvalidInput` where the fields don't fit together (override)."""
 
     def __getstate__(self) -> dict[str, Any]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        state = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        if hasattr(self, "_digest"):
+            # also a digest given from outside, of a file that an earlier version wrote, goes along
+            state["_digest"] = self._digest
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for name, item in state.items():
@@ -53,8 +63,14 @@ class Value:
 
     def __post_init__(self) -> None:
         for f in fields(self):  # type: ignore[arg-type]
-            object.__setattr__(self, f.name, _freeze(getattr(self, f.name)))
-        self.check()
+            object.__setattr__(self, f.name, _freeze(_as_declared(getattr(self, f.name), f.type)))
+        no_arrays = [f.name for f in fields(self) if _lacks_array(getattr(self, f.name), f.type)]  # type: ignore[arg-type]
+        if not no_arrays:
+            self.check()
+            return
+        with suppress(AttributeError, IndexError, TypeError, ValueError):
+            self.check()  # may have a refusal of its own
+        raise InvalidInput(f"{', '.join(no_arrays)} of {type(self).__name__} must be an array", fields=no_arrays)
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)
@@ -97,6 +113,12 @@ class FrozenMapping(Mapping[str, Any]):
 
     def __init__(self, items: Mapping[str, Any]) -> None:
         self._items = {str(name): _freeze(item) for name, item in items.items()}
+        if len(self._items) != len(items):
+            raise InvalidInput("two names of a mapping read the same", names=list(self._items))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # built anew: the default would leave the arrays that numpy unpickled writeable
+        return FrozenMapping, (self._items,)
 
     def __getitem__(self, name: str) -> Any:
         return self._items[name]
@@ -111,10 +133,30 @@ class FrozenMapping(Mapping[str, Any]):
         return f"FrozenMapping({', '.join(self._items)})"
 
 
+def _kinds(declared: Any) -> tuple[Any, ...]:
+    """The alternatives of a field's type."""
+    return get_args(declared) if get_origin(declared) in (Union, UnionType) else (declared,)
+
+
+def _as_declared(item: Any, declared: Any) -> Any:
+    """``item`` in the one form that a float or float64 field has, whatever equal form it was given in."""
+    if type(item) is int and float in _kinds(declared):
+        return float(item)
+    if isinstance(item, np.ndarray) and item.dtype.kind in "iuf" and _FLOAT64 in _kinds(declared):
+        return item.astype(np.float64, copy=False) if np.can_cast(item.dtype, np.float64) else item
+    return item
+
+
+def _lacks_array(item: Any, declared: Any) -> bool:
+    kinds = _kinds(declared)
+    wanted = any(get_origin(kind) is np.ndarray for kind in kinds)
+    return wanted and not isinstance(item, np.ndarray) and not (item is None and type(None) in kinds)
+
+
 def _freeze(item: Any) -> Any:
     if isinstance(item, np.ndarray):
-        if item.flags.writeable or not item.flags.c_contiguous:
-            item = np.array(item, order="C")
+        if _can_change(item) or not item.flags.c_contiguous or not item.dtype.isnative:
+            item = np.array(item, dtype=item.dtype.newbyteorder("="), order="C")
             item.setflags(write=False)
         return item
     if isinstance(item, FrozenMapping):
@@ -126,6 +168,16 @@ def _freeze(item: Any) -> Any:
     if isinstance(item, np.generic):
         return item.item()
     return item
+
+
+def _can_change(array: np.ndarray) -> bool:
+    """Whether anything could still write to the memory: a read-only view of another's array does not do."""
+    owner: Any = array
+    while isinstance(owner, np.ndarray):
+        if owner.flags.writeable:
+            return True
+        owner = owner.base
+    return not (owner is None or isinstance(owner, bytes))
 
 
 @value
@@ -147,22 +199,25 @@ class Provenance(Value):
 def flatten(item: Any) -> tuple[Any, list[np.ndarray]]:
     """Return a JSON-ready structure and the arrays that it refers to by index.
 
-    Raises InvalidInput for anything that is not a value, array, mapping, sequence or plain scalar.
+    Raises InvalidInput for anything that is not a value, array of numbers or text, mapping, sequence, registered
+    Enum or plain scalar.
     """
     arrays: list[np.ndarray] = []
     return _flatten(item, arrays), arrays
 
 
 def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
-    if item is None or isinstance(item, (bool, str)):
-        return item
     if isinstance(item, Enum):
+        if _registry.get(type(item).__name__) is not type(item):
+            raise InvalidInput(f"the Enum {type(item).__name__} needs @value_enum to be part of a value")
         return {"enum": type(item).__name__, "of": item.value}
-    if isinstance(item, int):
+    if item is None or isinstance(item, (bool, str, int)):
         return item
     if isinstance(item, float):
         return item if math.isfinite(item) else {"float": repr(item)}
     if isinstance(item, np.ndarray):
+        if item.dtype.hasobject:
+            raise InvalidInput("an array of Python objects can't be part of a value")
         arrays.append(item)
         return {"array": len(arrays) - 1}
     if isinstance(item, Value):
@@ -193,16 +248,21 @@ def unflatten(structure: Any, arrays: list[np.ndarray]) -> Any:
         cls = _registry[structure["value"]]
         body = {name: unflatten(one, arrays) for name, one in structure["of"].items()}
         return cls(**body)
-    except (KeyError, IndexError, TypeError, ValueError) as err:
+    except (AttributeError, LookupError, OverflowError, TypeError, ValueError) as err:
         raise InvalidInput(f"this is not a flat value of FootFall: {err}") from err
 
 
 def digest(item: Any) -> str:
     """Content name of anything :func:`flatten` takes: 32 hexadecimal characters of SHA-256."""
-    structure, arrays = flatten(item)
+    return digest_flat(*flatten(item))
+
+
+def digest_flat(structure: Any, arrays: list[np.ndarray]) -> str:
+    """Content name of a flat form: what :func:`digest` gives for the value it was made from."""
     sha = hashlib.sha256()
     sha.update(json.dumps(_without_software(structure), sort_keys=True).encode())
     for array in arrays:
+        array = array.astype(array.dtype.newbyteorder("<"), copy=False)
         sha.update(f"{array.dtype.str}{array.shape}".encode())
         if array.dtype.kind == "f" and np.isnan(array).any():
             # NaN payloads differ between instructions; one NaN stands for all
