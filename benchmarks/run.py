@@ -1,0 +1,39 @@
+"""Runs the benchmarks by area and prints every figure; ``footfall bench`` and ``make bench`` call this."""
+
+import json
+from collections.abc import Callable, Iterator
+
+from benchmarks import maps, step, terrain
+from benchmarks.timing import Figure, machine
+
+AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
+    "terrain": terrain.figures,
+    "maps": maps.figures,
+    "step": step.figures,
+}
+
+
+def main(areas: list[str] | None = None, quick: bool = False, as_json: bool = False) -> int:
+    """Measure the areas (all when none is named). Returns 0 when every floor holds, else 1."""
+    results: dict[str, dict[str, object]] = {}
+    about = machine()
+    if not as_json:
+        print(f"{about['processor']}, {about['cores']} cores, Python {about['python']}, seed {about['seed']}")
+        print("  ".join(f"{name} {number}" for name, number in about["libraries"].items()))  # type: ignore[union-attr]
+        print(f"{'figure':<58}{'median':>12}{'p95':>12}  {'unit':<7}{'n':>4}  floor")
+    for area in areas or list(AREAS):
+        for figure in AREAS[area](quick):
+            row = figure.as_dict()
+            results[figure.name] = row
+            if not as_json:
+                floor = (
+                    "" if row["floor"] is None else f"{row['floor']:g} {'holds' if row['holds'] else 'DOES NOT HOLD'}"
+                )
+                print(
+                    f"{figure.name:<58}{row['median']:>12.4g}{row['p95']:>12.4g}  "
+                    f"{figure.unit:<7}{row['n']:>4}  {floor}",
+                    flush=True,
+                )
+    if as_json:
+        print(json.dumps({"machine": about, "figures": results}, indent=2))
+    return 0 if all(row["holds"] is not False for row in results.values()) else 1

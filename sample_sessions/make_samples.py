@@ -1,0 +1,151 @@
+"""Makes the sample sessions anew: ``python sample_sessions/make_samples.py [NAME…]``.
+
+Each is a whole session done by script, with the same jobs as in the browser. The rover is simulated: it stands on
+generated ground, and its images are ray-cast. Needed after a change that alters recorded products on purpose.
+"""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+import footfall
+from footfall.core.frames import apply
+from footfall.maps.layers import MapSettings
+from footfall.planning.step.problem import Status, StepSettings
+from footfall.robot.kinematics import wheel_centers
+from footfall.robot.model import Robot
+from footfall.sequence.commands import Command
+from footfall.sequence.edit import Edit
+from footfall.session.jobs import InlineJobs
+from footfall.session.live import LiveSession
+from footfall.session.registry import Sessions
+from footfall.sim.render import render_snapshot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.generate import fractal
+from footfall.terrain.rocks import add_rocks
+
+HERE = Path(__file__).resolve().parent
+
+
+def wheel(robot: Robot, state: RobotState, leg: int) -> np.ndarray:
+    """Where the wheel of a leg is, seen from above [m]."""
+    return apply(state.T_site_base, wheel_centers(robot, state.posture))[leg, :2]
+
+
+def rocky_world(robot: Robot) -> tuple[Dem, RobotState]:
+    """Gentle ground with a 0.3 m rock beside the wheel of leg 2, as in the field test, and some farther off."""
+    level = fractal(size=9.0, resolution=0.025, roughness=0.02, hurst=0.9, seed=11)
+    beside = wheel(robot, footfall.stand(robot, level), 2) + (0.42, -0.12)
+    rocks = np.array(
+        [
+            [*beside, 0.30, 0.15],
+            [2.9, 1.4, 0.5, 0.25],
+            [0.4, 3.2, 0.4, 0.2],
+            [-3.1, -0.9, 0.36, 0.18],
+            [0.9, -3.3, 0.6, 0.3],
+            [-2.6, 2.7, 0.3, 0.15],
+        ]
+    )
+    world = add_rocks(level, rocks)
+    return world, footfall.stand(robot, world)
+
+
+def rock_step(session: LiveSession) -> None:
+    """From nine image pairs to exported commands: leg 2 steps over a rock."""
+    world, state = rocky_world(session.robot)
+    session.load_terrain(world, "the simulated rover's world")
+    session.take_images(render_snapshot(session.robot, state, world, seed=1))
+    session.build_terrain().finish()
+    session.compute_maps(2).finish()
+    x, y = wheel(session.robot, state, 2) + (0.75, -0.25)
+    session.choose_footfall(2, float(x), float(y))
+    plan = session.plan_step(settings=StepSettings(seed=1)).finish()
+    require(session, Status.FOUND)
+    session.export_sequence(session.make_sequence(plan), "seqjson")
+    session.add_note("Leg 3 over the rock, as in the field test of 2008.")
+
+
+def fractal_step(session: LiveSession) -> None:
+    """A step on fractal ground, searched by SBL, with the support that survives the loss of any leg."""
+    world = fractal(size=8.0, resolution=0.04, roughness=0.06, hurst=0.8, seed=5)
+    state = footfall.stand(session.robot, world)
+    session.load_terrain(world, "fractal ground")
+    session.set_state(state)
+    session.compute_maps(1, MapSettings(conservative=True)).finish()
+    x, y = wheel(session.robot, state, 1) + (-0.45, -0.15)
+    session.choose_footfall(1, float(x), float(y))
+    session.plan_step(settings=StepSettings(planner="sbl", seed=7)).finish()
+    require(session, Status.FOUND)
+    session.make_sequence()
+
+
+def refused_step(session: LiveSession) -> None:
+    """A footfall that the maps colour red is asked for all the same; the answer says why not."""
+    world = fractal(size=8.0, resolution=0.04, roughness=0.03, hurst=0.9, seed=8)
+    state = footfall.stand(session.robot, world)
+    session.load_terrain(world, "fractal ground")
+    session.set_state(state)
+    session.compute_maps(0).finish()
+    x, y = wheel(session.robot, state, 0) + (0.8, 0.0)
+    session.choose_footfall(0, float(x), float(y))
+    session.plan_step(settings=StepSettings(seed=1)).finish()
+    require(session, Status.GOAL_INVALID)
+    session.add_note("Out of the leg's reach: the body would have to move first.")
+
+
+def edited_export(session: LiveSession) -> None:
+    """A sequence is edited, undone, edited again and exported in every format."""
+    world = fractal(size=8.0, resolution=0.04, roughness=0.02, hurst=0.9, seed=9)
+    state = footfall.stand(session.robot, world)
+    session.load_terrain(world, "fractal ground")
+    session.set_state(state)
+    x, y = wheel(session.robot, state, 4) + (0.25, 0.2)
+    session.choose_footfall(4, float(x), float(y))
+    session.plan_step(settings=StepSettings(planner="line", seed=1)).finish()
+    require(session, Status.FOUND)
+    made = session.make_sequence()
+    commands = session.get(made).commands
+    slower = Command("LEG_MOVE", 4, commands[0].joints, commands[0].duration + 2.0, commands[0].phase)
+    session.edit_sequence(made, Edit("set", 0, slower))
+    session.undo_sequence()
+    waiting = session.edit_sequence(made, Edit("insert", 1, Command("WAIT", None, None, 3.0)))
+    final = session.edit_sequence(waiting, Edit("set", 0, slower))
+    for form in ("json", "csv", "seqjson"):
+        session.export_sequence(final, form)
+
+
+def require(session: LiveSession, status: Status) -> None:
+    """The scripts are made for one outcome; anything else means that they have to be looked at."""
+    if session.state.plan_status != status.value:
+        sys.exit(f"{session.name}: {session.state.plan_status}, {session.state.plan_reason}")
+
+
+SAMPLES: dict[str, tuple[str, Callable[[LiveSession], None]]] = {
+    "rock-step": ("Stepping over a rock", rock_step),
+    "fractal-step": ("A step on fractal ground", fractal_step),
+    "refused-step": ("A step refused", refused_step),
+    "edited-export": ("A sequence edited and exported", edited_export),
+}
+
+
+def main(names: list[str]) -> None:
+    for name in names or list(SAMPLES):
+        title, script = SAMPLES[name]
+        with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs()) as sessions:
+            session = sessions.create(title)
+            script(session)
+            folder = Path(work) / session.id
+            session.close()
+            shutil.rmtree(HERE / name, ignore_errors=True)
+            shutil.copytree(folder, HERE / name)
+        size = sum(file.stat().st_size for file in (HERE / name).rglob("*") if file.is_file())
+        print(f"{name}: {size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
