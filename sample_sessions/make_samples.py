@@ -18,7 +18,7 @@ from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
-from footfall.sequence.commands import Command
+from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
 from footfall.session.jobs import InlineJobs
 from footfall.session.live import LiveSession
@@ -109,7 +109,9 @@ def edited_export(session: LiveSession) -> None:
     session.plan_step(settings=StepSettings(planner="line", seed=1)).finish()
     require(session, Status.FOUND)
     made = session.make_sequence()
-    commands = session.get(made).commands
+    sequence = session.get(made)
+    assert isinstance(sequence, Sequence)
+    commands = sequence.commands
     slower = Command("LEG_MOVE", 4, commands[0].joints, commands[0].duration + 2.0, commands[0].phase)
     session.edit_sequence(made, Edit("set", 0, slower))
     session.undo_sequence()

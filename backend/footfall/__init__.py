@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from footfall.core.value import SOFTWARE_VERSION as __version__
+from footfall.core.value import SOFTWARE_VERSION
 
 if TYPE_CHECKING:
     from footfall.io.exports import export
@@ -25,6 +25,8 @@ _where = {
     "export": "footfall.io.exports",
     "replay": "footfall.session.replay",
 }
+
+__version__ = SOFTWARE_VERSION
 
 __all__ = [
     "__version__",
