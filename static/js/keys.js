@@ -49,7 +49,7 @@ function press(event, key) {
 export function showHelp() {
   const rows = [...bindings, { key: "Ctrl+.", text: "Stop request" }, { key: "Esc Esc", text: "Stop request" }];
   $("help-keys").replaceChildren(
-    ...rows.map(({ key, text }) => element("tr", {}, element("th", { textContent: key }), element("td", { textContent: text }))),
+    ...rows.map(({ key, text }) => element("tr", {}, element("th", { textContent: key === " " ? "Space" : key }), element("td", { textContent: text }))),
   );
   // Not modal: a modal dialog would put the stop button out of reach.
   $("help").show();

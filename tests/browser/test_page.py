@@ -216,3 +216,15 @@ def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
     expect(page.locator("#status-link")).to_have_attribute("data-state", "bad", timeout=SLOW)
     expect(page.locator("#status-link")).to_contain_text("LOST, last heard")
     look("lost")
+
+
+def test_long_work_can_be_cancelled(page: Page, served: Running) -> None:
+    before = summary(served)["dem"]
+    page.get_by_role("button", name="Build terrain", exact=True).click()
+    cancel = page.get_by_role("button", name="Cancel", exact=True)
+    expect(cancel).to_be_visible(timeout=SLOW)
+    page.keyboard.press("x")
+    until(lambda: summary(served)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
+    assert summary(served)["jobs"][-1]["state"] == "cancelled"
+    expect(cancel).to_be_hidden(timeout=SLOW)
+    assert summary(served)["dem"] == before

@@ -68,7 +68,7 @@ function draw({ summary, sequence }) {
   $("send").disabled = !armed;
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
-    : summary.gate?.state === "sending" ? `sending row ${summary.gate.row + 1}` : "not armed";
+    : summary.gate?.state === "sending" ? `sending row ${(summary.gate.row ?? 0) + 1}` : "not armed";
   drawTable(summary, sequence);
 }
 

@@ -31,6 +31,7 @@ export function start() {
 function mark(id, state, text) {
   $(id).dataset.state = state;
   $(id).textContent = text;
+  $(id).title = text; // where the bar is too narrow to show it all
 }
 
 function draw() {
@@ -64,6 +65,7 @@ export function telemetryAge(frame) {
 function drawMatch(summary) {
   const match = summary.plan_matches_rover;
   if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
+  else if (summary.gate.state === "sending") mark("status-match", "warn", `executing row ${(summary.gate.row ?? 0) + 1}`);
   else if (match.ok === null) mark("status-match", "warn", "not known");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
   else mark("status-match", "bad", match.joint ? `${match.joint} differs by ${fixed(match.difference)} rad` : match.reason);
@@ -80,6 +82,6 @@ function drawStop(summary) {
     : !latched
       ? "Stop request. Not a safety-rated stop."
       : summary.stop.acknowledged
-        ? "STOPPED: sent and acknowledged by the rover. Not a safety-rated stop."
-        : "Stop sent, NOT YET ACKNOWLEDGED by the rover.";
+        ? "STOPPED, acknowledged by the rover. Not a safety-rated stop."
+        : "Stop sent, NOT YET ACKNOWLEDGED.";
 }
