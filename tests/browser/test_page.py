@@ -228,3 +228,17 @@ def test_long_work_can_be_cancelled(page: Page, served: Running) -> None:
     assert summary(served)["jobs"][-1]["state"] == "cancelled"
     expect(cancel).to_be_hidden(timeout=SLOW)
     assert summary(served)["dem"] == before
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1100)])
+def test_stop_is_in_sight_on_every_screen(page: Page, served: Running, look: Keep, width: int, height: int) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    page.keyboard.press("?")
+    box = page.locator("#stop").bounding_box()
+    assert box is not None
+    assert 0 <= box["x"]
+    assert box["x"] + box["width"] <= width
+    assert 0 <= box["y"] <= 60
+    at = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+    assert page.evaluate("([x, y]) => document.elementFromPoint(x, y).id", at) == "stop"
+    look("screen")
