@@ -28,7 +28,7 @@ def one_cell(height, weight, grey, gate):
 
 def test_agrees_with_the_definition_cell_by_cell(rng):
     views = [random_samples(rng), random_samples(rng)]
-    heights, texture = fuse(views, GRID, gate=0.03)
+    heights, texture, *_ = fuse(views, GRID, gate=0.03)
     cell, height, weight, grey = (
         np.concatenate([f(s) for s in views])
         for f in (lambda s: s.cell, lambda s: s.height, lambda s: 1 / s.variance, lambda s: s.grey)
@@ -56,13 +56,13 @@ def test_order_of_views_and_samples_does_not_matter(rng):
 
 def test_one_wrong_view_does_not_pull_the_others():
     samples = CellSamples(np.zeros(3, np.int64), np.array([0.0, 0.01, 0.9]), np.ones(3), np.full(3, 9.0))
-    heights, _ = fuse([samples], GRID, gate=0.05)
+    heights, *_ = fuse([samples], GRID, gate=0.05)
     assert heights[0, 0] == pytest.approx(0.005)
 
 
 def test_no_samples_leave_all_unknown():
     none = CellSamples(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
-    heights, texture = fuse([none], GRID, gate=0.05)
+    heights, texture, *_ = fuse([none], GRID, gate=0.05)
     assert np.isnan(heights).all()
     assert not texture.any()
 

@@ -11,7 +11,12 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.selfmask import mesh_mask, robot_mask, robot_parts
+from footfall.terrain.selfmask import mesh_depths, robot_mask, robot_parts
+
+
+def mesh_mask(parts: list[Mesh], camera: Camera, margin: float, extra_px: int) -> np.ndarray:
+    return mesh_depths(parts, camera, margin, extra_px) > 0
+
 
 CAMERA = Camera("test", 80, 60, 50.0, 50.0, 39.5, 29.5, np.eye(4))
 

@@ -59,6 +59,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     "footfall.sequence.edit": ("Edit",),
     "footfall.sequence.feet": ("Feet",),
     "footfall.sequence.settings": ("SequenceSettings",),
+    "footfall.telemetry.calibration": (
+        "CameraModel",
+        "PairCalibration",
+    ),
     "footfall.telemetry.images": (
         "Camera",
         "ImagePair",
@@ -78,9 +82,15 @@ HOMES: dict[str, tuple[str, ...]] = {
         "RobotState",
         "TelemetryFrame",
     ),
+    "footfall.terrain.align": ("Alignment",),
+    "footfall.terrain.blend": ("BlendSettings",),
+    "footfall.terrain.clear": ("Area",),
     "footfall.terrain.dem": ("Dem",),
+    "footfall.terrain.epipolar": ("PairAlignment",),
     "footfall.terrain.grid_depth": ("CellSamples",),
     "footfall.terrain.settings": ("TerrainSettings",),
+    "footfall.terrain.views": ("CollisionView",),
+    "footfall.terrain.visibility": ("DepthView",),
 }
 _home = {name: module for module, names in HOMES.items() for name in names}
 

@@ -27,6 +27,8 @@ VERSION = 1
 MAX_ZIP_BYTES = 4 << 30
 """Largest accepted bundle, unpacked [bytes]."""
 MAX_FILES = 20_000
+MAX_RATIO, SMALL_FILE = 200, 1 << 20
+"""A file of more than SMALL_FILE bytes that its zip holds this many times smaller is no honest part of a session."""
 
 SESSION, EVENTS, ARTIFACTS = "session.json", "events.jsonl", "artifacts"
 _ARTIFACT = re.compile(r"[0-9a-f]{32}\.[a-z0-9]{1,10}(\.[a-z0-9]{1,10})?")
@@ -179,6 +181,8 @@ def _from_zip(data: bytes, label: str) -> Bundle:
             raise InvalidBundle(f"{entry.filename!r} points outside of the bundle", file=entry.filename)
         if stat.S_ISLNK(entry.external_attr >> 16):
             raise InvalidBundle(f"{entry.filename!r} is a link; a bundle holds plain files only", file=entry.filename)
+        if entry.file_size > max(SMALL_FILE, MAX_RATIO * entry.compress_size):
+            raise InvalidBundle(f"{entry.filename!r} would unpack to {entry.file_size >> 20} MB", file=entry.filename)
         name = path.as_posix().removeprefix(top)
         if name in files:
             raise InvalidBundle(f"{entry.filename!r} is in the bundle twice", file=entry.filename)

@@ -1,6 +1,15 @@
-"""GeoTIFF terrain through rasterio."""
+"""GeoTIFF terrain through rasterio.
 
+A terrain that remembers is written with these bands, all float64: height [m], variance [m²], time of the newest
+measurement [s since 1970], age before the newest of all [s], certainty (probability that the height is right within
+5 cm, of a normal distribution), count, source; the names of the sources stand in the tag ``SOURCES``, as JSON. Files
+of others need the first band only.
+"""
+
+import json
 import warnings
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import rasterio
@@ -9,16 +18,29 @@ from rasterio.enums import ColorInterp
 from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader, MemoryFile
 from rasterio.transform import Affine
+from scipy.special import erf
 
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 
+BANDS = (
+    "height above the site's origin, metres",
+    "variance of the height, square metres",
+    "time of the newest measurement, seconds since 1970",
+    "age before the newest measurement of all, seconds",
+    "certainty, probability that the height is right within 5 cm",
+    "count of measurements",
+    "source, 1 + index into the tag SOURCES",
+)
+WITHIN = 0.05
+"""Of "certainty" [m]."""
+
 _SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
 
 def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> Dem:
-    """First band of a GeoTIFF, with its scale, offset and no-data value applied.
+    """First band of a GeoTIFF, with its scale, offset and no-data value applied; all bands of a file of ours.
 
     resolution: cell size [file's unit] of a file without georeferencing, whose south-west cell then
     lies at (0, 0). Raises InvalidTerrain for degrees and other units than metres, rotated or oblong
@@ -56,7 +78,34 @@ def _read(source: DatasetReader, name: str, resolution: float | None) -> Dem:
     if transform.e < 0:
         heights = heights[::-1]
     edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
-    return from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
+    dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
+    return _remembering(dem, source)
+
+
+def _remembering(dem: Dem, source: DatasetReader) -> Dem:
+    """The terrain with its memory layers, where the file holds them."""
+    names = source.tags().get("SOURCES")
+    if source.descriptions != BANDS or names is None:
+        return dem
+    try:
+        sources = json.loads(names)
+    except ValueError as err:
+        raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names: {err}") from err
+    if not isinstance(sources, list) or not all(isinstance(one, str) for one in sources):
+        raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names")
+    variance, time, count, number = (source.read(band)[::-1] for band in (2, 3, 6, 7))
+    known = np.isfinite(dem.heights)
+    whole = np.stack([count[known], number[known]])
+    if not ((whole >= 0) & (whole <= 65535) & (whole == np.rint(whole))).all() or (whole[1] > 255).any():
+        raise InvalidTerrain(f"{dem.name}: the bands count and source need whole numbers in every known cell")
+    return replace(
+        dem,
+        variance=np.where(known, variance, np.nan).astype(np.float32),
+        time=np.where(known, time, np.nan),
+        count=np.where(known, count, 0).astype(np.uint16),
+        source=np.where(known, number, 0).astype(np.uint8),
+        sources=tuple(sources),
+    )
 
 
 def check_crs(crs: CRS | None, name: str) -> None:
@@ -85,16 +134,20 @@ def check_projection_text(wkt: str, name: str) -> None:
 
 
 def write_geotiff(dem: Dem) -> bytes:
-    """Float32 heights, NaN as no-data, in a local engineering coordinate system in metres."""
+    """Heights, NaN as no-data, in a local engineering coordinate system in metres.
+
+    Float32 and one band, or, of a terrain that remembers, float64 and all bands of the module's docstring.
+    """
     grid = dem.geometry
     cell = grid.resolution
     west, _, _, north = grid.bounds
+    bands = memory_bands(dem) if dem.remembers else [dem.heights]
     profile = {
         "driver": "GTiff",
         "width": grid.cols,
         "height": grid.rows,
-        "count": 1,
-        "dtype": "float32",
+        "count": len(bands),
+        "dtype": bands[0].dtype.name,
         "nodata": float("nan"),
         "transform": Affine(cell, 0, west - cell / 2, 0, -cell, north + cell / 2),
         "crs": CRS.from_wkt(_SITE_CRS),
@@ -103,6 +156,20 @@ def write_geotiff(dem: Dem) -> bytes:
     }
     with rasterio.Env(), MemoryFile() as memory:
         with memory.open(**profile) as target:
-            target.write(dem.heights[::-1], 1)
-            target.set_band_description(1, "height above the site's origin, metres")
+            for i, (band, description) in enumerate(zip(bands, BANDS, strict=False), 1):
+                target.write(band[::-1], i)
+                target.set_band_description(i, description)
+            if len(bands) > 1:
+                target.update_tags(SOURCES=json.dumps(dem.sources))
         return bytes(memory.read())
+
+
+def memory_bands(dem: Dem) -> list[Any]:
+    """All bands of a terrain that remembers, (rows, cols) float64 each, NaN where unknown."""
+    known = np.isfinite(dem.heights)
+    layers = {name: np.asarray(getattr(dem, name), np.float64) for name in ("variance", "time", "count", "source")}
+    with np.errstate(invalid="ignore"):
+        certainty = erf(WITHIN / np.sqrt(2.0 * layers["variance"]))
+    age = np.nanmax(layers["time"]) - layers["time"]
+    bands = [dem.heights, layers["variance"], layers["time"], age, certainty, layers["count"], layers["source"]]
+    return [np.where(known, band, np.nan).astype(np.float64) for band in bands]

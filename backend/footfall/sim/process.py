@@ -232,6 +232,8 @@ class RoverClient:
                 self._rover.clear_stop()
             case ImageRequestMessage():
                 self._take_images(message)
+            case ErrorMessage():
+                log.warning("the server could not use a message: %s", message.text)
             case _:
                 self._say(ErrorMessage(getattr(message, "id", ""), "only the rover sends this message"))
 

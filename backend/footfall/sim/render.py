@@ -15,6 +15,7 @@ from footfall.core.mesh import Mesh
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.description import CameraPairSpec
 from footfall.robot.model import Robot
+from footfall.sim.optics import EASY, CameraEffects, exposed
 from footfall.sim.raycast import TERRAIN, RayScene
 from footfall.sim.regolith import grain
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
@@ -23,17 +24,11 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.selfmask import robot_parts
 from footfall.terrain.triangulate import crop
 
-SUN = np.array([np.cos(0.9) * np.cos(2.3), np.cos(0.9) * np.sin(2.3), np.sin(0.9)])
-"""Direction to the sun, site frame: 52° high in the north-west."""
-
-AMBIENT = 0.35
-GROUND_ALBEDO, GROUND_CONTRAST = 0.42, 0.30
+GROUND_ALBEDO = 0.42
 METAL_ALBEDO, METAL_CONTRAST = 0.62, 0.06
-EXPOSURE = 290.0
-"""Grey level of a white surface that faces the sun."""
 
-NOISE = 1.2
-"""Deviation of the sensor noise [grey levels]."""
+RIM = 0.02
+"""Neighbouring pixels whose radiances differ by more have an edge between them (white facing the sun is 1)."""
 
 SIGHT = 40.0
 """Ground further away is not drawn [m]."""
@@ -60,25 +55,53 @@ class RenderScene:
         )
         self._Ts_body_site = frames.inverse(np.stack([T_site_body for _, T_site_body in bodies]))
 
-    def image(self, camera: Camera, T_site_base: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.uint8]:
-        """Grey image, (height, width) uint8; the sky is black."""
+    def image(
+        self,
+        camera: Camera,
+        T_site_base: NDArray[np.float64],
+        rng: np.random.Generator,
+        effects: CameraEffects = EASY,
+        gain: float = 1.0,
+    ) -> NDArray[np.uint8]:
+        """Grey image, (height, width) uint8; the sky is black. gain: brightness relative to other cameras."""
         T_site_camera = T_site_base @ camera.T_base_camera
         u, v = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
-        rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)], axis=-1)
-        rays = np.einsum("ij,nj->ni", T_site_camera[:3, :3], rays.reshape(-1, 3))
+        rays = _rays(camera, u.ravel(), v.ravel())
+        light, body = self._light(T_site_camera, rays, camera.fx, effects)
+        n = effects.supersampling
+        if n > 1:
+            edge = np.flatnonzero(_edges(light.reshape(u.shape), body.reshape(u.shape)))
+            inside = (np.arange(n) + 0.5) / n - 0.5
+            total = np.zeros(len(edge))
+            for dv in inside:
+                for du in inside:
+                    finer = _rays(camera, u.ravel()[edge] + du, v.ravel()[edge] + dv)
+                    total += self._light(T_site_camera, finer, n * camera.fx, effects)[0]
+            light[edge] = total / n**2
+        return exposed(light, rays, camera, effects, gain, rng)
+
+    def _light(
+        self, T_site_camera: NDArray[np.float64], rays: NDArray[np.float64], focal: float, effects: CameraEffects
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Radiance along rays (n, 3) of the camera frame and the bodies hit; ``focal``: samples across unit depth."""
+        rays = np.einsum("ij,nj->ni", T_site_camera[:3, :3], rays)
         origin = T_site_camera[:3, 3]
         hits = self._rays.first_hits(origin - self._near, rays)
         light = np.zeros(len(rays))
         seen = np.flatnonzero((hits.body >= 0) & (hits.distance > NEAREST))
         points = origin + rays[seen] * hits.distance[seen, None]
-        light[seen] = self._radiance(
-            points, hits.normal[seen], hits.body[seen], rays[seen], hits.distance[seen] / camera.fx
-        )
-        grey = EXPOSURE * light + rng.normal(0.0, NOISE, len(rays))
-        return np.clip(np.rint(grey), 0, 255).astype(np.uint8).reshape(camera.height, camera.width)
+        pixel = hits.distance[seen] / focal
+        light[seen] = self._radiance(points, hits.normal[seen], hits.body[seen], rays[seen], pixel, effects)
+        return light, hits.body
 
     def _radiance(
-        self, points: NDArray, normals: NDArray, bodies: NDArray, rays: NDArray, pixel: NDArray
+        self,
+        points: NDArray,
+        normals: NDArray,
+        bodies: NDArray,
+        rays: NDArray,
+        pixel: NDArray,
+        effects: CameraEffects,
     ) -> NDArray[np.float64]:
         """Lambert's law with one sun, cast shadows, and an even sky; ``pixel``: its width at the point [m]."""
         steepness = np.abs(np.einsum("ij,ij->i", rays, normals)) / np.linalg.norm(rays, axis=1)
@@ -91,12 +114,28 @@ class RenderScene:
         pattern = np.clip(grain(local, footprint), -3.0, 3.0)
         is_metal = bodies != TERRAIN
         mean = np.where(is_metal, METAL_ALBEDO, GROUND_ALBEDO)
-        albedo = mean * (1.0 + np.where(is_metal, METAL_CONTRAST, GROUND_CONTRAST) * pattern)
-        facing = np.maximum(normals @ SUN, 0.0)
+        albedo = mean * (1.0 + np.where(is_metal, METAL_CONTRAST, effects.ground_contrast) * pattern)
+        sun = effects.sun
+        facing = np.maximum(normals @ sun, 0.0)
         lit = np.flatnonzero(facing > 0.0)
-        shaded = self._rays.blocked(points[lit] - self._near + 1e-3 * normals[lit], SUN)
+        shaded = self._rays.blocked(points[lit] - self._near + 1e-3 * normals[lit], sun)
         facing[lit[shaded]] = 0.0
-        return albedo * (AMBIENT + (1.0 - AMBIENT) * facing)
+        return albedo * (effects.ambient + (1.0 - effects.ambient) * facing)
+
+
+def _rays(camera: Camera, u: NDArray, v: NDArray) -> NDArray[np.float64]:
+    """Directions (n, 3) through pixels, camera frame, z = 1."""
+    return np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(len(u))], axis=-1)
+
+
+def _edges(light: NDArray[np.float64], body: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Pixels beside which another body or another light begins, with those around them, (height, width)."""
+    edge = np.zeros(light.shape, bool)
+    for one, other in (((slice(1, None), ...), (slice(-1), ...)), ((..., slice(1, None)), (..., slice(-1)))):
+        differ = (body[one] != body[other]) | (np.abs(light[one] - light[other]) > RIM)
+        edge[one] |= differ
+        edge[other] |= differ
+    return edge
 
 
 def render_scene(robot: Robot, state: RobotState, dem: Dem) -> RenderScene:
@@ -130,15 +169,22 @@ def reduced(camera: Camera, scale: float) -> Camera:
 
 
 def render_pair(
-    scene: RenderScene, state: RobotState, spec: CameraPairSpec, *, seed: int = 0, scale: float = 1.0
+    scene: RenderScene,
+    state: RobotState,
+    spec: CameraPairSpec,
+    *,
+    seed: int = 0,
+    scale: float = 1.0,
+    effects: CameraEffects = EASY,
 ) -> ImagePair:
     """Both images of one pair. seed: of the sensor noise; give each pair of a snapshot its own."""
     left, right = reduced(spec.camera_left, scale), reduced(spec.camera_right, scale)
+    brighter = 1.0 + effects.exposure_difference
     return ImagePair(
         name=spec.name,
         time=state.time,
-        left=scene.image(left, state.T_site_base, np.random.default_rng([seed, 0])),
-        right=scene.image(right, state.T_site_base, np.random.default_rng([seed, 1])),
+        left=scene.image(left, state.T_site_base, np.random.default_rng([seed, 0]), effects),
+        right=scene.image(right, state.T_site_base, np.random.default_rng([seed, 1]), effects, brighter),
         camera_left=left,
         camera_right=right,
         T_site_base=state.T_site_base,
@@ -153,11 +199,13 @@ def render_snapshot(
     seed: int = 0,
     pairs: Sequence[str] | None = None,
     scale: float = 1.0,
+    effects: CameraEffects = EASY,
     progress: Progress = no_progress,
 ) -> Snapshot:
     """Images of the named camera pairs (all when None) at one state of the rover on a terrain.
 
-    scale: pixels along each side relative to the real cameras. Raises NotFound for a pair the robot doesn't have.
+    scale: pixels along each side relative to the real cameras. effects: sun, ground, lens and sensor, see
+    :mod:`footfall.sim.optics`. Raises NotFound for a pair the robot doesn't have.
     """
     specs = robot.description.cameras
     names = [spec.name for spec in specs]
@@ -171,6 +219,8 @@ def render_snapshot(
     for i, name in enumerate(wanted):
         progress(i / max(len(wanted), 1), f"taking images of {name}")
         index = names.index(name)
-        images.append(render_pair(scene, state, specs[index], seed=seed * len(names) + index, scale=scale))
+        images.append(
+            render_pair(scene, state, specs[index], seed=seed * len(names) + index, scale=scale, effects=effects)
+        )
     progress(1.0, f"{len(images)} pairs taken")
     return Snapshot(state, tuple(images))

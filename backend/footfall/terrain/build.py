@@ -1,10 +1,12 @@
 """Stereo images to terrain: match every pair, take the robot out, lay the depths onto one grid, fuse."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
@@ -13,50 +15,149 @@ from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain import stereo
+from footfall.terrain.align import align
 from footfall.terrain.dem import Dem
+from footfall.terrain.epipolar import align_pair
 from footfall.terrain.fuse import despike, fuse
 from footfall.terrain.grid_depth import CellSamples, grid_depth, site_points
+from footfall.terrain.memory import merge
 from footfall.terrain.selfmask import robot_mask
 from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.visibility import DepthView
 
 
 def build_terrain(
-    robot: Robot, snapshot: Snapshot, settings: TerrainSettings | None = None, progress: Progress = no_progress
+    robot: Robot,
+    snapshot: Snapshot,
+    settings: TerrainSettings | None = None,
+    progress: Progress = no_progress,
+    map: Dem | None = None,
 ) -> Dem:
     """The ground around the rover from all stereo pairs of a snapshot, with the rover's own body taken out.
 
-    Ground that no pair saw stays unknown. Pairs that can't be used (black, swapped, not matching) are left out and
-    named in the Dem's ``name``; raises InvalidImages, with the reason of each, where none is left.
+    map: what is remembered so far. With ``settings.keep`` the snapshot is moved onto it, within bounds, and merged
+    into it; the result's ``correction`` says how it was moved. Raises InvalidImages where it does not fit.
+    Ground that no pair saw stays unknown. A right camera that is turned a little is corrected first, see
+    :mod:`footfall.terrain.epipolar`. That, and pairs that can't be used (black, swapped, not matching, badly
+    calibrated) and are left out, stand in the Dem's ``name``; raises InvalidImages, with the reason of each, where
+    none is left.
     """
     settings = settings or TerrainSettings()
     if snapshot.state.robot != robot.name:
         raise InvalidImages(
             f"the snapshot is of robot {snapshot.state.robot!r}, not of {robot.name!r}: its body could not be removed"
         )
-    center = snapshot.state.T_site_base[:2, 3]
-    geometry = grid_around(float(center[0]), float(center[1]), settings)
-    samples: list[CellSamples] = []
+    matched: list[tuple[ImagePair, NDArray[np.float32]]] = []
     left_out: dict[str, str] = {}
+    brief: list[str] = []
+    told: list[str] = []
     for i, pair in enumerate(snapshot.pairs):
-        progress(0.95 * i / len(snapshot.pairs), f"matching {pair.name}")
+        progress(0.7 * i / len(snapshot.pairs), f"matching {pair.name}")
         try:
+            pair, alignment = align_pair(pair)
             disparity = stereo.disparity(pair, settings)
         except InvalidImages as err:
             left_out[pair.name] = err.message
+            brief.append(f"{pair.name} ({err.details['brief']})" if "brief" in err.details else pair.name)
             continue
-        progress(0.95 * (i + 0.6) / len(snapshot.pairs), f"gridding {pair.name}")
+        if alignment.corrected or not alignment.checked:
+            told.append(alignment.text)
         without_robot(disparity, pair, robot, snapshot.state, settings)
-        samples.append(_samples(pair, disparity, geometry, settings))
-    if not samples:
+        matched.append((pair, disparity))
+    if not matched:
         raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
-    progress(0.95, "fusing")
-    name = "images, 1 pair" if len(samples) == 1 else f"images, {len(samples)} pairs"
-    if left_out:
-        name += f", without {', '.join(left_out)}"
+    name = "images, 1 pair" if len(matched) == 1 else f"images, {len(matched)} pairs"
+    if told:
+        name += f", {', '.join(told)}"
+    if brief:
+        name += f", without {', '.join(brief)}"
     parents = {"snapshot": snapshot.digest, "robot": robot.digest}
-    dem = _dem(samples, geometry, settings, name, Provenance(parents, settings))
+    center = snapshot.state.T_site_base[:3, 3]
+    if map is None or not settings.keep:
+        geometry = grid_around(float(center[0]), float(center[1]), settings)
+        samples = _all_samples(matched, np.eye(4), geometry, settings, progress)
+        dem = _dem(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance(parents, settings))
+        dem = replace(dem, viewpoint=tuple(float(c) for c in center))
+    else:
+        dem = _onto(map, matched, center, settings, name, progress)
+        dem = replace(dem, provenance=Provenance({**parents, "map": map.digest}, settings))
     progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
     return dem
+
+
+def _onto(
+    map: Dem,
+    matched: list[tuple[ImagePair, NDArray[np.float32]]],
+    center: NDArray[np.float64],
+    settings: TerrainSettings,
+    name: str,
+    progress: Progress,
+) -> Dem:
+    """The map after all matched pairs were moved onto it and merged into it."""
+    progress(0.7, "aligning with the map")
+    # what was wrong with the pose at the last snapshot mostly still is: only the change is bounded
+    before = np.eye(4) if map.correction is None else map.correction
+    points, deviations = _sparse_points(matched, before, settings)
+    found = align(map, points, deviations, frames.apply(before, center), settings)
+    correction = found.correction @ before
+    corrected = frames.apply(correction, center)
+    geometry = grid_around(float(corrected[0]), float(corrected[1]), settings)
+    samples = _all_samples(matched, correction, geometry, settings, progress)
+    name = f"{name}, {found.text}"
+    new = _dem(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance({}))
+    new = replace(new, viewpoint=tuple(float(c) for c in corrected), correction=correction)
+    progress(0.97, found.text)
+    views = tuple(depth_view(pair, disparity, settings, correction) for pair, disparity in matched)
+    return merge(map, new, settings, views)
+
+
+def depth_view(
+    pair: ImagePair, disparity: NDArray[np.float32], settings: TerrainSettings, correction: NDArray[np.float64]
+) -> DepthView:
+    """How far each pixel of the left image sees, the camera moved onto the map by p_map = correction @ p_site."""
+    camera = pair.camera_left
+    focal_baseline = camera.fx * pair.baseline
+    return DepthView(
+        inverse_depth=np.maximum((disparity + np.float32(stereo.offset(pair))) / np.float32(focal_baseline), 0.0),
+        intrinsics=(camera.fx, camera.fy, camera.cx, camera.cy),
+        T_site_camera=correction @ pair.T_site_base @ camera.T_base_camera,
+        deviation=settings.disparity_deviation / focal_baseline,
+    )
+
+
+def _all_samples(
+    matched: list[tuple[ImagePair, NDArray[np.float32]]],
+    correction: NDArray[np.float64],
+    geometry: GridGeometry,
+    settings: TerrainSettings,
+    progress: Progress,
+) -> list[CellSamples]:
+    samples = []
+    for i, (pair, disparity) in enumerate(matched):
+        progress(0.72 + 0.2 * i / len(matched), f"gridding {pair.name}")
+        samples.append(_samples(pair, disparity, geometry, settings, correction))
+    progress(0.93, "fusing")
+    return samples
+
+
+def _sparse_points(
+    matched: list[tuple[ImagePair, NDArray[np.float32]]], correction: NDArray[np.float64], settings: TerrainSettings
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Every few pixels a point of the site (n, 3), and its standard deviation (n,) [m]."""
+    points, deviations = [], []
+    for pair, disparity in matched:
+        found, depth = _points(pair, disparity, settings, correction)
+        part = np.zeros(depth.shape, bool)
+        part[:: _every(pair), :: _every(pair)] = True
+        part &= np.isfinite(depth)
+        points.append(found[:, part].T)
+        deviations.append(_deviation(pair, depth[part], settings))
+    return np.concatenate(points), np.concatenate(deviations)
+
+
+def _every(pair: ImagePair) -> int:
+    """So that each pair gives about as many points."""
+    return max(1, round(pair.camera_left.width / 80))
 
 
 def terrain_from_pair(
@@ -75,8 +176,10 @@ def terrain_from_pair(
             raise InvalidImages(f"pair {pair.name}: nothing lies within {settings.max_range} m", pair=pair.name)
         center = float(np.median(seen[0])), float(np.median(seen[1]))
     geometry = grid_around(*center, settings)
-    samples = [_samples(pair, disparity, geometry, settings)]
-    return _dem(samples, geometry, settings, f"image pair {pair.name}", Provenance({"pair": pair.digest}, settings))
+    samples = [_samples(pair, disparity, geometry, settings, np.eye(4))]
+    return _dem(
+        samples, [pair], geometry, settings, f"image pair {pair.name}", Provenance({"pair": pair.digest}, settings)
+    )
 
 
 def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
@@ -105,32 +208,70 @@ def without_robot(
     disparity[rows[hidden], cols[hidden]] = np.nan
 
 
-def _points(pair: ImagePair, disparity: NDArray[np.float32], settings: TerrainSettings) -> tuple[NDArray, NDArray]:
-    """Site points (3, height, width) and depths (height, width), NaN outside the ranges of the settings."""
+def _points(
+    pair: ImagePair,
+    disparity: NDArray[np.float32],
+    settings: TerrainSettings,
+    correction: NDArray[np.float64] | None = None,
+) -> tuple[NDArray, NDArray]:
+    """Site points (3, height, width) and depths (height, width), NaN outside the ranges of the settings.
+
+    correction: moves the points, p_map = correction @ p_site.
+    """
     depth = stereo.depth(pair, disparity)
     depth[(depth < settings.min_range) | (depth > settings.max_range)] = np.nan
     camera: Camera = pair.camera_left
     T_site_camera = pair.T_site_base @ camera.T_base_camera
+    if correction is not None:
+        T_site_camera = correction @ T_site_camera
     return site_points(depth, (camera.fx, camera.fy, camera.cx, camera.cy), T_site_camera), depth
 
 
+def _deviation(pair: ImagePair, depth: NDArray[np.float64], settings: TerrainSettings) -> NDArray[np.float64]:
+    """Standard deviation of depths [m]: σ·z²/(f·B)."""
+    return settings.disparity_deviation * depth**2 / (pair.camera_left.fx * pair.baseline)
+
+
 def _samples(
-    pair: ImagePair, disparity: NDArray[np.float32], geometry: GridGeometry, settings: TerrainSettings
+    pair: ImagePair,
+    disparity: NDArray[np.float32],
+    geometry: GridGeometry,
+    settings: TerrainSettings,
+    correction: NDArray[np.float64],
 ) -> CellSamples:
-    points, depth = _points(pair, disparity, settings)
+    points, depth = _points(pair, disparity, settings, correction)
     known = np.where(np.isfinite(depth), disparity, np.float32(np.nan))
-    depth_per_pixel = depth**2 / (pair.camera_left.fx * pair.baseline)
-    return grid_depth(points, known, depth_per_pixel, pair.left, geometry, settings.max_jump, settings.max_edge)
+    deviation = _deviation(pair, depth, settings)
+    return grid_depth(points, known, deviation, pair.left, geometry, settings.max_jump, settings.max_edge)
 
 
 def _dem(
-    samples: list[CellSamples], geometry: GridGeometry, settings: TerrainSettings, name: str, provenance: Provenance
+    samples: list[CellSamples],
+    pairs: list[ImagePair],
+    geometry: GridGeometry,
+    settings: TerrainSettings,
+    name: str,
+    provenance: Provenance,
 ) -> Dem:
-    heights, texture = fuse(samples, geometry, settings.gate)
-    heights = despike(heights, settings.despike, settings.min_neighbours)
-    if not np.isfinite(heights).any():
+    fused = fuse(samples, geometry, settings.gate)
+    heights = despike(fused.heights, settings.despike, settings.min_neighbours)
+    known = np.isfinite(heights)
+    if not known.any():
         raise InvalidImages(
             f"{name}: none of the matched points lies on the map; choose a larger half_size, max_range or resolution"
         )
-    texture = np.where(np.isfinite(heights), texture, 0).astype(np.uint8)
-    return Dem(heights, geometry, name, provenance, texture)
+    # a height that had to be replaced is less sure by as much as it was off
+    variance = fused.variance + np.square(fused.heights - heights)
+    times = np.array([pair.time for pair in pairs], np.float64)
+    return Dem(
+        heights,
+        geometry,
+        name,
+        provenance,
+        texture=np.where(known, fused.texture, 0).astype(np.uint8),
+        variance=np.where(known, variance, np.nan).astype(np.float32),
+        count=np.where(known, fused.count, 0).astype(np.uint16),
+        time=np.where(known, times[fused.view], np.nan),
+        source=np.where(known, fused.view + 1, 0).astype(np.uint8),
+        sources=tuple(pair.name for pair in pairs),
+    )

@@ -17,7 +17,7 @@ class CellSamples(Value):
 
     cell: (n,) int64, row · cols + col.
     height: (n,) float64 at the cell's centre [m].
-    variance: (n,) float64 of the depth behind it, in units of the matcher's variance [m²/px²].
+    variance: (n,) float64 of the depth behind it [m²].
     grey: (n,) float64, 0…255.
     """
 
@@ -43,7 +43,7 @@ def site_points(depth: NDArray, intrinsics: tuple[float, float, float, float], T
 def grid_depth(
     points: NDArray[np.float64],
     disparity: NDArray[np.float32],
-    depth_per_pixel: NDArray[np.float64],
+    deviation: NDArray[np.float64],
     grey: NDArray[np.uint8],
     geometry: GridGeometry,
     max_jump: float,
@@ -51,8 +51,8 @@ def grid_depth(
 ) -> CellSamples:
     """Heights of the surface through neighbouring pixels at the cell centres that it covers.
 
-    points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; depth_per_pixel: how much a
-    pixel of disparity moves the depth, z²/(f·B) [m/px]; grey: (height, width).
+    points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; deviation: (height,
+    width) of the depth [m], proportional to z²/(f·B); grey: (height, width).
     max_jump: largest difference of disparity within a triangle [px]; max_edge: longest side from above [m].
     """
     rows, cols = disparity.shape
@@ -99,6 +99,6 @@ def grid_depth(
     return CellSamples(
         cell=row * geometry.cols + col,
         height=at_cell(points[2]),
-        variance=at_cell(depth_per_pixel) ** 2,
+        variance=at_cell(deviation) ** 2,
         grey=at_cell(grey),
     )

@@ -1,6 +1,12 @@
-"""Which pixels show the robot itself: its meshes projected into the image."""
+"""Which pixels show the robot itself: its meshes projected into the image, widened by what may be wrong with them.
+
+Encoders err and loaded legs sag, so no link is exactly where its joint angles say. Both are carried through the
+Jacobian of every point of a link into pixels: Σ_image = J_image J σ² Jᵀ J_imageᵀ for independent joint angles of
+standard deviation σ (first-order propagation: Hartley & Zisserman, *Multiple View Geometry*, 2004, §5.2.6).
+"""
 
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -8,10 +14,11 @@ from numpy.typing import NDArray
 
 from footfall.core import frames
 from footfall.core.mesh import Mesh
-from footfall.robot.kinematics import link_poses
+from footfall.robot.description import JOINTS
+from footfall.robot.kinematics import leg_link_poses, link_poses, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
-from footfall.telemetry.images import Camera
+from footfall.telemetry.images import Camera, ImagePair
 from footfall.telemetry.state import RobotState
 
 NEAREST = 0.05
@@ -24,20 +31,112 @@ _FRACTION_BITS = 4
 _FAR_OUTSIDE = 2.0**20  # [px]; keeps the fixed-point numbers within 32 bits
 
 
-def robot_mask(
-    robot: Robot, state: RobotState, camera: Camera, margin: float = 0.03, extra_px: int = 3
-) -> NDArray[np.bool_]:
-    """Pixels that show the robot, (height, width), True on the robot.
+ENCODER_SD = math.radians(0.5)
+"""Standard deviation of a joint angle [rad]."""
 
-    Each part is widened by ``margin`` [m] at its nearest depth (pose and shape are not exact) and by ``extra_px``
-    (matching smears edges by half a block).
+SAG = 0.03
+"""A loaded leg brings its wheel up to this much nearer to the chassis than its joint angles say [m]."""
+
+SIGMAS = 2.0
+"""Errors up to this many standard deviations are covered."""
+
+
+def robot_mask(
+    robot: Robot,
+    state: RobotState,
+    camera: Camera,
+    margin: float = 0.03,
+    extra_px: int = 3,
+    *,
+    encoder_sd: float = ENCODER_SD,
+    sag: float = SAG,
+) -> NDArray[np.bool_]:
+    """Pixels that may show the robot, (height, width), True on the robot; see :func:`robot_depths`."""
+    return robot_depths(robot, state, camera, margin, extra_px, encoder_sd=encoder_sd, sag=sag) > 0
+
+
+def robot_depths(
+    robot: Robot,
+    state: RobotState,
+    camera: Camera,
+    margin: float = 0.03,
+    extra_px: int = 3,
+    *,
+    encoder_sd: float = ENCODER_SD,
+    sag: float = SAG,
+) -> NDArray[np.float32]:
+    """Greatest depth at which each pixel may show the robot, (height, width) [m]: 0 where it never does.
+
+    Infinite on the robot as its posture has it: what is matched there is the robot or wrong. Around that, each part
+    is widened by how far errors of the joint angles and the sag of its leg move it in the image, at least by
+    ``margin`` [m] at its nearest depth (shapes and camera poses are not exact), and by ``extra_px`` (matching smears
+    edges by half a block). In that rim, only what lies no deeper than the part can be the part: the ground behind
+    stays. encoder_sd: of each joint angle [rad]; sag: of a loaded leg's wheel [m].
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
-    parts = [
-        Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
-        for mesh, T_base_part in robot_parts(robot, state.posture)
-    ]
-    return mesh_mask(parts, camera, margin, extra_px)
+    R_camera_base = T_camera_base[:3, :3]
+    displaced = displacements(robot, state.posture, encoder_sd, sag)
+    parts, widths, deeper = [], [], []
+    for (mesh, T_base_part), (spread, bend) in zip(robot_parts(robot, state.posture), displaced, strict=True):
+        part = Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
+        spread, bend = np.einsum("ij,njk->nik", R_camera_base, spread), bend @ R_camera_base.T
+        parts.append(part)
+        widths.append(_moved_px(part, spread, bend, camera))
+        along = SIGMAS * np.linalg.norm(spread[:, 2], axis=1) + np.abs(bend[:, 2])
+        deeper.append(max(float(along.max()), margin))
+    return mesh_depths(parts, camera, margin, extra_px, widths, deeper)
+
+
+def displacements(
+    robot: Robot, posture: NDArray[np.float64], encoder_sd: float, sag: float
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """How far the vertices of every part of :func:`robot_parts`, in that order, may be from where the posture has them.
+
+    For each part: ``spread`` (n, 3, 6), what one standard deviation of each joint of its leg moves a vertex by, and
+    ``bend`` (n, 3), what the sag does [m], both in base. The chassis and what it carries stay: cameras ride on it.
+
+    A leg bends under a vertical force f at its wheel as springs in series do, in proportion to K⁻¹ Jᵀ f.
+    """
+    found: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+    for leg, spec in enumerate(robot.description.legs):
+        poses = leg_link_poses(robot, posture[6 * leg : 6 * leg + 6], leg)
+        Ts_base_joint = [poses[name] for name in spec.link_names[:6]]
+        axes = np.array([T[:3, "xyz".index(axis)] for T, (_, axis) in zip(Ts_base_joint, JOINTS, strict=True)])
+        origins = np.array([T[:3, 3] for T in Ts_base_joint])
+        lift = wheel_jacobian(robot, posture, leg)[2]
+        bent = lift / robot.stiffness[6 * leg : 6 * leg + 6]
+        effect = float(lift @ bent)
+        # straight below its hip a leg of stiff joints can't sag
+        bent = bent * (sag / effect) if effect > 1e-12 else np.zeros(6)
+        for place, name in enumerate(spec.link_names):
+            if name not in robot.description.meshes:
+                continue
+            points = frames.apply(poses[name], robot.description.meshes[name].vertices)
+            J = np.cross(axes[None], points[:, None] - origins[None]).transpose(0, 2, 1)
+            J[:, :, place + 1 :] = 0.0
+            found[name] = encoder_sd * J, J @ bent
+    names = [*robot.description.meshes, *([None] if robot.description.payload is not None else [])]
+    return [found[name] if name in found else (np.zeros((1, 3, 6)), np.zeros((1, 3))) for name in names]
+
+
+def _moved_px(part: Mesh, spread: NDArray[np.float64], bend: NDArray[np.float64], camera: Camera) -> float:
+    """Bound on how far errors move what this part (camera frame) shows in the image [px]."""
+    if not spread.any() and not bend.any():
+        return 0.0
+    x, y, z = part.vertices.T
+    z = np.maximum(z, NEAREST)
+    # a vertex outside the image only matters through the points of its triangles inside
+    a = np.clip(x / z, -(camera.cx + 1) / camera.fx, (camera.width - camera.cx) / camera.fx)
+    b = np.clip(y / z, -(camera.cy + 1) / camera.fy, (camera.height - camera.cy) / camera.fy)
+    zero = np.zeros_like(z)
+    rows = [[camera.fx / z, zero, -camera.fx * a / z], [zero, camera.fy / z, -camera.fy * b / z]]
+    J_image = np.array(rows).transpose(2, 0, 1)
+    J = J_image @ spread
+    covariance = J @ J.transpose(0, 2, 1)
+    half_trace = 0.5 * (covariance[:, 0, 0] + covariance[:, 1, 1])
+    half_gap = np.hypot(0.5 * (covariance[:, 0, 0] - covariance[:, 1, 1]), covariance[:, 0, 1])
+    longest = np.sqrt(half_trace + half_gap)
+    return float((SIGMAS * longest + np.linalg.norm(np.einsum("nij,nj->ni", J_image, bend), axis=1)).max())
 
 
 def robot_parts(robot: Robot, posture: NDArray[np.float64]) -> list[tuple[Mesh, NDArray[np.float64]]]:
@@ -50,20 +149,36 @@ def robot_parts(robot: Robot, posture: NDArray[np.float64]) -> list[tuple[Mesh, 
     return parts
 
 
-def mesh_mask(parts: list[Mesh], camera: Camera, margin: float, extra_px: int) -> NDArray[np.bool_]:
-    """As :func:`robot_mask` for any meshes in the camera frame."""
+def mesh_depths(
+    parts: list[Mesh],
+    camera: Camera,
+    margin: float,
+    extra_px: int,
+    widths: Sequence[float] | None = None,
+    deeper: Sequence[float] | None = None,
+) -> NDArray[np.float32]:
+    """As :func:`robot_depths` for any meshes in the camera frame.
+
+    widths: at least so wide is each widened [px]; deeper: so much deeper than it was drawn each may be [m].
+    """
     # drawn with a border all round, from which parts just outside the image widen into it
     border = MAX_WIDENING
-    mask = np.zeros((camera.height + 2 * border, camera.width + 2 * border), np.uint8)
-    for part in parts:
-        polygons, nearest = _project(part, camera)
+    shape = (camera.height + 2 * border, camera.width + 2 * border)
+    depths, core = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
+    none = [0.0] * len(parts)
+    for part, width, more in zip(parts, widths or none, deeper or none, strict=True):
+        polygons, nearest, farthest = _project(part, camera)
         if not polygons:
             continue
-        silhouette = np.zeros_like(mask)
+        silhouette = np.zeros(shape, np.uint8)
         for polygon in polygons:
             cv2.fillConvexPoly(silhouette, polygon, 1, shift=_FRACTION_BITS)
-        mask |= _widened(silhouette, min(math.ceil(camera.fx * margin / nearest) + extra_px, MAX_WIDENING))
-    return mask[border:-border, border:-border].astype(bool)
+        core |= silhouette
+        width = math.ceil(max(camera.fx * margin / nearest, width)) + extra_px
+        rim = _widened(silhouette, min(width, MAX_WIDENING)).astype(bool)
+        depths[rim] = np.maximum(depths[rim], farthest + more)
+    depths[core.astype(bool)] = np.inf
+    return depths[border:-border, border:-border]
 
 
 def _widened(silhouette: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
@@ -77,13 +192,13 @@ def _widened(silhouette: NDArray[np.uint8], width: int) -> NDArray[np.uint8]:
     return silhouette
 
 
-def _project(part: Mesh, camera: Camera) -> tuple[list[NDArray[np.int32]], float]:
-    """Polygons (fixed point, on the bordered image) of triangles that may be in view; their nearest depth [m]."""
+def _project(part: Mesh, camera: Camera) -> tuple[list[NDArray[np.int32]], float, float]:
+    """Polygons (fixed point, on the bordered image) of triangles that may be in view; their depths, from, to [m]."""
     corners = part.vertices[part.triangles]
     ahead = corners[..., 2] >= NEAREST
     whole = corners[ahead.all(axis=1)]
     cut = [_clip_near(one) for one in corners[ahead.any(axis=1) & ~ahead.all(axis=1)]]
-    shown, nearest = [], np.inf
+    shown, nearest, farthest = [], np.inf, 0.0
     for polygons in ([whole] if len(whole) else []) + [one[None] for one in cut]:
         z = polygons[..., 2]
         u = camera.fx * polygons[..., 0] / z + camera.cx
@@ -93,8 +208,8 @@ def _project(part: Mesh, camera: Camera) -> tuple[list[NDArray[np.int32]], float
         if near.any():
             pixels = np.clip(np.stack([u[near], v[near]], axis=-1) + MAX_WIDENING, -_FAR_OUTSIDE, _FAR_OUTSIDE)
             shown.extend(np.rint(pixels * 2**_FRACTION_BITS).astype(np.int32))
-            nearest = min(nearest, float(z[near].min()))
-    return shown, nearest
+            nearest, farthest = min(nearest, float(z[near].min())), max(farthest, float(z[near].max()))
+    return shown, nearest, farthest
 
 
 def _clip_near(triangle: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -107,3 +222,30 @@ def _clip_near(triangle: NDArray[np.float64]) -> NDArray[np.float64]:
         if (p[2] >= NEAREST) != (q[2] >= NEAREST):
             kept.append(p + (q - p) * (NEAREST - p[2]) / (q[2] - p[2]))
     return np.array(kept)
+
+
+def hide_robot(
+    disparity: NDArray[np.float32],
+    pair: ImagePair,
+    robot: Robot,
+    state: RobotState,
+    depth: NDArray[np.float64],
+    margin: float = 0.03,
+    extra_px: int = 3,
+    *,
+    encoder_sd: float = ENCODER_SD,
+    sag: float = SAG,
+) -> None:
+    """Set to NaN, in place, disparities that may be the robot's own in either image of a rectified pair.
+
+    disparity, depth: (height, width) of the left image [px], [m], NaN where unknown; pair: its cameras.
+    """
+    in_left, in_right = (
+        robot_depths(robot, state, camera, margin, extra_px, encoder_sd=encoder_sd, sag=sag)
+        for camera in (pair.camera_left, pair.camera_right)
+    )
+    rows, cols = np.nonzero(np.isfinite(disparity))
+    partner = np.clip(np.rint(cols - disparity[rows, cols]).astype(np.int64), 0, disparity.shape[1] - 1)
+    z = depth[rows, cols]
+    hidden = (z <= in_left[rows, cols]) | (z <= in_right[rows, partner])
+    disparity[rows[hidden], cols[hidden]] = np.nan

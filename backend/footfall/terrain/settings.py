@@ -21,6 +21,16 @@ class TerrainSettings(Value):
     gate: views of one cell that differ from the weighted median by more than this are left out [m].
     despike: a cell that differs from the median of its 5 × 5 neighbours by more than this takes the median [m].
     min_neighbours: known cells among those 25 (itself included) that a cell needs to be kept.
+    disparity_deviation: standard deviation of a disparity [px]; heights get the variance (σ·z²/(f·B))².
+    keep: merge into the map that there is; else start anew. Off by default: where a new obstacle hides ground from the
+        cameras, the map keeps what stood there before, which may be wrong by now.
+    memory_half_size: the map keeps what lies this far to each side of the rover [m].
+    drift_per_hour: deviation by which an unseen height becomes unsure in an hour [m]; it grows with √time.
+    drift_per_metre: likewise for a metre of the rover's way [m]; it grows with √way.
+    see_through: a ray must pass this far below an old height to show that nothing is there any more [m].
+    clear_deviation: a new height that contradicts the map replaces it where its deviation is at most this [m].
+    max_shift, max_turn: a snapshot that fits the map only when moved by more than this is refused [m], [rad].
+    pose_shift, pose_turn: expected deviation of the rover's pose between snapshots [m], [rad].
     """
 
     resolution: float = 0.02
@@ -35,6 +45,17 @@ class TerrainSettings(Value):
     gate: float = 0.05
     despike: float = 0.02
     min_neighbours: int = 8
+    disparity_deviation: float = 0.09
+    keep: bool = False
+    memory_half_size: float = 6.0
+    drift_per_hour: float = 0.005
+    drift_per_metre: float = 0.002
+    see_through: float = 0.08
+    clear_deviation: float = 0.04
+    max_shift: float = 0.15
+    max_turn: float = 0.052
+    pose_shift: float = 0.03
+    pose_turn: float = 0.0175
 
     def check(self) -> None:
         if self.matcher not in MATCHERS:
@@ -51,3 +72,14 @@ class TerrainSettings(Value):
             raise InvalidInput("max_jump, max_edge, gate and despike need numbers above zero")
         if not (0 <= self.mask_margin <= 1 and 0 <= self.min_neighbours <= 25):
             raise InvalidInput("needs mask_margin 0…1 m and min_neighbours 0…25")
+        if not 0 < self.memory_half_size <= 1000:
+            raise InvalidInput("memory_half_size needs 0 to 1000 m", memory_half_size=self.memory_half_size)
+        above_zero = (self.disparity_deviation, self.see_through, self.clear_deviation, self.pose_shift, self.pose_turn)
+        if not min(above_zero) > 0:
+            raise InvalidInput(
+                "disparity_deviation, see_through, clear_deviation, pose_shift and pose_turn need numbers above zero"
+            )
+        if not (self.drift_per_hour >= 0 and self.drift_per_metre >= 0):
+            raise InvalidInput("drift_per_hour and drift_per_metre need numbers of at least zero")
+        if not (0 <= self.max_shift <= 1.0 and 0 <= self.max_turn <= 0.2):
+            raise InvalidInput("needs max_shift 0…1 m and max_turn 0…0.2 rad (11°)")

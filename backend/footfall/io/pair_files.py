@@ -1,0 +1,63 @@
+"""A photographed, rectified stereo pair with its calibration as one JSON file."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from footfall.core.errors import InvalidImages
+from footfall.io.image_files import read_pair
+from footfall.telemetry.images import ImagePair
+
+NEEDED = ("focal_length", "cx", "cy", "baseline")
+OPTIONAL = ("doffs", "T_base_camera", "T_site_base", "name", "time")
+_MOST_BYTES = 1 << 20
+
+
+def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str | Path) -> ImagePair:
+    """Two rectified images and the JSON object of their calibration: the arguments of :func:`read_pair`.
+
+    Raises InvalidImages naming the file and the member.
+    """
+    path = Path(calibration)
+    if not path.is_file():
+        raise InvalidImages(f"there is no calibration file {path}")
+    content = path.read_bytes()
+    if len(content) > _MOST_BYTES:
+        raise InvalidImages(f"{path.name} is too large for a calibration: {len(content)} bytes")
+    try:
+        members = json.loads(content)
+    except (ValueError, RecursionError) as err:
+        raise InvalidImages(f"{path.name} is no JSON: {err}") from err
+    if not isinstance(members, dict):
+        raise InvalidImages(f"{path.name} needs an object with {', '.join(NEEDED)}")
+    missing = [name for name in NEEDED if name not in members]
+    unknown = sorted(set(members) - {*NEEDED, *OPTIONAL})
+    if missing or unknown:
+        raise InvalidImages(
+            f"{path.name} needs {', '.join(NEEDED)} and may have {', '.join(OPTIONAL)}; "
+            f"missing: {', '.join(missing) or 'nothing'}, not known: {', '.join(unknown) or 'nothing'}",
+            missing=missing,
+            unknown=unknown,
+        )
+    for name in (*NEEDED, "doffs", "time"):
+        if name in members and not _is_number(members[name]):
+            raise InvalidImages(f"{path.name}: {name} needs to be a finite number", member=name)
+    for name in ("T_base_camera", "T_site_base"):
+        if name in members and not _is_matrix(members[name]):
+            raise InvalidImages(f"{path.name}: {name} needs four rows of four finite numbers", member=name)
+    if not isinstance(members.get("name", ""), str):
+        raise InvalidImages(f"{path.name}: name needs to be text", member="name")
+    return read_pair(left, right, **members)
+
+
+def _is_number(item: Any) -> bool:
+    return type(item) in (int, float) and math.isfinite(item)
+
+
+def _is_matrix(item: Any) -> bool:
+    return (
+        isinstance(item, list)
+        and len(item) == 4
+        and all(isinstance(row, list) and len(row) == 4 and all(map(_is_number, row)) for row in item)
+    )
