@@ -100,22 +100,43 @@ def replay(
 
 @terrain_app.command("build")
 def terrain_build(
-    bundle: Annotated[Path, typer.Argument(help="Session folder or zip that holds images.")],
-    out: Annotated[Path, typer.Argument(help="Terrain file to write.")],
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Session folder or zip that holds images; or left and right image. Last: terrain file to write.",
+            metavar="(BUNDLE | LEFT RIGHT) OUT",
+        ),
+    ],
+    calibration: Annotated[
+        Path | None, typer.Option(help="JSON: focal_length, cx, cy [px], baseline [m] of LEFT and RIGHT, rectified.")
+    ] = None,
     resolution: Annotated[float, typer.Option(help="Cell size [m].")] = 0.02,
+    half_size: Annotated[float, typer.Option(help="How far the map reaches to each side [m].")] = 4.0,
+    min_range: Annotated[float, typer.Option(help="Nearest ground that is looked for [m].")] = 1.0,
+    max_range: Annotated[float, typer.Option(help="Farthest ground that is looked for [m].")] = 8.0,
     matcher: Annotated[str, typer.Option(help='"hh" or "3way".')] = "hh",
     as_json: Json = False,
 ) -> None:
-    """Rebuild the ground from the images of a recorded session."""
+    """Rebuild the ground from the images of a recorded session, or from a photographed stereo pair."""
+    from footfall.io.pair_files import read_calibrated_pair
     from footfall.io.terrain_files import write_terrain
     from footfall.recorded import Recorded
-    from footfall.terrain.build import build_terrain
+    from footfall.terrain.build import build_terrain, terrain_from_pair
     from footfall.terrain.settings import TerrainSettings
 
-    settings = TerrainSettings(resolution=resolution, matcher=matcher)
-    session = Recorded(bundle)
+    *sources, out = files
+    settings = TerrainSettings(
+        resolution=resolution, half_size=half_size, min_range=min_range, max_range=max_range, matcher=matcher
+    )
     with bar("terrain") as progress:
-        dem = build_terrain(session.robot(), session.snapshot(), settings, progress)
+        match sources, calibration:
+            case [bundle], None:
+                session = Recorded(bundle)
+                dem = build_terrain(session.robot(), session.snapshot(), settings, progress)
+            case [left, right], Path():
+                dem = terrain_from_pair(read_calibrated_pair(left, right, calibration), settings)
+            case _:
+                raise InvalidInput("give BUNDLE OUT, or LEFT RIGHT OUT with --calibration")
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)
 

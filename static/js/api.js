@@ -1,5 +1,7 @@
 // The REST interface, one function for each way of asking. Errors come as problem+json and are thrown as Problem.
 
+import { known } from "./store.js";
+
 export const ROOT = "/api/v1";
 
 export class Problem extends Error {
@@ -10,8 +12,15 @@ export class Problem extends Error {
   }
 }
 
-export async function request(method, path, body, headers = {}) {
+// What is done here is done to the session that is shown here, whichever is current by now.
+function address(path) {
+  const shown = known.summary && encodeURIComponent(known.summary.id);
+  return ROOT + (shown ? path.replace(/^\/sessions\/current\//, `/sessions/${shown}/`) : path);
+}
+
+export async function request(method, path, body, headers = {}, patience = 0) {
   const options = { method, headers: { ...headers } };
+  if (patience) options.signal = AbortSignal.timeout(patience);
   if (body instanceof FormData) {
     options.body = body;
   } else if (body !== undefined) {
@@ -20,9 +29,10 @@ export async function request(method, path, body, headers = {}) {
   }
   let response;
   try {
-    response = await fetch(path.startsWith("/api") ? path : ROOT + path, options);
+    response = await fetch(path.startsWith("/api") ? path : address(path), options);
   } catch {
-    throw new Problem(0, { detail: "The server does not answer. Nothing was sent." });
+    const doubt = method === "GET" ? "" : " Whether the request arrived is not known.";
+    throw new Problem(0, { detail: `The server does not answer.${doubt}` });
   }
   const type = response.headers.get("Content-Type") || "";
   const answer = type.includes("json") ? await response.json() : await response.blob();

@@ -2,6 +2,9 @@
 
 import { $, element } from "./dom.js";
 
+const REPEATING = ["[", "]"];
+const CAMERA_KEYS = ["W", "A", "S", "D", "Q", "E"]; // as viser has them
+
 const bindings = [];
 let lastEscape = 0;
 
@@ -28,6 +31,9 @@ export function listenForKeys(stop) {
       return;
     }
     if (typing || event.altKey || $("help").open) return;
+    // a key that is held down acts once; the scene's own keys move its camera
+    if (event.repeat && !REPEATING.includes(event.key)) return;
+    if (event.view !== window && CAMERA_KEYS.includes(event.key.toUpperCase())) return;
     press(event, event.key.length === 1 ? event.key.toUpperCase() : event.key);
   };
   window.addEventListener("keydown", heard, true);

@@ -1,7 +1,7 @@
 // The page's composition: fetch what the session holds, follow its stream, let the panels draw.
 
 import { get } from "./api.js";
-import { $, attempt, element } from "./dom.js";
+import { $, element, toast } from "./dom.js";
 import { bind, listenForKeys, showHelp } from "./keys.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
@@ -14,16 +14,29 @@ import * as record from "./panels/record.js";
 import * as status from "./panels/status.js";
 
 async function start() {
+  // before anything that waits for the server: stop works, and says so when nothing answers
+  status.start();
+  listenForKeys(status.stop);
   const robot = await get("/robot");
   known.robot = { ...robot, legs: Array.from({ length: robot.legs }, (_, leg) => leg) };
-  for (const panel of [status, ground, footfall, plan, ghost, commands, record]) panel.start();
-  listenForKeys(status.stop);
+  for (const panel of [ground, footfall, plan, ghost, commands, record]) panel.start();
   bind("?", "This list", showHelp);
   await follow();
   changed();
   setInterval(changed, 1000); // ages grow without any message
   loadScene();
 }
+
+async function startOrRetry() {
+  try {
+    await start();
+  } catch (error) {
+    toast(`${error.message} Trying again.`);
+    setTimeout(() => location.reload(), RETRY);
+  }
+}
+
+const RETRY = 2000; // ms
 
 // viser's own panel and notices are hidden: the page has its own, and they would cover the ground.
 const SCENE_STYLE = "[data-floating-window], .mantine-Notifications-root { display: none !important; }";
@@ -38,4 +51,4 @@ function loadScene() {
   frame.src = `/scene/${location.search}`;
 }
 
-attempt(start);
+startOrRetry();

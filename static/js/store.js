@@ -7,7 +7,8 @@ export const known = {
   robot: null, // GET robot
   frame: null, // latest telemetry message
   heardAt: 0, // when the server was last heard, performance.now()
-  jobs: new Map(),
+  connected: false, // the event stream is open
+  jobs: new Map(), // id → job, oldest first
   plan: null, // the current PlanResult
   sequence: null, // the current Sequence, with its ETag
 };

@@ -1,7 +1,13 @@
 // Follows the session: one event stream, and a fresh summary after everything that changed it.
 
-import { ROOT, get, request } from "./api.js";
+import { ROOT, request } from "./api.js";
+import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
+
+const LOOK_PERIOD = 2000; // ms: what no event tells (the rover moved, the server hangs) shows after this long
+const PATIENCE = 5000; // ms
+const RETRY = 1000; // ms
+const OVER = ["done", "failed", "cancelled"];
 
 let fetching = false;
 let again = false;
@@ -16,10 +22,15 @@ export async function refresh() {
   try {
     do {
       again = false;
-      const summary = await get("/sessions/current");
-      await refreshProducts(summary);
-      known.summary = summary;
+      const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
+      if (known.summary && summary.id !== known.summary.id) {
+        location.reload(); // another session: every panel starts anew
+        return;
+      }
       known.heardAt = performance.now();
+      await refreshProducts(summary).catch((error) => toast(error.message));
+      known.summary = summary;
+      takeJobs(summary.jobs);
     } while (again);
   } finally {
     fetching = false;
@@ -27,10 +38,13 @@ export async function refresh() {
   changed();
 }
 
+// The stream says what does not arrive; asking again there would only repeat it.
+const look = () => refresh().catch(() => changed());
+
 async function refreshProducts(summary) {
   const { digest } = summary.plan;
   if (!digest) known.plan = null;
-  else if (known.plan?.digest !== digest) known.plan = await get(`/sessions/current/plans/${digest}`);
+  else if (known.plan?.digest !== digest) known.plan = (await request("GET", `/sessions/current/plans/${digest}`)).body;
   if (!summary.sequence) known.sequence = null;
   else if (known.sequence?.digest !== summary.sequence) {
     const { body, response } = await request("GET", `/sequences/${summary.sequence}`);
@@ -38,18 +52,39 @@ async function refreshProducts(summary) {
   }
 }
 
+// The server's order holds. A job that the stream has told the end of does not come back to life.
+function takeJobs(jobs) {
+  const before = known.jobs;
+  known.jobs = new Map(jobs.map((job) => [job.id, OVER.includes(before.get(job.id)?.state) ? before.get(job.id) : job]));
+  for (const [id, job] of before) if (!known.jobs.has(id) && !OVER.includes(job.state)) known.jobs.set(id, job);
+}
+
 export async function follow() {
   await refresh();
+  listen();
+  setInterval(() => { if (!fetching) look(); }, LOOK_PERIOD);
+}
+
+function listen() {
   const source = new EventSource(`${ROOT}/sessions/current/events?since=${known.summary.events - 1}`);
-  source.addEventListener("open", () => { known.connected = true; refresh(); });
-  source.addEventListener("error", () => { known.connected = false; changed(); });
-  source.addEventListener("event", () => refresh());
-  source.addEventListener("view", () => refresh());
-  source.addEventListener("link", () => refresh());
+  source.addEventListener("open", () => { known.connected = true; look(); });
+  source.addEventListener("error", () => {
+    known.connected = false;
+    changed();
+    // The browser tries again by itself, but not after a refusal.
+    if (source.readyState === EventSource.CLOSED) setTimeout(listen, RETRY);
+  });
+  source.addEventListener("event", (message) => {
+    const { type, payload } = JSON.parse(message.data);
+    if (type === "link_fault") toast(`Rover link: ${payload.source === "rover" ? "the rover says: " : ""}${payload.reason}`);
+    look();
+  });
+  for (const kind of ["view", "link", "session"]) source.addEventListener(kind, look);
   source.addEventListener("job", (message) => {
     const job = JSON.parse(message.data);
     known.jobs.set(job.id, job);
     known.heardAt = performance.now();
+    if (OVER.includes(job.state)) look();
     changed();
   });
   source.addEventListener("telemetry", (message) => {

@@ -35,10 +35,10 @@ class Running:
 
 @contextmanager
 def running_server(
-    folder: Path, *, scene: bool = False, prepare: Callable[[Sessions], Any] | None = None
+    folder: Path, *, scene: bool = False, prepare: Callable[[Sessions], Any] | None = None, port: int = 0
 ) -> Iterator[Running]:
     """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover."""
-    with closing(listen("127.0.0.1", 0)) as listening, Sessions(folder) as sessions:
+    with closing(listen("127.0.0.1", port)) as listening, Sessions(folder) as sessions:
         if prepare is not None:
             prepare(sessions)
         url = address_of(listening)

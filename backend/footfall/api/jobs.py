@@ -17,7 +17,7 @@ router = Routes(tags=["jobs"])
 LOOK_PERIOD = 0.1
 """How often a job's progress is looked at for a listener [s]."""
 
-_FOLDERS = {"terrain": "terrains", "maps": "maps", "plan": "plans"}
+_FOLDERS = {"terrain": "terrains", "clear": "terrains", "maps": "maps", "plan": "plans"}
 
 
 def job_body(job: Job) -> dict[str, Any]:

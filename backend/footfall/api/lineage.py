@@ -45,7 +45,7 @@ def find(sessions: Sessions, address: str) -> tuple[Lineage, str]:
         if lineage.root[:_ROOT_LENGTH] != root:
             raise NotFound(f"session {session} has another sequence by now: {lineage.id}", current=lineage.id)
         return lineage, lineage.head
-    for live in _open_sessions(sessions):
+    for live in sessions.opened():
         lineage = lineage_of(live)
         if lineage is not None and live.has(address):
             return lineage, address
@@ -58,9 +58,3 @@ def head_of(live: LiveSession) -> Lineage:
     if lineage is None:
         raise NotFound("the session has no sequence yet; make one from a plan")
     return lineage
-
-
-def _open_sessions(sessions: Sessions) -> list[LiveSession]:
-    first = sessions.current
-    others = [sessions.get(one["id"]) for one in sessions.list() if one["open"]]
-    return [live for live in (first, *others) if live is not None]

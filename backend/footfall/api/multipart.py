@@ -16,6 +16,9 @@ from footfall.core.errors import InvalidInput
 
 _M = TypeVar("_M", bound=Strictly)
 
+LONGEST_STEM, LONGEST_ENDING = 100, 20
+"""Longest file name [bytes] and ending that are kept of an upload."""
+
 
 def is_multipart(request: Request) -> bool:
     """Whether the request carries a form with files."""
@@ -50,9 +53,14 @@ def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
 
 @contextmanager
 def on_disk(name: str, content: bytes) -> Iterator[Path]:
-    """The content as a file of that name in a folder of its own, for readers that want a path."""
+    """The content as a file of that name in a folder of its own, for readers that want a path.
+
+    A name that no file can have becomes a similar one with the same ending.
+    """
+    ending = PurePath(name).suffix
+    stem = name.removesuffix(ending).replace("\0", "").strip(".").encode()[:LONGEST_STEM].decode(errors="ignore")
     with TemporaryDirectory(prefix="footfall-") as folder:
-        path = Path(folder) / (name or "upload")
+        path = Path(folder) / f"{stem or 'upload'}{ending if len(ending) < LONGEST_ENDING else ''}"
         path.write_bytes(content)
         yield path
 

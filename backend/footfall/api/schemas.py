@@ -12,6 +12,7 @@ from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.commands import COMMAND_NAMES
 from footfall.sequence.edit import EDIT_KINDS
+from footfall.terrain.clear import Area
 from footfall.terrain.settings import TerrainSettings
 
 LONGEST_TEXT = 2000
@@ -60,11 +61,12 @@ TerrainSettingsModel = settings_model(TerrainSettings)
 
 
 class NewSession(Strictly):
-    """``sample`` opens a copy of a sample session; ``name`` starts an empty one."""
+    """``sample`` opens a copy of a sample session, ``name`` starts an empty one, ``session`` (id) opens an old one."""
 
     model_config = _examples({"sample": "rock-step"}, {"name": "morning drive"})
     sample: Name | None = None
     name: Name | None = None
+    session: Name | None = None
 
 
 class StateReport(Strictly):
@@ -128,6 +130,19 @@ class BuildTerrain(Strictly):
     model_config = _examples({"source": "images", "settings": {}})
     source: Annotated[str, Field(pattern="^images$")] = "images"
     settings: TerrainSettingsModel | None = None  # type: ignore[valid-type]
+
+
+class ClearTerrain(Strictly):
+    """A disc or a polygon, site frame [m]."""
+
+    model_config = _examples({"center": [1.0, 0.5], "radius": 0.4})
+    center: Vector2 | None = None
+    radius: float = 0.0
+    corners: list[Vector2] | None = None
+
+    def area(self) -> Area:
+        """What is to be cleared. Raises InvalidInput where it is neither."""
+        return Area(tuple(self.center or ()), self.radius, tuple(tuple(corner) for corner in self.corners or ()))
 
 
 class TerrainOptions(Strictly):

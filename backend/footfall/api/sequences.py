@@ -78,9 +78,9 @@ def arm(sequence: str, sessions: AllSessions) -> Any:
 
 @router.post("/sequences/{sequence}/send", status_code=202)
 def send(sequence: str, order: SendOrder, sessions: AllSessions) -> Any:
-    """Send what was armed. Acknowledgements arrive as events."""
-    lineage, _ = find(sessions, sequence)
-    return lineage.live.send(order.arming)
+    """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
+    lineage, digest = find(sessions, sequence)
+    return lineage.live.send(order.arming, digest)
 
 
 def _edit(model: EditModel) -> Edit:

@@ -28,10 +28,19 @@ def list_sessions(sessions: AllSessions) -> dict[str, Any]:
 
 @router.post("/sessions", status_code=201)
 def open_session(order: NewSession, sessions: AllSessions, response: Response) -> dict[str, Any]:
-    """Open a copy of a sample, or start an empty session. It becomes the current one."""
-    if (order.sample is None) == (order.name is None):
-        raise InvalidInput("give either the name of a sample or the name of a new session")
-    live = sessions.open_sample(order.sample) if order.sample is not None else sessions.create(order.name or "")
+    """Open a copy of a sample, an older session, or start an empty one. It becomes the current one: it gets the rover.
+
+    Refused while the current session sends commands.
+    """
+    match order.sample, order.name, order.session:
+        case str(sample), None, None:
+            live = sessions.open_sample(sample)
+        case None, str(name), None:
+            live = sessions.create(name)
+        case None, None, str(session):
+            live = sessions.open(session)
+        case _:
+            raise InvalidInput("give one of: a sample, the name of a new session, the id of an old session")
     response.headers["Location"] = session_path(live)
     return live.summary()
 
@@ -48,7 +57,10 @@ async def listen(
     request: Request,
     after: Annotated[int | None, Depends(resume_after)],
 ) -> AsyncIterator[ServerSentEvent]:
-    """Server-sent events named event, telemetry, view, job and link; `id` is the number of an event."""
+    """Server-sent events named event, telemetry, view, job, link and session; `id` is the number of an event.
+
+    `session` says that another session holds the rover from now on.
+    """
     async for message in session_stream(live, request.app.state.streams, after):
         yield message
 

@@ -3,6 +3,8 @@
 from typing import Any
 
 from anyio import CapacityLimiter, to_thread
+from fastapi import Request
+from pydantic import ValidationError
 
 from footfall.api.access import AllSessions, current_session
 from footfall.api.routing import Routes
@@ -14,11 +16,21 @@ router = Routes(tags=["stop"])
 _threads = CapacityLimiter(4)
 
 
-@router.post("/stop")
-async def stop(sessions: AllSessions, order: StopOrder | None = None) -> Any:
-    """Stop the rover of the current session now. Latched until cleared; repeating it does no harm."""
+_BODY = {"requestBody": {"content": {"application/json": {"schema": StopOrder.model_json_schema()}}}}
+
+
+@router.post("/stop", openapi_extra=_BODY)
+async def stop(sessions: AllSessions, request: Request) -> Any:
+    """Stop the rover of the current session now. Latched until cleared; repeating it does no harm.
+
+    A body that makes no sense is passed over: no mistake in the reason keeps a rover going.
+    """
     live = current_session(sessions)
-    await to_thread.run_sync(live.stop, order.reason if order is not None else "", limiter=_threads)
+    try:
+        reason = StopOrder.model_validate_json(await request.body() or b"{}").reason
+    except ValidationError:
+        reason = ""
+    await to_thread.run_sync(live.stop, reason, limiter=_threads)
     return live.gate
 
 

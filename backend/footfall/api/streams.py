@@ -59,7 +59,7 @@ class _Mailbox:
         """Called by the session with its lock held: take it and return."""
         with self._lock:
             if message["type"] == "telemetry":
-                self._telemetry = message
+                self._telemetry = {**message, "taken": time.monotonic()}
             elif len(self._queue) >= LONGEST_BACKLOG:
                 self.closed = True
             else:
@@ -120,7 +120,9 @@ async def session_stream(live: LiveSession, streams: Streams, after: int | None)
                         seen = message["event"]["seq"]
                         yield _event(message["event"])
                 elif message["type"] == "telemetry":
-                    body = telemetry_body(message["frame"], message["age"])
+                    # it may have lain here until a slow listener took it
+                    waited = time.monotonic() - message["taken"]
+                    body = telemetry_body(message["frame"], message["age"] + waited)
                     yield ServerSentEvent(raw_data=dumps(body), event="telemetry")
                 else:
                     yield ServerSentEvent(raw_data=dumps(message[message["type"]]), event=message["type"])

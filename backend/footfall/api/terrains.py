@@ -2,7 +2,7 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from fastapi import Request, Response
@@ -12,7 +12,7 @@ from footfall.api.access import OneSession, product, session_path
 from footfall.api.jobs import accepted
 from footfall.api.multipart import file_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routing import Routes
-from footfall.api.schemas import BuildTerrain, TerrainOptions
+from footfall.api.schemas import BuildTerrain, ClearTerrain, TerrainOptions
 from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
@@ -71,6 +71,20 @@ def about_terrain(dem: Dem) -> dict[str, Any]:
         "texture": dem.texture is not None,
         "parents": dem.provenance.parents,
     }
+
+
+@router.post("/sessions/{session}/terrains/undo")
+def undo(live: OneSession) -> dict[str, Any]:
+    """Go back to the terrain before the present one."""
+    return about_terrain(cast(Dem, live.get(live.undo_terrain())))
+
+
+@router.post("/sessions/{session}/terrains/clear", status_code=201)
+def clear(live: OneSession, order: ClearTerrain, response: Response) -> dict[str, Any]:
+    """Make a disc or a polygon of the terrain unknown; the result becomes the session's terrain."""
+    digest = live.clear_terrain(order.area())
+    response.headers["Location"] = session_path(live, "terrains", digest)
+    return about_terrain(cast(Dem, live.get(digest)))
 
 
 @router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response)

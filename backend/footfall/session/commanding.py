@@ -6,6 +6,7 @@ alone goes the other way round: first to the rover, then into the log.
 
 import contextlib
 import threading
+import time
 from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
@@ -86,27 +87,33 @@ class Commanding:
         if run is not None:
             self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
 
-    def stop_acknowledged(self) -> None:
-        """The rover stands still."""
-        if self.gate.stop_acknowledged():
+    def stop_acknowledged(self, stop_id: str | None = None) -> None:
+        """The rover stands still, because of the stop ``stop_id`` (None: the latest)."""
+        if self.gate.stop_acknowledged(stop_id):
             self._record_anyway("stop_acknowledged", {})
 
     def clear_stop(self) -> None:
-        """Raises Conflict while a connected rover has not acknowledged the stop."""
+        """Raises Conflict while a connected rover has not acknowledged the stop, or where another stop came."""
+        stops = self.gate.stops()
         frame = self._link.frame
-        if self.gate.stopped:
+        was_stopped = self.gate.stopped
+        if was_stopped:
             if self._link.connected and not self.gate.acknowledged:
                 raise Conflict("the rover has not acknowledged the stop yet; the stop stays in force")
             self._record("stop_cleared", {})
-            self.gate.unlatch()
         elif frame is None or frame.state.mode != "stopped":
             return
-        with contextlib.suppress(Conflict):
-            self._link.send(encode(ClearStopMessage("clear-stop")))
+        if self.gate.unlatch(stops, self._tell_clear):
+            return
+        if was_stopped:
+            # the log says cleared, and must not stay behind the gate
+            again = {"reason": "asked for while a stop was being cleared", "at": time.time(), "rover_reached": True}
+            self._record_anyway("stop_requested", again)
+        raise Conflict("another stop came while this one was being cleared; it stays in force")
 
     def connected(self) -> None:
-        """A rover came (back): it hears of a stop that it may have missed."""
-        if self.gate.stopped:
+        """A rover came (back): it hears of a stop that it may have missed, and has yet to acknowledge it."""
+        if self.gate.rover_changed():
             self._tell_stop()
 
     def lost(self, reason: str) -> None:
@@ -122,9 +129,13 @@ class Commanding:
 
     def _tell_stop(self) -> bool:
         with contextlib.suppress(Conflict):
-            self._link.send(encode(StopMessage("stop")))
+            self._link.send(encode(StopMessage(self.gate.stop_id)))
             return True
         return False
+
+    def _tell_clear(self) -> None:
+        with contextlib.suppress(Conflict):
+            self._link.send(encode(ClearStopMessage("clear-stop")))
 
     def _send_next(self, number: int) -> None:
         run = self.gate.advance(number)

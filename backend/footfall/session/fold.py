@@ -68,6 +68,8 @@ class SessionState(Value):
 
     robot, state, snapshot, dem, plan, sequence: digests; None until there is one.
     maps: leg (as text) → digest of its latest map stack.
+    told_state: ``state`` as it was told, before it was moved onto the map.
+    terrain_history: the terrains before ``dem``, oldest first, for undo.
     sequence_history: the sequences before ``sequence``, oldest first, for undo.
     runs: how often a sequence was sent.
     """
@@ -83,6 +85,8 @@ class SessionState(Value):
     plan: str | None = None
     plan_status: str | None = None
     plan_reason: str = ""
+    told_state: str | None = None
+    terrain_history: tuple[str, ...] = ()
     sequence: str | None = None
     sequence_history: tuple[str, ...] = ()
     exports: tuple[ExportRecord, ...] = ()
@@ -149,15 +153,15 @@ def _unchanged(state: SessionState, event: Event, payload: Payload) -> SessionSt
 
 
 def _state_frozen(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, state=payload["digest"])
+    return replace(state, state=payload["digest"], told_state=payload["digest"])
 
 
 def _snapshot_taken(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, snapshot=payload["digest"], state=payload["state"])
+    return replace(state, snapshot=payload["digest"], state=payload["state"], told_state=payload["state"])
 
 
 def _terrain_loaded(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, dem=payload["digest"])
+    return _on_terrain(state, payload["digest"])
 
 
 def _footfall_chosen(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -168,8 +172,11 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     kind, digest = payload["kind"], payload["digest"]
     record = ProductRecord(kind, payload["parents"], payload["settings"])
     state = replace(state, products={**state.products, digest: record})
-    if kind == "terrain":
-        return replace(state, dem=digest)
+    if kind in ("terrain", "clear"):
+        if state.told_state is not None and payload.get("from_state") == state.told_state:
+            # the rover is still planned for from where the images were taken: as that pose is on the map
+            state = replace(state, state=payload["state"])
+        return _on_terrain(state, digest)
     if kind == "maps":
         return replace(state, maps={**state.maps, str(payload["leg"]): digest})
     if kind == "plan":
@@ -183,6 +190,17 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
         record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
         return replace(state, exports=(*state.exports, record))
     raise ValueError(f"there is no product called {kind!r}")
+
+
+def _on_terrain(state: SessionState, digest: str) -> SessionState:
+    before = () if state.dem is None or state.dem == digest else (state.dem,)
+    return replace(state, dem=digest, terrain_history=(*state.terrain_history, *before))
+
+
+def _terrain_undone(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    if not state.terrain_history or state.terrain_history[-1] != payload["digest"]:
+        raise ValueError("it goes back to a terrain that was not there before")
+    return replace(state, dem=payload["digest"], terrain_history=state.terrain_history[:-1])
 
 
 def _undone(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -206,7 +224,8 @@ def _command_changed(state: SessionState, event: Event, payload: Payload) -> Ses
     new = event.type.removeprefix("command_")
 
     def changed(record: CommandRecord) -> CommandRecord:
-        if record.id != payload["id"]:
+        late = record.state in ("done", "refused") and new in ("received", "started")
+        if record.id != payload["id"] or late:
             return record
         return replace(record, state=new, reason=payload.get("reason", ""), time=float(event.time))
 
@@ -239,6 +258,11 @@ def _stop_cleared(state: SessionState, event: Event, payload: Payload) -> Sessio
     return replace(state, stop=StopRecord())
 
 
+def _link_connected(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    # whoever is there now has acknowledged nothing yet
+    return replace(state, stop=replace(state.stop, acknowledged=False))
+
+
 def _noted(state: SessionState, event: Event, payload: Payload) -> SessionState:
     return replace(state, notes=(*state.notes, Note(float(event.time), payload["text"])))
 
@@ -247,11 +271,13 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "session_created": _created,
     "session_opened": _opened,
     "log_repaired": _unchanged,
-    "link_connected": _unchanged,
+    "link_connected": _link_connected,
+    "link_fault": _unchanged,
     "link_lost": _unchanged,
     "state_frozen": _state_frozen,
     "snapshot_taken": _snapshot_taken,
     "terrain_loaded": _terrain_loaded,
+    "terrain_undone": _terrain_undone,
     "footfall_chosen": _footfall_chosen,
     "product": _product,
     "job_failed": _unchanged,

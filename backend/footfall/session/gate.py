@@ -154,6 +154,8 @@ class Gate:
         self._clock = clock
         self._guard = threading.Lock()
         self._stopped, self._stop_acknowledged = stopped, acknowledged
+        # ids of another process must not look like ours: its acknowledgements may still be on their way
+        self._stop_prefix, self._stops, self._cleared_stops = f"stop-{secrets.token_hex(4)}", 0, 0
         self._runs = runs
         self._armed: tuple[str, str, float] | None = None  # token, sequence digest, expires at
         self._run: Run | None = None
@@ -247,23 +249,50 @@ class Gate:
         """Set the stop: whether it was not set before, and the run that it ended."""
         with self._guard:
             first = not self._stopped
+            self._stops += 1
             run, self._run, self._armed = self._run, None, None
             if first:
                 self._stop_acknowledged = False
             self._stopped = True
             return first, run
 
-    def stop_acknowledged(self) -> bool:
-        """The rover stands: whether that is news."""
+    @property
+    def stop_id(self) -> str:
+        """Name of the latest stop, for the message that tells the rover."""
+        return f"{self._stop_prefix}-{self._stops}"
+
+    def stops(self) -> int:
+        """How often a stop was asked for; see :meth:`unlatch`."""
+        return self._stops
+
+    def rover_changed(self) -> bool:
+        """A rover has come to the link, which has acknowledged no stop yet. Whether a stop is in force."""
         with self._guard:
+            self._stop_acknowledged = False
+            return self._stopped
+
+    def stop_acknowledged(self, stop_id: str | None = None) -> bool:
+        """The rover stands: whether that is news. ``stop_id``: of which stop; one that was cleared since is none."""
+        with self._guard:
+            current = [f"{self._stop_prefix}-{n}" for n in range(self._cleared_stops, self._stops + 1)]
+            if stop_id is not None and stop_id not in current:
+                return False
             news = self._stopped and not self._stop_acknowledged
             self._stop_acknowledged = self._stopped
             return news
 
-    def unlatch(self) -> None:
-        """Clear the stop."""
+    def unlatch(self, stops: int | None = None, transmit: Callable[[], None] = lambda: None) -> bool:
+        """Clear the stop, unless there were more than ``stops`` stops by now. Whether it was cleared.
+
+        ``transmit`` is called with the lock held: a later stop comes later on the wire too, and wins.
+        """
         with self._guard:
+            if stops is not None and self._stops != stops:
+                return False
             self._stopped = self._stop_acknowledged = False
+            self._cleared_stops = self._stops + 1
+            transmit()
+            return True
 
     @property
     def stopped(self) -> bool:

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
 from footfall.core.value import Value
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.planning.step.problem import Footfall, PlanResult, StepSettings
@@ -26,16 +26,26 @@ from footfall.sequence.commands import Sequence
 from footfall.session.commanding import Commanding
 from footfall.session.fold import SessionState
 from footfall.session.footfalls import judge_footfall
-from footfall.session.gate import START_TOLERANCE, Facts, Gate, pose_difference, worst_joint
+from footfall.session.gate import (
+    POSE_TOLERANCE,
+    STALE_AFTER,
+    START_TOLERANCE,
+    Facts,
+    Gate,
+    pose_difference,
+    worst_joint,
+)
 from footfall.session.jobs import InlineJobs, Job, Jobs
 from footfall.session.link import RoverLink, Send
 from footfall.session.recorded import RecordedSession, ViewState, present
+from footfall.session.remembered import map_below, on_map
 from footfall.session.requests import ExportRequest, MapRequest, StepRequest
 from footfall.session.store import SessionStore
 from footfall.session.summary import summary
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall.terrain.clear import Area
 from footfall.terrain.dem import Dem
 from footfall.terrain.settings import TerrainSettings
 
@@ -91,8 +101,9 @@ class LiveSession(RecordedSession):
     def rover_connected(self, send: Send) -> None:
         """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block."""
         self.link.connect(send)
-        self._journal.record_anyway("link_connected", {})
+        # a stop in force goes first: the log may be slow
         self._commanding.connected()
+        self._journal.record_anyway("link_connected", {})
         self._journal.tell("link", link=self.link.as_dict())
 
     def rover_disconnected(self, send: Send | None = None) -> None:
@@ -102,31 +113,43 @@ class LiveSession(RecordedSession):
             self._journal.record_anyway("link_lost", {})
             self._journal.tell("link", link=self.link.as_dict())
 
-    def take_telemetry(self, frame: TelemetryFrame) -> None:
-        """Raises InvalidTelemetry where the frame is of another robot."""
+    def take_telemetry(self, frame: TelemetryFrame, at: float | None = None) -> None:
+        """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot."""
         self._require_robot(frame.state)
-        self.link.take(frame)
-        self._journal.tell("telemetry", frame=frame, age=self.link.age)
+        if self.link.take(frame, at):
+            self._journal.tell("telemetry", frame=frame, age=self.link.age)
 
     def take_images(self, snapshot: Snapshot) -> str:
         """Keep a snapshot; its state becomes the planning state. Returns its digest."""
         self._require_robot(snapshot.state)
-        with self._journal.lock:
-            digest = self.put(snapshot)
-            names = [pair.name for pair in snapshot.pairs]
-            self._journal.record(
-                "snapshot_taken", {"digest": digest, "state": self.put(snapshot.state), "pairs": names}
-            )
+        # packing nine pairs takes long; telemetry and acknowledgements must not wait for it
+        digest, state = self.put(snapshot), self.put(snapshot.state)
+        names = [pair.name for pair in snapshot.pairs]
+        self._journal.record("snapshot_taken", {"digest": digest, "state": state, "pairs": names})
         return digest
+
+    def take_complaint(self, text: str, *, message_id: str = "", about_rover: bool = False) -> None:
+        """The rover could not use a message (or, ``about_rover``, the server one of its): the operator is told.
+
+        The same text again is counted, not logged again.
+        """
+        if self.link.complain(text):
+            payload = {"id": message_id, "reason": text, "source": "server" if about_rover else "rover"}
+            self._journal.record_anyway("link_fault", payload)
+        self._journal.tell("link", link=self.link.as_dict())
 
     def take_acknowledgement(self, command_id: str, state: str, reason: str = "") -> None:
         """The rover "received", "started", has "done" or "refused" a command. Unknown ids change nothing."""
         if any(command.id == command_id for command in self.state.commands):
             self._commanding.heard(command_id, state, reason)
 
-    def take_stop_acknowledgement(self) -> None:
-        """The rover stands still because of a stop."""
-        self._commanding.stop_acknowledged()
+    def take_stop_acknowledgement(self, stop_id: str | None = None) -> None:
+        """The rover stands still because of the stop ``stop_id`` (None: the latest)."""
+        self._commanding.stop_acknowledged(stop_id)
+
+    def superseded(self, by: str) -> None:
+        """Tell whoever listens that session ``by`` holds the rover from now on."""
+        self._journal.tell("session", session={"current": by})
 
     def snapshot_state(self) -> str:
         """Freeze the rover's present state for planning; the frozen one is kept while the rover still stands so.
@@ -136,10 +159,11 @@ class LiveSession(RecordedSession):
         frame = self.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry yet, so there is no state to plan from")
-        frozen = self.state.state
-        if frozen is not None and stands_alike(self._shelf.typed(RobotState, frozen), frame.state):
+        frozen, dem = self.state.state, self.state.dem
+        now = on_map(frame.state, None if dem is None else self._shelf.typed(Dem, dem))
+        if frozen is not None and stands_alike(self._shelf.typed(RobotState, frozen), now):
             return frozen
-        return self.set_state(frame.state)
+        return self.set_state(now)
 
     def set_state(self, state: RobotState) -> str:
         """Plan from ``state`` from now on. Returns its digest."""
@@ -164,15 +188,28 @@ class LiveSession(RecordedSession):
     def plan_matches_rover(self) -> dict[str, Any]:
         """Whether the rover stands where the sequence (or the plan) starts; ok is None where that can't be told."""
         state, frame = self.state, self.frame
-        start = self._start_of(state)
+        start, age = self._start_of(state), self.link.age
+        unknown = ""
         if start is None:
-            return {"ok": None, "joint": None, "difference": None, "reason": "there is no plan yet"}
-        if frame is None:
-            return {"ok": None, "joint": None, "difference": None, "reason": "the rover has sent no telemetry yet"}
-        joint, difference = worst_joint(start, frame.state, self.description.joint_names)
-        ok = abs(difference) <= START_TOLERANCE
-        reason = "" if ok else f"{joint} is {difference:+.4f} rad from where the plan starts"
-        return {"ok": ok, "joint": joint, "difference": difference, "reason": reason}
+            unknown = "there is no plan yet"
+        elif frame is None or age is None:
+            unknown = "the rover has sent no telemetry yet"
+        elif not self.link.connected:
+            unknown = "the rover is not connected"
+        elif age > STALE_AFTER:
+            unknown = f"the latest telemetry is {age:.1f} s old"
+        if unknown or start is None or frame is None:
+            return {"ok": None, "joint": None, "difference": None, "reason": unknown}
+        posture, T_site_base = start
+        joint, difference = worst_joint(posture, frame.state, self.description.joint_names)
+        moved = pose_difference(T_site_base, frame.state.T_site_base)
+        if abs(difference) > START_TOLERANCE:
+            reason = f"{joint} is {difference:+.4f} rad from where the plan starts"
+        elif moved > POSE_TOLERANCE:
+            reason = f"the chassis has moved by {moved:.3f} m since the plan was made"
+        else:
+            return {"ok": True, "joint": joint, "difference": difference, "reason": ""}
+        return {"ok": False, "joint": joint, "difference": difference, "reason": reason}
 
     # -- products ------------------------------------------------------------------------------
 
@@ -184,11 +221,26 @@ class LiveSession(RecordedSession):
         return digest
 
     def build_terrain(self, settings: TerrainSettings | None = None) -> Job:
-        """Rebuild the ground from the latest snapshot. Raises Conflict where there is none."""
-        snapshot = present(self.state.snapshot, "there are no images yet; request them from the rover")
-        return self._workshop.submit(
-            "terrain", {"robot": self.robot_digest, "snapshot": snapshot}, settings or TerrainSettings()
-        )
+        """Rebuild the ground from the latest snapshot and merge it into the map. Raises Conflict without a snapshot."""
+        settings, state = settings or TerrainSettings(), self.state
+        snapshot = present(state.snapshot, "there are no images yet; request them from the rover")
+        parents = {"robot": self.robot_digest, "snapshot": snapshot}
+        below = map_below(state, snapshot, settings, self._shelf)
+        return self._workshop.submit("terrain", parents if below is None else {**parents, "map": below}, settings)
+
+    def clear_terrain(self, area: Area) -> str:
+        """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
+        dem = present(self.state.dem, "there is no terrain yet")
+        return self._workshop.submit("clear", {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
+
+    def undo_terrain(self) -> str:
+        """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""
+        with self._journal.lock:
+            if not self.state.terrain_history:
+                raise Conflict("there is no earlier terrain to go back to")
+            digest = self.state.terrain_history[-1]
+            self._journal.record("terrain_undone", {"digest": digest})
+        return digest
 
     def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
         """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
@@ -274,9 +326,19 @@ class LiveSession(RecordedSession):
         sequence = self._shelf.typed(Sequence, digest)
         return self._commanding.arm(digest, sequence, self._facts(digest), self.description.joint_names)
 
-    def send(self, token: str) -> dict[str, Any]:
-        """Begin to send the armed sequence; everything is checked again. Raises CommandRefused."""
+    def send(self, token: str, expected: str | None = None) -> dict[str, Any]:
+        """Begin to send the armed sequence; everything is checked again. Raises CommandRefused.
+
+        expected: digest of the sequence that the sender means; where another one was armed, nothing is sent.
+        """
         digest = self._commanding.gate.armed_sequence(token)
+        if expected is not None and expected != digest:
+            raise CommandRefused(
+                "the token was armed for another version of the sequence; arm this one",
+                check="arming",
+                armed=digest,
+                asked=expected,
+            )
         sequence = self._shelf.typed(Sequence, digest)
         return self._commanding.send(token, sequence, self._facts(digest), self.description.joint_names)
 
@@ -298,12 +360,13 @@ class LiveSession(RecordedSession):
         state = self.state.state or self.snapshot_state()
         return {"robot": self.robot_digest, "dem": dem, "state": state}
 
-    def _start_of(self, state: SessionState) -> NDArray[np.float64] | None:
-        """The posture that the present sequence, or else the present plan, starts from."""
+    def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Posture and T_site_base that the present sequence, or else the present plan, starts from."""
         if state.sequence is not None:
-            return self._shelf.typed(Sequence, state.sequence).start
+            sequence = self._shelf.typed(Sequence, state.sequence)
+            return sequence.start, sequence.T_site_base
         plan = None if state.plan is None else self._shelf.typed(PlanResult, state.plan).plan
-        return None if plan is None else plan.waypoints[0]
+        return None if plan is None else (plan.waypoints[0], plan.T_site_base)
 
     def _facts(self, sequence: str) -> Facts:
         return Facts(self.link.connected, self.frame, self.link.age, self.state.dem, self._planned_on(sequence))

@@ -19,10 +19,17 @@ Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
 
 
 def terrain(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, snapshot; TerrainSettings → Dem."""
+    """robot, snapshot and, where there is one, the map to merge into; TerrainSettings → Dem."""
     from footfall.terrain.build import build_terrain
 
-    return build_terrain(parents["robot"], parents["snapshot"], settings, progress=progress)
+    return build_terrain(parents["robot"], parents["snapshot"], settings, progress=progress, map=parents.get("map"))
+
+
+def clear(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
+    """dem; Area → Dem without it."""
+    from footfall.terrain.clear import clear
+
+    return clear(parents["dem"], settings)
 
 
 def maps(parents: Mapping[str, Any], settings: MapRequest, progress: Progress) -> Value:
@@ -71,6 +78,7 @@ def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progre
 
 RECIPES: Mapping[str, Recipe] = {
     "terrain": terrain,
+    "clear": clear,
     "maps": maps,
     "plan": plan,
     "sequence": sequence,
@@ -83,6 +91,7 @@ def preload() -> None:
     """Import what the recipes need, before the first job waits for it."""
     for module in (
         "footfall.terrain.build",
+        "footfall.terrain.clear",
         "footfall.maps.stack",
         "footfall.planning.step.plan",
         "footfall.sequence.edit",

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from footfall.core.errors import FootFallError, InvalidInput, NotFound
+from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, session_bytes, unpack, write_zip
 from footfall.resources import sample_sessions_folder
@@ -48,7 +48,7 @@ class Sessions:
 
     @property
     def current(self) -> LiveSession | None:
-        """The session that was made or opened last."""
+        """The session that was made or opened last: it holds the rover."""
         with self._guard:
             return None if self._current is None else self._open[self._current]
 
@@ -62,6 +62,7 @@ class Sessions:
         robot = self._robot if robot is None else robot
         built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
         with self._guard:
+            self._require_no_run()
             session_id = self._new_id()
             about = {
                 "format": FORMAT,
@@ -83,26 +84,31 @@ class Sessions:
             return self._hold(live)
 
     def open(self, session_id: str) -> LiveSession:
-        """Open a session, or get it where it is open. Raises NotFound, InvalidBundle, Conflict."""
+        """Make a session the current one, which holds the rover. Raises NotFound, InvalidBundle, Conflict.
+
+        Refused (Conflict) while the current one sends commands: who stops the rover must not lose sight of it.
+        """
         with self._guard:
-            if session_id in self._open:
-                self._current = session_id
-                return self._open[session_id]
-            store = SessionStore(self._existing(session_id))
-            try:
-                return self._hold(LiveSession(store, self.jobs))
-            except BaseException:
-                store.close()
-                raise
+            if session_id != self._current:
+                self._require_no_run()
+            return self._hold(self._load(session_id))
 
     def get(self, session_id: str) -> LiveSession:
-        """A session, opened where needed; ``current`` is the one made or opened last. Raises NotFound."""
+        """A session, loaded where needed; looking at one leaves the current one, ``current``, as it is.
+
+        Raises NotFound, InvalidBundle, Conflict.
+        """
         with self._guard:
-            if session_id == "current":
-                if self._current is None:
-                    raise NotFound("no session is open; make one or open a sample")
-                return self._open[self._current]
-            return self._open[session_id] if session_id in self._open else self.open(session_id)
+            if session_id != "current":
+                return self._load(session_id)
+            if self._current is None:
+                raise NotFound("no session is open; make one or open a sample")
+            return self._open[self._current]
+
+    def opened(self) -> "list[LiveSession]":
+        """The sessions that are open, the current one first."""
+        with self._guard:
+            return sorted(self._open.values(), key=lambda live: live.id != self._current)
 
     def list(self) -> list[dict[str, Any]]:
         """What there is, newest first; a damaged session is listed with its ``problem``."""
@@ -135,8 +141,11 @@ class Sessions:
         nothing is left behind.
         """
         partial = self.folder / f".import-{secrets.token_hex(4)}"
+        self._require_no_run()
         try:
             read = read_bundle(bundle)
+            if not read.records or read.records[0]["type"] != "session_created":
+                raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
             for name, content in read.files.items():
                 verify_artifact(name, content())
             unpack(bundle, partial)
@@ -156,9 +165,7 @@ class Sessions:
     def export_bundle(self, session_id: str) -> bytes:
         """A session as a zip; the same session gives the same bytes. Raises NotFound."""
         with self._guard:
-            live = self._open.get(session_id)
-            if live is None and session_id == "current":
-                live = self.get(session_id)
+            live = self.get(session_id) if session_id == "current" else self._open.get(session_id)
         return live.export_bundle() if live is not None else write_zip(self._existing(session_id))
 
     def close(self) -> None:
@@ -178,9 +185,31 @@ class Sessions:
         self.close()
 
     def _hold(self, live: LiveSession) -> LiveSession:
+        before = self.current
         self._open[live.id] = live
         self._current = live.id
+        if before is not None and before is not live:
+            before.superseded(live.id)
         return live
+
+    def _load(self, session_id: str) -> LiveSession:
+        if session_id not in self._open:
+            store = SessionStore(self._existing(session_id))
+            try:
+                self._open[session_id] = LiveSession(store, self.jobs)
+            except BaseException:
+                store.close()
+                raise
+        return self._open[session_id]
+
+    def _require_no_run(self) -> None:
+        current = self.current
+        if current is not None and current.gate["run"] is not None:
+            raise Conflict(
+                "commands are on their way to the rover; wait until they are done, or stop it, "
+                "before another session takes it over",
+                session=current.id,
+            )
 
     def _existing(self, session_id: str) -> Path:
         path = self.folder / session_id

@@ -1,14 +1,17 @@
 """Products of a session: each is asked for by the digests of its parents, made by a job, stored and logged."""
 
-from typing import Any
+from typing import Any, cast
 
 from footfall.core.errors import Conflict
 from footfall.core.value import Value
 from footfall.planning.step.problem import PlanResult
 from footfall.session.jobs import InlineJobs, Job, Jobs
 from footfall.session.journal import Journal
+from footfall.session.remembered import on_map
 from footfall.session.shelf import Shelf
 from footfall.session.store import SessionStore
+from footfall.telemetry.images import Snapshot
+from footfall.terrain.dem import Dem
 
 KEPT_JOBS = 50
 
@@ -48,6 +51,10 @@ class Workshop:
                 digest = self._store.put_bytes(product, about["format"])
             else:
                 digest = self._shelf.put(product)
+            if isinstance(product, Dem) and "snapshot" in values:
+                # where the snapshot was taken, on this map: what is planned from
+                snapshot = cast(Snapshot, values["snapshot"])
+                payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
             if isinstance(product, PlanResult):
                 payload.update(status=product.status.value, reason=product.reason)
             self._journal.record("product", {**payload, "digest": digest})

@@ -6,7 +6,7 @@ import { bind } from "../keys.js";
 import { refresh } from "../stream.js";
 import { known, subscribe } from "../store.js";
 
-let armed = null; // {token, until}
+let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
@@ -45,16 +45,23 @@ const exportSequence = () => attempt(async () => {
 });
 
 const arm = () => attempt(async () => {
+  const asked = performance.now(); // the server counts from before its answer arrives
   const answer = await post(`/sequences/${known.sequence.digest}/arm`, {});
-  armed = { token: answer.token, until: performance.now() + answer.expires_in * 1000 };
+  armed = { token: answer.token, digest: answer.sequence, until: asked + answer.expires_in * 1000 };
   draw(known);
 });
 
 const send = () => attempt(async () => {
-  const { token } = armed;
+  if (!armed) return; // a second click
+  const { token, digest } = armed;
   armed = null;
-  await post(`/sequences/${known.sequence.digest}/send`, { arming: token }, once());
+  draw(known);
+  await post(`/sequences/${digest}/send`, { arming: token }, once());
 });
+
+// What was armed is no longer what is shown, or may no longer be sent.
+const lapsed = (summary, sequence) =>
+  performance.now() > armed.until || summary.stop.latched || summary.gate.stopped || armed.digest !== sequence?.digest;
 
 function draw({ summary, sequence }) {
   if (!summary) return;
@@ -63,7 +70,7 @@ function draw({ summary, sequence }) {
   $("undo").disabled = !there || !summary.can_undo;
   $("insert-wait").disabled = !there;
   $("export").disabled = !there || !sequence.valid;
-  if (armed && (performance.now() > armed.until || summary.stop.latched)) armed = null;
+  if (armed && lapsed(summary, sequence)) armed = null;
   $("arm").disabled = !there || !sequence.valid || summary.gate?.state === "sending";
   $("send").disabled = !armed;
   $("arm-state").textContent = armed

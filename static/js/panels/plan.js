@@ -1,7 +1,7 @@
 // Plan: ask for it, follow it, cancel it, and read which checks held and by how much.
 
 import { post, request } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element, fixed, toast } from "../dom.js";
 import { bind } from "../keys.js";
 import { known, subscribe } from "../store.js";
 
@@ -28,7 +28,6 @@ const plan = () => attempt(async () => {
 
 function runningJob() {
   const alive = (job) => job.state === "queued" || job.state === "running";
-  for (const job of known.summary?.jobs ?? []) if (!known.jobs.has(job.id)) known.jobs.set(job.id, job);
   return [...known.jobs.values()].filter(alive).at(-1);
 }
 
@@ -37,7 +36,7 @@ const cancel = () => attempt(async () => {
   if (job) await request("DELETE", `/jobs/${job.id}`);
 });
 
-let shownFailure = "";
+let told = null; // ids of the failed jobs that were told, or had failed before this page opened
 
 function draw({ summary, plan: result }) {
   if (!summary) return;
@@ -68,10 +67,16 @@ function draw({ summary, plan: result }) {
   $("checks").tBodies[0].replaceChildren(
     ...result.checks.map((check) =>
       element("tr", {},
-        element("td", { className: check.holds ? "yes" : "no", textContent: check.name }),
+        element("td", { className: mark(check), textContent: check.name }),
         element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
         element("td", { textContent: check.where }))),
   );
+}
+
+// Ground that nobody has seen is no reason against a plan, and none for it either.
+function mark({ name, holds, where }) {
+  if (!holds) return "no";
+  return name === "unknown ground under the path" && where !== "none" ? "doubt" : "yes";
 }
 
 // What is shown may no longer be what is wanted: say so instead of hiding it.
@@ -87,9 +92,11 @@ function outdated(summary, { footfall, provenance }) {
 
 // A failed job is told once; cancelled ones were the operator's wish.
 function drawFailure() {
-  const last = [...known.jobs.values()].at(-1);
-  if (last?.state === "failed" && last.id !== shownFailure) {
-    shownFailure = last.id;
-    attempt(async () => { throw new Error(`${last.kind} failed: ${last.error?.message ?? "no reason was given"}`); });
+  const failed = [...known.jobs.values()].filter((job) => job.state === "failed");
+  told ??= new Set(failed.map((job) => job.id));
+  for (const job of failed) {
+    if (told.has(job.id)) continue;
+    told.add(job.id);
+    toast(`${job.kind} failed: ${job.error?.message ?? "no reason was given"}`);
   }
 }

@@ -10,12 +10,18 @@ let fetching = false;
 
 export function start() {
   $("open-recording").addEventListener("click", () => attempt(async () => {
-    await post("/sessions", { sample: $("recordings").value }, once());
+    const [kind, name] = JSON.parse($("recordings").value);
+    await post("/sessions", { [kind]: name }, once());
     location.reload(); // every panel starts anew on the session that is now current
   }));
   attempt(async () => {
-    const { samples } = await get("/sessions");
-    $("recordings").append(...samples.map((name) => element("option", { value: name, textContent: name })));
+    const { samples, sessions, current } = await get("/sessions");
+    const choice = (kind, name, text) => element("option", { value: JSON.stringify([kind, name]), textContent: text });
+    const earlier = sessions.filter((one) => one.id !== current && !one.problem);
+    $("recordings").append(
+      element("optgroup", { label: "Samples" }, ...samples.map((name) => choice("sample", name, name))),
+      element("optgroup", { label: "Earlier sessions" }, ...earlier.map((one) => choice("session", one.id, `${one.name}, ${one.id}`))),
+    );
   });
   subscribe(draw);
 }

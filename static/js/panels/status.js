@@ -1,20 +1,24 @@
 // The status bar: link and age, mode, ground and its age, whether the plan still matches the rover, and stop.
 
-import { post } from "../api.js";
-import { $, age, attempt, fixed, toast } from "../dom.js";
+import { post, request } from "../api.js";
+import { $, age, attempt, toast } from "../dom.js";
 import { known, subscribe } from "../store.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
-let sent = false; // a stop request left this page and is not yet known to have arrived
+const SILENT_AFTER = 5; // seconds
+const STOP_PATIENCE = 3000; // ms
+
+let sent = ""; // "", or "sending", "failed": a stop request of this page that the summary does not show yet
 
 export async function stop() {
-  sent = true;
+  sent = "sending";
   draw();
   try {
-    await post("/stop", {});
+    await request("POST", "/stop", {}, {}, STOP_PATIENCE);
   } catch (error) {
-    toast(`The stop request did not reach the server: ${error.message} Use another way to stop the rover.`);
+    sent = "failed";
+    toast(`The stop request is not confirmed: ${error.message} Use another way to stop the rover.`);
   }
   draw();
 }
@@ -23,7 +27,7 @@ export function start() {
   $("stop").addEventListener("click", stop);
   $("stop-clear").addEventListener("click", () => attempt(async () => {
     await post("/stop/clear", {});
-    sent = false;
+    sent = "";
   }));
   subscribe(draw);
 }
@@ -36,12 +40,17 @@ function mark(id, state, text) {
 
 function draw() {
   const { summary, frame, connected } = known;
-  mark("status-server", connected ? "good" : "bad", connected ? "connected" : `silent for ${age((performance.now() - known.heardAt) / 1000)}`);
-  if (!summary) return;
+  const silent = (performance.now() - known.heardAt) / 1000;
+  const alive = connected && silent < SILENT_AFTER;
+  mark("status-server", alive ? "good" : "bad", alive ? "connected" : `silent for ${age(silent)}`);
+  if (!summary) {
+    if (sent) $("stop-state").textContent = STOP_TEXT[sent];
+    return;
+  }
   $("status-session").textContent = summary.name;
   drawLink(summary, frame);
-  drawMatch(summary);
-  drawStop(summary);
+  drawMatch(summary, frame);
+  drawStop(summary, frame);
 }
 
 function drawLink(summary, frame) {
@@ -52,36 +61,51 @@ function drawLink(summary, frame) {
     mark("status-link", "warn", "no telemetry yet");
   } else {
     const old = telemetryAge(frame);
-    const gaps = summary.link.gaps ? `, ${summary.link.gaps} gaps` : "";
-    mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${gaps}`);
+    const counted = ["gaps", "late", "restarts"].filter((one) => summary.link[one]).map((one) => `, ${summary.link[one]} ${one}`);
+    mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${counted.join("")}`);
   }
-  $("status-mode").textContent = frame ? frame.mode : "–";
+  $("status-link").title = summary.link.fault ? `${summary.link.faults} faults, the latest: ${summary.link.fault}` : "";
+  // what the rover was when it was last heard is not what it is
+  const fresh = frame && isFresh(summary, frame);
+  mark("status-mode", frame && !fresh ? "stale" : "none", !frame ? "–" : fresh ? frame.mode : `was ${frame.mode}`);
 }
+
+const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
 
 export function telemetryAge(frame) {
   return frame.age_s + (performance.now() - frame.heardAt) / 1000;
 }
 
-function drawMatch(summary) {
+function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;
   if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
   else if (summary.gate.state === "sending") mark("status-match", "warn", `executing row ${(summary.gate.row ?? 0) + 1}`);
-  else if (match.ok === null) mark("status-match", "warn", "not known");
+  else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
-  else mark("status-match", "bad", match.joint ? `${match.joint} differs by ${fixed(match.difference)} rad` : match.reason);
+  else mark("status-match", "bad", match.reason);
 }
 
-function drawStop(summary) {
+const STOP_TEXT = {
+  sending: "Stop request is being sent…",
+  failed: "STOP NOT CONFIRMED: the server did not answer. Use another way to stop the rover.",
+};
+
+function drawStop(summary, frame) {
   const button = $("stop");
-  const latched = summary.stop.latched;
-  if (latched) sent = false;
-  button.dataset.sent = String(sent || latched);
-  $("stop-clear").hidden = !latched;
-  $("stop-state").textContent = sent
-    ? "Stop request is being sent…"
-    : !latched
-      ? "Stop request. Not a safety-rated stop."
-      : summary.stop.acknowledged
-        ? "STOPPED, acknowledged by the rover. Not a safety-rated stop."
-        : "Stop sent, NOT YET ACKNOWLEDGED.";
+  const { latched, acknowledged } = summary.stop;
+  if (latched) sent = "";
+  const standing = frame?.mode === "stopped"; // by another session or another operator, perhaps
+  button.dataset.sent = String(Boolean(sent) || latched);
+  $("stop-clear").hidden = !latched && !standing;
+  $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(latched, acknowledged, summary.link.connected, standing);
+}
+
+function stopText(latched, acknowledged, connected, standing) {
+  if (!latched) {
+    return standing ? "The rover is STOPPED; clear the stop to move it." : "Stop request. Not a safety-rated stop.";
+  }
+  if (acknowledged) return "STOPPED: sent and acknowledged by the rover. Not a safety-rated stop.";
+  return connected
+    ? "Stop sent, NOT YET ACKNOWLEDGED by the rover."
+    : "Stop in force, but NO ROVER IS CONNECTED: it is told when it connects.";
 }

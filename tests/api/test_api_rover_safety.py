@@ -1,0 +1,181 @@
+"""Two sessions, one rover; a rover that dies, falls silent or complains; a stop that must reach it."""
+
+import json
+import os
+import signal
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from footfall.api import rover as link_end
+from footfall.planning.stance.stand import stand
+from footfall.robot.ik import contact_point
+from footfall.telemetry.link import ErrorMessage, HelloMessage, encode
+from footfall.telemetry.state import TelemetryFrame
+from footfall.terrain.generate import plane
+from tests.support.problems import problem
+from tests.support.server import running_server, until
+
+
+@pytest.fixture(scope="module")
+def quiet(tmp_path_factory):
+    """A server with a session on level ground; no rover."""
+
+    def prepare(sessions):
+        sessions.create("level").load_terrain(plane(size=10.0, resolution=0.1), "made for the tests")
+
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running:
+        yield running
+
+
+@pytest.fixture
+def client(quiet):
+    with quiet.client() as made:
+        yield made
+        made.post("/stop/clear")
+
+
+@contextmanager
+def rover_of(server):
+    url = "ws" + server.api.removeprefix("http") + "/rover"
+    with connect(url, subprotocols=[Subprotocol("footfall-rover-1")], proxy=None) as socket:
+        socket.send(encode(HelloMessage("athlete", 6)))
+        yield socket
+
+
+def next_of(link, kind: str) -> dict:
+    while (message := json.loads(link.recv(timeout=10)))["type"] != kind:
+        pass
+    return message
+
+
+def current(client) -> dict:
+    return client.get("/sessions/current").json()
+
+
+def linked(client) -> None:
+    until(lambda: current(client)["link"]["connected"], "the rover on the link")
+
+
+def test_reading_an_old_session_moves_nothing(quiet, client):
+    first = current(client)["id"]
+    second = client.post("/sessions", json={"name": "second"}).json()["id"]
+    old = quiet.sessions._open.pop(first)
+    old.close()
+    with rover_of(quiet):
+        linked(client)
+        for path in ("", "/log", "/notes", "/view"):
+            assert client.get(f"/sessions/{first}{path}").status_code == 200
+        assert client.get(f"/recordings/{first}.zip").status_code == 200
+        assert current(client)["id"] == second
+        assert current(client)["link"]["connected"]
+        assert not client.get(f"/sessions/{first}").json()["link"]["connected"]
+        again = client.post("/sessions", json={"session": first})
+        assert again.status_code == 201
+        assert current(client)["id"] == first
+    problem(client.post("/sessions", json={"session": "none-such"}), 404, "not-found")
+    problem(client.post("/sessions", json={"session": first, "name": "both"}), 422, "invalid-input")
+
+
+def test_a_silent_rover_follows_and_hears_the_stop_of_the_new_session(quiet, client):
+    with rover_of(quiet) as link:
+        linked(client)
+        client.post("/sessions", json={"name": "third"})
+        client.post("/stop")  # the rover has said nothing since
+        assert next_of(link, "stop")["id"]
+        linked(client)
+
+
+def test_a_stop_needs_no_sensible_body(client):
+    for body in (b"{", b'{"reason": 3}', b'{"reason": "' + b"x" * 100_000 + b'"}', b"\xff", b"[]"):
+        answer = client.post("/stop", content=body, headers={"content-type": "application/json"})
+        assert answer.status_code == 200, answer.text
+        assert answer.json()["stopped"] is True
+        assert client.post("/stop/clear").json()["stopped"] is False
+
+
+def test_a_stop_without_rover_reaches_the_one_that_comes(quiet, client):
+    client.post("/stop")
+    with rover_of(quiet) as link:
+        stop = next_of(link, "stop")
+        assert not client.get("/stop").json()["stop_acknowledged"]
+        problem(client.post("/stop/clear"), 409, "conflict")
+        link.send(json.dumps({"type": "stop_ack", "id": stop["id"], "time": 1.0}))
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
+        assert client.post("/stop/clear").json()["stopped"] is False
+        assert next_of(link, "clear_stop")
+
+
+def test_what_the_rover_complains_about_reaches_the_operator(quiet, client):
+    with rover_of(quiet) as link:
+        linked(client)
+        link.send(encode(ErrorMessage("images-1", "the cameras are cold")))
+        until(lambda: current(client)["link"]["fault"] == "the cameras are cold", "the complaint")
+        log = client.get("/sessions/current/log").json()["events"]
+        assert [e["payload"]["id"] for e in log if e["type"] == "link_fault"] == ["images-1"]
+        link.send("no JSON")
+        until(lambda: "JSON" in current(client)["link"]["fault"], "the server's own complaint")
+
+
+def test_old_telemetry_is_not_shown_as_fresh(quiet, client, athlete):
+    state = stand(athlete, plane())
+    with rover_of(quiet) as link:
+        for number in (1, 2, 4, 3, 3, 3):
+            link.send(encode(TelemetryFrame(number, at_time(state, number), state.posture)))
+        until(lambda: current(client)["link"]["late"] == 3, "the stragglers")
+        assert client.get("/sessions/current/telemetry").json()["number"] == 4
+
+
+def at_time(state, time):
+    return replace(state, time=float(time))
+
+
+def test_a_second_rover_is_refused_until_the_first_is_silent(quiet, client, monkeypatch):
+    with rover_of(quiet) as first:
+        linked(client)
+        with pytest.raises(InvalidStatus), rover_of(quiet):
+            pass
+        monkeypatch.setattr(link_end, "GIVEN_UP_AFTER", 0.0)
+        client.post("/stop")
+        with rover_of(quiet) as second:
+            assert next_of(second, "stop")
+            assert [json.loads(text)["type"] for text in first] == ["stop"]  # and then it was closed
+            linked(client)
+            assert client.get("/info").json()["rover_link"]["linked"] is True
+
+
+def test_a_rover_killed_in_mid_command(tmp_path, athlete):
+    dem = plane(size=10.0, resolution=0.1)
+
+    def prepare(sessions):
+        sessions.create("killed").load_terrain(dem, "made for the tests")
+
+    state = stand(athlete, dem)
+    x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
+    with running_server(tmp_path, prepare=prepare) as server, server.client() as client:
+        server.rover.start()
+        until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry", 60)
+        job = client.post("/sessions/current/plans", json={"leg": 2, "target": [x + 0.1, y + 0.1]}).json()
+        until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the plan", 60)
+        sequence = client.post("/sessions/current/sequences", json={}).json()
+        path = f"/sequences/{sequence['digest']}"
+        token = client.post(f"{path}/arm").json()["token"]
+        ids = client.post(f"{path}/send", json={"arming": token}).json()["commands"]
+        until(lambda: current(client)["commands"][0]["state"] == "started", "the first command under way")
+        problem(client.post("/sessions", json={"name": "elsewhere"}), 409, "conflict")
+        os.kill(client.get("/info").json()["simulated_rover"]["pid"], signal.SIGKILL)
+        until(lambda: current(client)["gate"]["state"] == "idle", "the end of the run", 10)
+        about = current(client)
+        assert [c["id"] for c in about["commands"]] == ids[: len(about["commands"])]
+        assert about["commands"][-1]["state"] == "unknown"
+        assert "disconnected" in about["commands"][-1]["reason"]
+        types = [e["type"] for e in client.get("/sessions/current/log").json()["events"]]
+        assert "run_ended" in types
+        assert "link_lost" in types
+        # the rover comes back; what was not sent stays unsent
+        until(lambda: current(client)["link"]["connected"], "the rover again", 60)
+        assert len(current(client)["commands"]) == len(about["commands"])

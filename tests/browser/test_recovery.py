@@ -1,0 +1,175 @@
+"""What the page does when something goes wrong: reload, restart, lost rover, another session, a full screen."""
+
+import os
+import re
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from footfall.telemetry.link import ErrorMessage
+from tests.support.server import Running, running_server, until
+
+pytestmark = pytest.mark.browser
+SLOW = 60_000  # ms
+OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
+
+
+@pytest.fixture
+def plain(tmp_path: Path) -> Iterator[Running]:
+    """The rock-step sample, open; neither rover nor scene."""
+    with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as running:
+        yield running
+
+
+@pytest.fixture
+def bare(chromium: Browser, plain: Running) -> Iterator[Page]:
+    """The operator's page without its scene."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    page = context.new_page()
+    page.goto(plain.url)
+    page.get_by_text("Stepping over a rock", exact=True).wait_for()
+    yield page
+    context.close()
+
+
+def summary(served: Running) -> dict:
+    with served.client() as client:
+        return client.get("/sessions/current").json()
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, plain: Running) -> None:
+    plain.rover.start()
+    expect(bare.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+    arm = bare.get_by_role("button", name="Arm", exact=True)
+    expect(arm).to_be_enabled(timeout=SLOW)
+    arm.click()
+    send = bare.get_by_role("button", name="Send to rover", exact=True)
+    expect(send).to_be_enabled(timeout=SLOW)
+    # two clicks in one turn of the page: one run
+    send.evaluate("button => { button.click(); button.click(); }")
+    expect(bare.locator("#toast")).to_be_hidden()
+    until(lambda: any(c["state"] == "started" for c in summary(plain)["commands"]), "the first command")
+    assert len({c["run"] for c in summary(plain)["commands"]}) == 1
+    bare.reload()
+    expect(bare.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
+    expect(bare.locator("#arm-state")).to_contain_text("sending row", timeout=SLOW)
+    with plain.client() as client:
+        pid = client.get("/info").json()["simulated_rover"]["pid"]
+    os.kill(pid, signal.SIGKILL)
+    expect(bare.locator("#commands tbody")).to_contain_text("unknown", timeout=SLOW)
+    expect(bare.locator("#arm-state")).to_have_text("not armed", timeout=SLOW)
+    assert summary(plain)["commands"][-1]["state"] == "unknown"
+
+
+def test_another_session_becomes_current_and_the_page_follows(bare: Page, plain: Running) -> None:
+    with plain.client() as client:
+        client.post("/sessions", json={"name": "the other one"})
+    bare.get_by_text("the other one", exact=True).wait_for(timeout=SLOW)
+    expect(bare.locator("#commands")).to_be_hidden()
+
+
+def test_a_complaint_of_the_rover_is_shown(bare: Page, plain: Running) -> None:
+    live = plain.sessions.current
+    assert live is not None
+    live.take_complaint(ErrorMessage("images-1", "camera 3 is cold").text, message_id="images-1")
+    expect(bare.locator("#toast")).to_contain_text("camera 3 is cold", timeout=SLOW)
+    expect(bare.locator("#log")).to_contain_text("camera 3 is cold", timeout=SLOW)
+
+
+def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
+    scene = page.frame_locator("#scene").locator("body")
+    scene.wait_for(timeout=SLOW)
+    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    inside = next(frame for frame in page.frames if "/scene/" in frame.url)
+    inside.evaluate("document.body.tabIndex = 0; document.body.focus()")
+    before = summary(served)["events"]
+    page.keyboard.press("4")
+    until(lambda: summary(served)["view"]["leg"] == 3, "leg 3")
+    for key in "wasdqe":  # they move the scene's camera
+        page.keyboard.press(key)
+    page.keyboard.press("5")
+    until(lambda: summary(served)["view"]["leg"] == 4, "leg 4")
+    assert summary(served)["events"] == before
+    page.keyboard.press("Control+.")
+    until(lambda: summary(served)["stop"]["acknowledged"], "the stop acknowledged")
+
+
+def test_nothing_covers_stop(bare: Page, plain: Running, request: pytest.FixtureRequest) -> None:
+    bare.keyboard.press("?")
+    expect(bare.locator("#help")).to_be_visible()
+    bare.evaluate("""() => {
+        const box = document.getElementById("toast");
+        box.hidden = false;
+        box.textContent = "long ".repeat(400);
+    }""")
+    for width, height in ((1280, 720), (800, 1100)):
+        bare.set_viewport_size({"width": width, "height": height})
+        bare.screenshot(path=OUTPUTS / f"{request.node.name}-{width}.png")
+        for selector in ("#stop", "#stop-state"):
+            on_top = bare.evaluate(
+                """selector => {
+                    const target = document.querySelector(selector);
+                    const { x, y, width, height } = target.getBoundingClientRect();
+                    return [[.5, .5], [.05, .1], [.95, .9]].every(([u, v]) =>
+                        document.elementFromPoint(x + u * width, y + v * height) === target);
+                }""",
+                selector,
+            )
+            assert on_top, f"{selector} is covered or out of the window at {width} × {height}"
+    bare.keyboard.press("Escape")
+    bare.keyboard.press("Escape")
+    until(lambda: summary(plain)["stop"]["latched"], "the stop")
+
+
+def test_unknown_ground_is_neither_green_nor_red(bare: Page, plain: Running) -> None:
+    with plain.client() as client:
+        result = client.get("/sessions/current/plans/current").json()
+    name = "unknown ground under the path"
+    checks = [
+        {"name": name, "holds": True, "margin": None, "unit": "", "where": where}
+        for where in ("none", "between waypoints 3 and 4")
+    ]
+    bare.route("**/plans/*", lambda route: route.fulfill(json={**result, "checks": checks}))
+    bare.reload()
+    rows = bare.locator("#checks tbody tr")
+    expect(rows.nth(0).locator("td").first).to_have_class("yes", timeout=SLOW)
+    expect(rows.nth(1).locator("td").first).to_have_class("doubt", timeout=SLOW)
+
+
+def test_the_page_outlives_its_server(chromium: Browser, tmp_path: Path) -> None:
+    """The server ends; stop says so; the next server holds another session, and the page shows that one."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 720})
+    page = context.new_page()
+    with running_server(tmp_path / "one", prepare=lambda s: s.create("before")) as first:
+        page.goto(first.url)
+        page.get_by_text("before", exact=True).wait_for(timeout=SLOW)
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
+        port = int(first.url.rsplit(":", 1)[1])
+    expect(page.locator("#status-server")).to_contain_text("silent for", timeout=SLOW)
+    press(page, "STOP")
+    expect(page.locator("#stop-state")).to_contain_text("NOT CONFIRMED", timeout=SLOW)
+    expect(page.locator("#toast")).not_to_contain_text("Nothing was sent")
+    with running_server(tmp_path / "two", prepare=lambda s: s.create("after"), port=port) as second:
+        page.get_by_text("after", exact=True).wait_for(timeout=SLOW)
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
+        press(page, "STOP")
+        expect(page.locator("#stop-state")).to_contain_text("NO ROVER IS CONNECTED", timeout=SLOW)
+        assert summary(second)["stop"]["latched"]
+        press(page, "Clear stop")
+        expect(page.locator("#stop-state")).to_have_text(re.compile("Not a safety-rated stop"), timeout=SLOW)
+        # a server that is there but does not answer is not shown as connected
+        page.route("**/api/v1/**", lambda route: None)
+        expect(page.locator("#status-server")).to_contain_text("silent for", timeout=SLOW)
+        page.unroute("**/api/v1/**")
+        # another session takes over without a word of the old one's rover
+        with second.client() as client:
+            client.post("/sessions", json={"name": "third"})
+        page.get_by_text("third", exact=True).wait_for(timeout=SLOW)
+    context.close()
