@@ -9,20 +9,30 @@ import footfall
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure
 from footfall.core.frames import apply
+from footfall.maps.layers import REACHABLE_STABLE
 from footfall.planning.step.problem import PlanResult, Status, StepSettings
 from footfall.robot.kinematics import wheel_centers
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane
 
 
-def targets(count: int) -> list[tuple[int, float, float]]:
-    """Seeded footfalls within 0.6 m of where the feet are: (leg, x, y)."""
+def targets(dem: Dem, state: RobotState, count: int) -> list[tuple[int, float, float]]:
+    """Seeded footfalls that the leg reaches and stands stably on, 0.2 to 0.6 m from where its foot is: (leg, x, y)."""
     rng = np.random.default_rng(SEED)
-    wheels = apply(standing().T_site_base, wheel_centers(robot(), standing().posture))
+    wheels = apply(state.T_site_base, wheel_centers(robot(), state.posture))
+    x, y = np.moveaxis(dem.geometry.centers(), -1, 0)
+    choices = {}
+    for leg in robot().legs:
+        footing = np.asarray(footfall.compute_maps(robot(), dem, state, leg=leg).layers["footing"])
+        away = np.hypot(x - wheels[leg, 0], y - wheels[leg, 1])
+        choices[leg] = np.flatnonzero((footing == REACHABLE_STABLE) & (away >= 0.2) & (away <= 0.6))
     out = []
+    able = [leg for leg, cells in choices.items() if len(cells)]
     for _ in range(count):
-        leg = int(rng.integers(6))
-        reach, angle = rng.uniform(0.2, 0.6), rng.uniform(-np.pi, np.pi)
-        out.append((leg, float(wheels[leg, 0] + reach * np.cos(angle)), float(wheels[leg, 1] + reach * np.sin(angle))))
+        leg = int(rng.choice(able))
+        cell = int(rng.choice(choices[leg]))
+        out.append((leg, float(x.flat[cell]), float(y.flat[cell])))
     return out
 
 
@@ -36,11 +46,12 @@ def timed(dem, state, problem: tuple[int, float, float], planner: str) -> tuple[
 
 
 def figures(quick: bool) -> Iterator[Figure]:
-    problems = targets(4 if quick else 16)
+    count = 4 if quick else 16
     flat = plane(size=8.0, resolution=0.02)
     on_flat = footfall.stand(robot(), flat)
-    open_ground = [timed(flat, on_flat, problem, "auto") for problem in problems]
+    open_ground = [timed(flat, on_flat, problem, "auto") for problem in targets(flat, on_flat, count)]
     yield from _found("step.open_ground_auto", open_ground)
+    problems = targets(rocks(), standing(), count)
     timed(rocks(), standing(), problems[0], "sbl")  # loads what only the searches need
     runs = {
         planner: [timed(rocks(), standing(), p, planner) for p in problems]

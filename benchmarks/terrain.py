@@ -1,27 +1,67 @@
-"""Images to terrain: the nine simulated pairs of a snapshot, against the ground they were rendered from."""
+"""Images to terrain: time, memory, accuracy, what is left of the legs, and rocks beside wheels.
 
+Every accuracy figure is measured against the ground that the images were rendered from, on the easy and on the hard
+setting of the renderer (footfall.sim.optics).
+"""
+
+import multiprocessing
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 
+from benchmarks.ground_truth import cells_seen, true_heights
 from benchmarks.scenes import robot, rocks, standing
+from benchmarks.stances import Stance, random_stance
 from benchmarks.timing import SEED, Figure, paired, seconds
+from footfall.io.image_files import read_pair
+from footfall.maps.layers import MapSettings
+from footfall.maps.traversability import traversability
+from footfall.sim.optics import PRESETS
 from footfall.sim.render import render_snapshot
+from footfall.telemetry.images import Snapshot
 from footfall.terrain.build import build_terrain
+from footfall.terrain.dem import Dem
 from footfall.terrain.settings import TerrainSettings
 from footfall.terrain.stereo import disparity
-from footfall.terrain.surface import height_at, pick
+from footfall.terrain.surface import pick
 from footfall.terrain.triangulate import triangulate
+
+PHOTOGRAPHS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+NEAR = 3.0
+"""Accuracy counts within this of the chassis [m]."""
+
+AT_WHEEL, STANDS_OUT = 0.5, 0.05
+"""A remnant: a cell this near to a wheel, seen from above, and this far above the truth [m]."""
+
+ROCK_TOLERANCE = 0.02
+SEEN_SHARE = 0.5
+"""A rock counts as seen when this share of its cells lies open to both cameras of some pair."""
 
 
 def figures(quick: bool) -> Iterator[Figure]:
-    n = 2 if quick else 5
+    yield from _speed(2 if quick else 5)
+    for effects in PRESETS:
+        yield from _accuracy(effects, 1 if quick else 20)
+    yield from _motorcycle(3 if quick else 10)
+    yield Figure("terrain.triangulate_400x400", seconds(lambda: triangulate(rocks()), 5 if quick else 25), "s")
+    yield Figure(
+        "terrain.pick",
+        seconds(lambda: pick(rocks(), np.array([-4.0, -4.0, 4.0]), np.array([1.0, 1.0, -0.9])), 40 if quick else 100),
+        "s",
+    )
+
+
+def _speed(n: int) -> Iterator[Figure]:
     snapshot = render_snapshot(robot(), standing(), rocks(), seed=SEED)
-    for matcher in ("hh", "3way"):
+    for matcher, floor in (("hh", 3.0), ("3way", 2.0)):
         settings = TerrainSettings(matcher=matcher)
-        yield Figure(
-            f"terrain.nine_pairs_{matcher}", seconds(lambda s=settings: build_terrain(robot(), snapshot, s), n), "s"
-        )
+        times = seconds(lambda s=settings: _with_traversability(snapshot, s), n)
+        yield Figure(f"terrain.nine_pairs_{matcher}", times, "s", floor)
+        yield Figure(f"terrain.nine_pairs_{matcher}_peak_memory", (_peak_memory(snapshot, settings),), "GB", 1.5)
     settings = TerrainSettings()
     yield paired(
         "terrain.build_over_matching_alone",
@@ -29,14 +69,108 @@ def figures(quick: bool) -> Iterator[Figure]:
         lambda: [disparity(pair, settings) for pair in snapshot.pairs],
         n,
     )
-    built = build_terrain(robot(), snapshot, settings)
-    x, y = np.moveaxis(built.geometry.centers(), -1, 0)
-    error = np.abs(built.heights - height_at(rocks(), x, y))[np.isfinite(built.heights)]
-    error = error[np.isfinite(error)]
-    yield Figure("terrain.height_error", tuple(error), "m")
-    yield Figure("terrain.triangulate_400x400", seconds(lambda: triangulate(rocks()), 5 * n), "s")
-    yield Figure(
-        "terrain.pick",
-        seconds(lambda: pick(rocks(), np.array([-4.0, -4.0, 4.0]), np.array([1.0, 1.0, -0.9])), 20 * n),
-        "s",
+
+
+def _with_traversability(snapshot: Snapshot, settings: TerrainSettings) -> None:
+    traversability(build_terrain(robot(), snapshot, settings), MapSettings())
+
+
+def _peak_memory(snapshot: Snapshot, settings: TerrainSettings) -> float:
+    """Largest resident size of a fresh process that only builds [GB]."""
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        return pool.apply(_build_and_weigh, (snapshot, settings))
+
+
+def _build_and_weigh(snapshot: Snapshot, settings: TerrainSettings) -> float:
+    _with_traversability(snapshot, settings)
+    # getrusage would carry over what the parent held when it forked; this counts from the new program's start
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("VmHWM:")[2].split()[0]) * 1024 / 1e9
+
+
+def _accuracy(effects: str, count: int) -> Iterator[Figure]:
+    """Random stances with encoder noise and sag; the builder is told what the encoders say."""
+    errors, above, cover, remnants, beyond, kept, flat = [], [], [], [], [], [], []
+    for seed in range(SEED, SEED + count):
+        stance = random_stance(seed)
+        images = render_snapshot(robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects])
+        told = Snapshot(stance.told, images.pairs)
+        dem = build_terrain(robot(), told)
+        truth = true_heights(stance.world, dem.geometry)
+        seen = cells_seen(robot(), stance.true, stance.world, told, dem.geometry)
+        error = dem.heights - truth
+        near = _within(dem, stance.true.T_site_base[:2, 3], NEAR)
+        known = np.isfinite(error)
+        errors.append(error[known & near])
+        above.append(float((error[known & near] > 0.1).mean()))
+        cover.append(float(known[seen & near].mean()))
+        at_wheels = np.any([_within(dem, wheel[:2], AT_WHEEL) for wheel in stance.wheels], axis=0)
+        remnants.append(int((error[known & at_wheels] > STANDS_OUT).sum()))
+        # a height that is right but a cell off stands out on the flank of a rock, and is nothing of a leg
+        over = dem.heights - maximum_filter(truth, 3)
+        beyond.append(int((over[known & at_wheels] > STANDS_OUT).sum()))
+        of_seen, of_unseen = _rocks(stance, dem, truth, seen)
+        kept += of_seen
+        flat += of_unseen
+    size = np.abs(np.concatenate(errors))
+    name = f"terrain.{effects}"
+    yield Figure(f"{name}_height_error_median", (float(np.median(size)),), "m", 0.005)
+    yield Figure(f"{name}_height_error_95", (float(np.quantile(size, 0.95)),), "m", 0.020)
+    yield Figure(f"{name}_above_0.1_m", (float(np.mean(above)),), "share", 0.0005)
+    yield Figure(f"{name}_cover_of_visible", (float(np.mean(cover)),), "share", 0.94, at_most=False)
+    yield Figure(f"{name}_remnants_{count}_stances", (float(np.sum(remnants)),), "cells", 3.0)
+    yield Figure(f"{name}_remnants_beyond_one_cell", (float(np.sum(beyond)),), "cells")
+    if kept:
+        yield Figure(f"{name}_{len(kept)}_seen_rocks_kept", (float(np.mean(kept)),), "share", 1.0, at_most=False)
+    if flat:
+        yield Figure(f"{name}_{len(flat)}_unseen_rocks_flat", (float(np.sum(flat)),), "rocks", 0.0)
+
+
+def _within(dem: Dem, xy: np.ndarray, radius: float) -> np.ndarray:
+    x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    return np.hypot(x - xy[0], y - xy[1]) < radius
+
+
+def _rocks(stance: Stance, dem: Dem, truth: np.ndarray, seen: np.ndarray) -> tuple[list[bool], list[bool]]:
+    """Whether each seen rock is there within the tolerance, and whether each that nobody saw is shown as ground."""
+    kept, flat = [], []
+    for x, y, diameter, _ in stance.rocks:
+        on = _within(dem, np.array([x, y]), 0.5 * diameter)
+        share = float(seen[on].mean())
+        highest = float(np.nanmax(dem.heights[on], initial=-np.inf))
+        if share >= SEEN_SHARE:
+            kept.append(abs(highest - float(truth[on & seen].max())) <= ROCK_TOLERANCE)
+        elif share == 0:
+            flat.append(bool(-np.inf < highest < float(truth[on].max()) - ROCK_TOLERANCE))
+    return kept, flat
+
+
+def _motorcycle(n: int) -> Iterator[Figure]:
+    """The photographed pair (Middlebury 2014, quarter size) against its structured-light truth."""
+    if not (PHOTOGRAPHS / "motorcycle_left.png").exists():
+        print("terrain.motorcycle: left out, the photographs are not in ../shared/data", file=sys.stderr)
+        return
+    pair = read_pair(
+        PHOTOGRAPHS / "motorcycle_left.png",
+        PHOTOGRAPHS / "motorcycle_right.png",
+        focal_length=994.978,
+        cx=311.193,
+        cy=254.877,
+        baseline=0.193001,
+        doffs=31.086,
+        T_site_base=np.eye(4),
+        name="motorcycle",
     )
+    with np.load(PHOTOGRAPHS / "motorcycle_disp.npz") as file:
+        truth = file["arr_0"]
+    known = np.isfinite(truth)
+    for matcher in ("hh", "3way"):
+        # disparities up to 64, as the set has them
+        matched = TerrainSettings(min_range=2.1, max_range=6.5, matcher=matcher)
+        found = disparity(pair, matched)
+        both = known & np.isfinite(found)
+        wrong = float((np.abs(found - truth)[both] > 2.0).mean())
+        yield Figure(f"terrain.motorcycle_{matcher}_bad2", (wrong,), "share", 0.053)
+        density = float(both.sum() / known.sum())
+        yield Figure(f"terrain.motorcycle_{matcher}_density", (density,), "share", 0.86, at_most=False)
+        yield Figure(f"terrain.motorcycle_{matcher}", seconds(lambda s=matched: disparity(pair, s), n), "s", 0.12)
