@@ -295,7 +295,7 @@ def test_the_recheck_finds_what_the_planner_would_not_do(athlete, rocky, rock_pl
     """A path dragged through the rock, one through the ground and one that jumps its limits all fail."""
     dem, state = rocky
     whole = around_leg_0(dem)
-    situation = Situation(athlete, state, 0, whole, StepSettings())
+    situation = Situation(athlete, dem, state, 0, whole, StepSettings())
     q, phases = rock_plan.plan.waypoints, rock_plan.plan.phases
     first, last = phases.index("swing") - 1, phases.index("lower") - 1
 
@@ -327,7 +327,7 @@ def test_planner_and_recheck_agree_about_single_postures(athlete, rocky, rng):
     """Two implementations of the same clearances: no posture may be free for one and blocked for the other."""
     dem, state = rocky
     whole = around_leg_0(dem)
-    situation = Situation(athlete, state, 0, whole, StepSettings())
+    situation = Situation(athlete, dem, state, 0, whole, StepSettings())
     solids = Solids(athlete, np.asarray(state.posture), 0, np.asarray(state.T_site_base), whole, 0.0)
     base = np.array(state.leg(0))
     disagreements = blocked = 0
@@ -349,7 +349,7 @@ def test_the_centre_of_mass_of_the_situation_is_that_of_kinematics(athlete, open
 
     dem, state = open_ground
     whole = around_leg_0(dem)
-    situation = Situation(athlete, state, 0, whole, StepSettings())
+    situation = Situation(athlete, dem, state, 0, whole, StepSettings())
     for q in state.leg(0) + rng.normal(0, 0.3, (5, 6)):
         com = apply(state.T_site_base, center_of_mass(athlete, situation.posture(q)))
         assert situation.margin(q) == pytest.approx(margin(situation.contacts, com[:2]), abs=1e-9)

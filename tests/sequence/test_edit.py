@@ -33,18 +33,18 @@ def test_a_joint_is_set_and_the_prediction_follows(athlete, sequence):
     assert np.array_equal(edited.predicted[3:], sequence.predicted[3:])
 
 
-def test_a_broken_rule_shows_at_its_row(athlete, sequence):
-    edited = apply_edit(athlete, sequence, Edit("joint", 2, joint=1, number=9.0))
+def test_a_broken_rule_shows_at_its_row(athlete, sequence, flat):
+    edited = apply_edit(athlete, sequence, Edit("joint", 2, joint=1, number=9.0), flat)
     assert not edited.valid
     assert {failure.row for failure in edited.failures} <= {2, 3}
     assert ("joint-limits", 2) in {(failure.rule, failure.row) for failure in edited.failures}
-    mended = apply_edit(athlete, edited, Edit("set", 2, command=sequence.commands[2]))
+    mended = apply_edit(athlete, edited, Edit("set", 2, command=sequence.commands[2]), flat)
     assert mended.valid
     assert all(a.digest == b.digest for a, b in zip(mended.commands, sequence.commands, strict=True))
 
 
-def test_deleting_a_middle_row_breaks_the_speed_of_the_next(athlete, sequence):
-    edited = apply_edit(athlete, sequence, Edit("delete", 2))
+def test_deleting_a_middle_row_breaks_the_speed_of_the_next(athlete, sequence, flat):
+    edited = apply_edit(athlete, sequence, Edit("delete", 2), flat)
     assert len(edited.commands) == len(sequence.commands) - 1
     assert [(failure.rule, failure.row) for failure in edited.failures] == [("speed", 2)]
 

@@ -79,10 +79,19 @@ def scale(stack: MapStack, layer: str) -> Scale:
         "step": (0.0, limits.step_limit),
         "goodness": (0.0, 1.0),
         "certainty": (0.0, 1.0),
+        "age": (0.0, _oldest(stack)),
+        "height_sd": (0.0, 0.05),
         "solutions": (0.0, 4.0),
         "margin": (-1.0, 1.0),
     }[layer]
     return Scale(low, high, PURPLE_GREEN if layer == "margin" else VIRIDIS, LAYERS[layer][0])
+
+
+def _oldest(stack: MapStack) -> float:
+    """Largest age in the stack [s], at least a minute."""
+    ages = stack.layers.get("age")
+    known = ages[np.isfinite(ages)] if ages is not None else np.zeros(0)
+    return max(60.0, float(known.max())) if len(known) else 60.0
 
 
 def layer_rgb(stack: MapStack, layer: str) -> NDArray[np.uint8]:
@@ -134,7 +143,8 @@ def _along(along: Scale, numbers: NDArray[np.floating]) -> NDArray[np.uint8]:
 
 
 def _text(layer: str, number: float, along: Scale) -> str:
-    text = f"{number:.2g} {along.unit}".strip()
+    digits = ".0f" if layer == "age" else ".2g"
+    text = f"{number:{digits}} {along.unit}".strip()
     if layer == "slope":
         text = f"{text} ({np.degrees(number):.0f}°)"
     bounded = layer in ("goodness", "certainty")

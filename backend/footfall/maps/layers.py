@@ -18,6 +18,8 @@ LAYERS: Mapping[str, tuple[str, str]] = {
     "step": ("m", "largest height difference in the window after removing the plane"),
     "goodness": ("", "traversability 0…1 from slope, roughness and step, 1 = easy (Morphin)"),
     "certainty": ("", "share of the window's cells that are known, 0…1"),
+    "age": ("s", "time between the cell's newest measurement and the newest of all; unknown for loaded terrain"),
+    "height_sd": ("m", "standard deviation of the height; unknown for loaded terrain"),
     "solutions": ("", "number of inverse-kinematics solutions inside the joint limits"),
     "margin": ("m", "stability margin if the leg stood there; positive inside the polygon"),
     "footing": ("class", "unknown, no solution, reachable but unstable, reachable and stable, out of range"),
@@ -43,6 +45,8 @@ class MapSettings(Value):
     def check(self) -> None:
         if not (self.window > 0 and self.slope_limit > 0 and self.roughness_limit > 0 and self.step_limit > 0):
             raise InvalidInput("window and limits of the map settings must be above zero")
+        if not 0 <= self.stable_margin < np.inf:
+            raise InvalidInput("stable_margin can't be negative [m]", stable_margin=self.stable_margin)
 
 
 @value

@@ -72,6 +72,7 @@ def compute_maps(
         "step": ground.step,
         "goodness": ground.goodness,
         "certainty": ground.certainty,
+        **memory_layers(dem),
         "solutions": solutions,
         "margin": margin,
         "footing": footing,
@@ -86,3 +87,14 @@ def compute_maps(
     )
     progress(1.0, "maps")
     return stack
+
+
+def memory_layers(dem: Dem) -> dict[str, NDArray[np.float32]]:
+    """ "age" [s] and "height_sd" [m] of each cell, (rows, cols); NaN where unknown or where the terrain doesn't say."""
+    nothing = np.full(dem.geometry.shape, np.nan, np.float32)
+    age, deviation = nothing, nothing
+    if dem.time is not None and np.isfinite(dem.time).any():
+        age = (np.nanmax(dem.time) - dem.time).astype(np.float32)
+    if dem.variance is not None:
+        deviation = np.sqrt(dem.variance)
+    return {"age": age, "height_sd": deviation}

@@ -44,7 +44,7 @@ class GroundHeights:
     def __init__(self, mesh: Mesh, ball: float) -> None:
         self._cell = 0.95 * ball / math.sqrt(2)
         # every point of a triangle with edges ≤ s lies within s/√3 of a corner: each covered cell gets a sample
-        samples = _samples(mesh, self._cell * math.sqrt(3) / 2)
+        samples = surface_points(mesh, self._cell * math.sqrt(3) / 2)
         low = np.floor(samples[:, :2].min(axis=0) / self._cell).astype(int)
         cells = np.floor(samples[:, :2] / self._cell).astype(int) - low
         self._shape = tuple(cells.max(axis=0) + 1)
@@ -62,7 +62,7 @@ class GroundHeights:
         return np.where(inside, points[:, 2] - heights, np.inf)
 
 
-def _samples(mesh: Mesh, spacing: float) -> Array:
+def surface_points(mesh: Mesh, spacing: float) -> Array:
     """Points of every triangle on lattices with edges ≤ ``spacing``, and all vertices, (n, 3)."""
     corners = mesh.vertices[mesh.triangles]
     edges = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1, initial=0.0)

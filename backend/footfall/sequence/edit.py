@@ -9,9 +9,10 @@ from typing import TypeVar
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
 from footfall.robot.model import Robot
-from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult, Sequence
+from footfall.sequence.motion import MOTION_RULES
 from footfall.sequence.predict import predict, target
-from footfall.sequence.rules import check_rules
+from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
@@ -72,7 +73,8 @@ def apply_edit(
 ) -> Sequence:
     """The sequence after one edit; its parents are the sequence and the edit.
 
-    ``settings`` None: those of the sequence. With ``dem`` the motion rules are checked too.
+    ``settings`` None: those of the sequence. With ``dem`` the motion rules are checked too; without it an edit
+    that changes the motion, or keeps one that broke a rule, fails the rule terrain-given.
 
     Raises InvalidSequence where the edit can't be carried out.
     """
@@ -85,15 +87,34 @@ def apply_edit(
     parents = {"sequence": sequence.digest, "edit": edit.digest, "robot": robot.digest}
     if dem is not None:
         parents["dem"] = dem.digest
+    rules = check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings)
+    if dem is None:
+        rules = (*_unchecked(sequence, edit, commands), *rules)
     return Sequence(
         robot=sequence.robot,
         commands=commands,
         start=sequence.start,
         predicted=predict(sequence.start, commands),
         T_site_base=sequence.T_site_base,
-        rules=check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings),
+        rules=rules,
         provenance=Provenance(parents, settings),
     )
+
+
+def _unchecked(sequence: Sequence, edit: Edit, commands: tuple[Command, ...]) -> list[RuleResult]:
+    """What an edit without a terrain leaves open: nothing where the checked motion stays as it was."""
+    if not _motion(commands):
+        return []
+    same = edit.kind == "split" or _motion(commands) == _motion(sequence.commands)
+    broken = [result for result in sequence.failures if result.rule in (*MOTION_RULES, TERRAIN_GIVEN)]
+    if same and not broken:
+        return []
+    text = "what the changed motion hits was not checked: give the terrain" if not broken else broken[0].text
+    return [RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text)]
+
+
+def _motion(commands: tuple[Command, ...]) -> list[tuple[int | None, bytes]]:
+    return [(one.leg, one.joints.tobytes()) for one in commands if one.joints is not None]
 
 
 def edited(sequence: Sequence, edit: Edit) -> tuple[Command, ...]:

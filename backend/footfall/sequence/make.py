@@ -21,7 +21,7 @@ def make_sequence(
 ) -> Sequence:
     """One LEG_MOVE for each waypoint after the first, at ``speed_fraction`` of the speed limits.
 
-    With ``dem`` the motion rules (collision, balance) are checked too. Without ``settings`` the
+    With ``dem`` the motion rules (collision, balance, torque…) are checked too. Without ``settings`` the
     clearance and the balance preference are the plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, or moves more than its leg.
@@ -55,7 +55,10 @@ def settings_of(plan: StepPlan) -> SequenceSettings:
     if not isinstance(made_with, StepSettings):
         return SequenceSettings()
     return SequenceSettings(
-        clearance=made_with.clearance, conservative=made_with.conservative, least_margin=made_with.least_margin
+        clearance=made_with.clearance,
+        conservative=made_with.conservative,
+        least_margin=made_with.least_margin,
+        friction=made_with.friction,
     )
 
 

@@ -1,7 +1,8 @@
-"""The rules of motion over a terrain: collisions and balance at dense samples of every command.
+"""The rules of motion over a terrain: collisions, dragging, balance and torque at dense samples of every command.
 
 Each LEG_MOVE is a straight joint-space line; it is sampled so that no joint moves more than
-``settings.sample`` between two checked postures. The terrain is the true one, not raised.
+``settings.sample`` between two checked postures. The terrain is the true one, not raised; its holes near the rover
+are filled as for planning: unseen ground must not be free.
 """
 
 from collections.abc import Iterator
@@ -9,25 +10,29 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.support import margins
+from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply
+from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
+from footfall.planning.step.ground import Nearby, Refused, nearby
 from footfall.robot.collision import CollisionScene
-from footfall.robot.ik import contact_point
-from footfall.robot.kinematics import center_of_mass
+from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, RuleResult
-from footfall.sequence.feet import feet
 from footfall.sequence.predict import after, target
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import crop
 
 Array = NDArray[np.float64]
 
-STANDING_GAP = 0.05
-"""A foot that a sequence has moved stands on the ground when it is within this of it [m].
-
-Reconstructed heights are good to a few centimetres; a foot that is being lifted is soon farther off."""
+MOTION_RULES = ("self-collision", "terrain-collision", "no-drag", "balance", "torque", "ends-on-ground")
+DRAG = 0.02
+"""How far a wheel may move sideways while it is down on the ground [m]."""
+CLEAR = 0.01
+"""A wheel higher than this over the ground is off it [m]."""
+TORQUE_SAMPLING = 0.05
+"""Largest joint step between two postures whose torques are checked [rad]: each is a linear program."""
 
 
 def check_motion(
@@ -38,25 +43,34 @@ def check_motion(
     dem: Dem,
     settings: SequenceSettings,
 ) -> list[RuleResult]:
-    """Results of self-collision, terrain-collision and balance for every row that moves a leg."""
-    ground = crop(dem, T_site_base[:2, 3], reach(robot))
+    """Results of the rules of motion for every row that moves a leg, and of ends-on-ground for every leg moved."""
+    moves = [(row, moved[0]) for row, command in enumerate(commands) if (moved := target(command, robot.leg_count))]
+    if not moves:
+        return []
+    legs = sorted({leg for _, leg in moves})
+    feet = contacts(robot, dem, start, T_site_base, legs).points
+    ground = nearby(dem, np.asarray(T_site_base)[:2, 3], reach(robot), feet)
+    if isinstance(ground, Refused):
+        return [RuleResult("terrain-collision", moves[0][0], False, np.nan, "m", ground.reason)]
     results: list[RuleResult] = []
     scene: CollisionScene | None = None
     before = start
-    for row, command in enumerate(commands):
-        moved = target(command, robot.leg_count)
-        if moved is None:
-            continue
-        leg, _ = moved
+    touched: dict[int, Array] = {}
+    for row, leg in moves:
         # consecutive rows of one leg leave the others where they are, so they share a scene
         if scene is None or leg != scene.leg:
-            scene = CollisionScene(robot, before, leg, T_site_base, ground, clearance=settings.clearance)
-        reached = after(before, command)
+            scene = CollisionScene(robot, before, leg, T_site_base, ground.mesh, clearance=settings.clearance)
+        reached = after(before, commands[row])
         postures = samples(before, reached, settings.sample)
         results += _collisions(row, scene, postures[:, 6 * leg : 6 * leg + 6])
-        results.append(_balance(robot, row, leg, postures, start, T_site_base, dem, settings))
+        results.append(_drag(robot, row, leg, postures, T_site_base, ground, touched))
+        down = _down(robot, dem, start, before, T_site_base, [i for i in robot.legs if i != leg])
+        support = contacts(robot, dem, before, T_site_base, down)
+        results.append(_balance(robot, row, leg, postures, T_site_base, support, settings))
+        results.append(_torque(robot, row, postures, T_site_base, down, support, settings))
         before = reached
-    return results
+    last = {leg: row for row, leg in moves}
+    return results + [_ends(robot, last[leg], leg, before, T_site_base, dem) for leg in legs]
 
 
 def samples(before: Array, reached: Array, largest_step: float) -> Array:
@@ -101,30 +115,87 @@ def _collisions(row: int, scene: CollisionScene, qs_leg: Array) -> Iterator[Rule
         yield RuleResult(rule, row, False, worst.distance - worst.required, "m", text)
 
 
+def _down(robot: Robot, dem: Dem, start: Array, posture: Array, T_site_base: Array, legs: list[int]) -> list[int]:
+    """The legs that carry the rover. On unseen ground that is one that never moved, not one that was put there."""
+    moved = [leg for leg in legs if (posture != start)[6 * leg : 6 * leg + 6].any()]
+    gaps = wheel_gaps(robot, dem, posture, T_site_base, moved)
+    unseen = [leg for leg, gap in zip(moved, gaps, strict=True) if np.isnan(gap)]
+    return [leg for leg in standing(robot, dem, posture, T_site_base, legs) if leg not in unseen]
+
+
+def _drag(
+    robot: Robot,
+    row: int,
+    leg: int,
+    postures: Array,
+    T_site_base: Array,
+    ground: Nearby,
+    touched: dict[int, Array],
+) -> RuleResult:
+    """A wheel that is down stays where it is. touched: leg → where it came down, while it is; kept from row to row."""
+    worst, at = 0.0, 0
+    for index, posture in enumerate(postures):
+        gap = wheel_gaps(robot, ground.dem, posture, T_site_base, [leg])[0]
+        if gap > CLEAR:
+            touched.pop(leg, None)
+            continue
+        centre = apply(T_site_base, leg_wheel_pose(robot, posture[6 * leg : 6 * leg + 6], leg)[:3, 3])[:2]
+        away = float(np.hypot(*(centre - touched.setdefault(leg, centre))))
+        if away > worst:
+            worst, at = away, index
+    text = f"the wheel moves {worst:.3f} m sideways while it is down, {DRAG:.3f} m are allowed"
+    where = f", farthest at {at / (len(postures) - 1):.0%} of the row" if worst > DRAG else ""
+    return RuleResult("no-drag", row, worst <= DRAG, DRAG - worst, "m", text + where)
+
+
 def _balance(
     robot: Robot,
     row: int,
     leg: int,
     postures: Array,
-    start: Array,
     T_site_base: Array,
-    dem: Dem,
+    support: Contacts,
     settings: SequenceSettings,
 ) -> RuleResult:
-    gaps = feet(robot, dem, postures[0], T_site_base).gaps
-    # A foot that never moved stands where the rover stood on it, whatever a reconstructed terrain says.
-    unmoved = (postures[0] == start).reshape(-1, 6).all(axis=1)
-    support = unmoved | (gaps <= STANDING_GAP)
-    support[leg] = False
-    # the same points as the planner's, so that a plan's margin is its sequence's
-    contacts = np.array([contact_point(robot, postures[0], int(i), T_site_base) for i in np.flatnonzero(support)])
-    coms = np.array([apply(T_site_base, center_of_mass(robot, posture)) for posture in postures])
-    all_margins = margins(contacts.reshape(-1, 3), coms[:, :2], settings.conservative)
+    coms = apply(T_site_base, centers_of_mass(robot, postures[0], leg, postures[:, 6 * leg : 6 * leg + 6]))
+    all_margins = margins(support.points, coms[:, :2], settings.conservative)
     worst = int(np.argmin(all_margins))
     kind = "conservative support polygon" if settings.conservative else "support polygon"
     spare = float(all_margins[worst]) - settings.least_margin
     text = (
-        f"margin {all_margins[worst]:.3f} m to the {kind} of {int(support.sum())} feet, "
+        f"margin {all_margins[worst]:.3f} m to the {kind} of {len(support.points)} feet, "
         f"at least {settings.least_margin:.3f} m wanted, least at {worst / (len(postures) - 1):.0%} of the row"
     )
     return RuleResult("balance", row, spare >= 0, spare, "m", text)
+
+
+def _torque(
+    robot: Robot,
+    row: int,
+    postures: Array,
+    T_site_base: Array,
+    down: list[int],
+    support: Contacts,
+    settings: SequenceSettings,
+) -> RuleResult:
+    every = max(1, int(TORQUE_SAMPLING / settings.sample))
+    chosen = sorted({*range(0, len(postures), every), len(postures) - 1})
+    checks = [torque_margin(robot, postures[i], T_site_base, down, support.normals, settings.friction) for i in chosen]
+    worst = int(np.argmax([check.ratio for check in checks]))
+    at, check = f"at {chosen[worst] / (len(postures) - 1):.0%} of the row", checks[worst]
+    text = f"{check.joint_name} at {check.ratio:.0%} of its limit {at}"
+    if not check.feasible:
+        text = f"no contact forces inside friction hold the rover {at}"
+    return RuleResult("torque", row, check.holds, 1.0 - check.ratio, "of the limit", text)
+
+
+def _ends(robot: Robot, row: int, leg: int, posture: Array, T_site_base: Array, dem: Dem) -> RuleResult:
+    """Whether a leg that was moved is down at the end; over unknown ground nobody can tell, so it does not hold."""
+    gap = float(wheel_gaps(robot, dem, posture, T_site_base, [leg])[0])
+    if np.isnan(gap):
+        text = f"leg {leg} ends over unknown ground"
+    elif gap > STANDING_GAP:
+        text = f"leg {leg} ends {gap:.3f} m above the ground, at most {STANDING_GAP:.3f} m still stand"
+    else:
+        text = f"leg {leg} ends on the ground"
+    return RuleResult("ends-on-ground", row, gap <= STANDING_GAP, STANDING_GAP - gap, "m", text)

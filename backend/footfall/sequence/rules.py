@@ -15,11 +15,15 @@ joint-limits       every joint within its limits                                
 speed              no joint faster than its limit                                  s
 self-collision     dense samples keep the clearances between links                 m
 terrain-collision  dense samples keep the clearances to the true terrain           m
+no-drag            a wheel that is down on the ground is not moved sideways        m
 balance            centre of mass inside the polygon of the feet on the ground     m
+torque             some contact forces keep every joint within its torque limit    ratio
+ends-on-ground     a leg that was moved is down after its last row                 m
+terrain-given      an edit without a terrain left the checked motion as it was     –
 =================  ==============================================================  =========
 
-The last three need a terrain. A rule that can't be asked because an earlier one of the same row
-failed (the speed of NaN) is left out for that row.
+The six before the last need a terrain; the last stands only where it fails (row −1).
+A rule that can't be asked because an earlier one of the same row failed (the speed of NaN) is left out for that row.
 """
 
 from collections.abc import Iterator
@@ -38,6 +42,7 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
+TERRAIN_GIVEN = "terrain-given"
 SPEED_TOLERANCE = 1e-9
 """Seconds by which a duration may miss the least one: rounding of a split row, nothing more."""
 

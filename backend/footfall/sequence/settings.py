@@ -5,6 +5,9 @@ import numpy as np
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Value, value
 
+FINEST, COARSEST = 1e-4, 0.02
+"""Coarser samples would let a leg pass through a rock between two of them: a wheel moves 2 m for each radian."""
+
 
 @value
 class SequenceSettings(Value):
@@ -13,6 +16,7 @@ class SequenceSettings(Value):
     clearance: added to every clearance of the robot description [m].
     conservative: check the supporting feet's conservative polygon, not the plain one.
     least_margin: least margin of the centre of mass to that polygon [m].
+    friction: coefficient between wheel and ground, for the torque rule.
     """
 
     speed_fraction: float = 0.8
@@ -20,13 +24,16 @@ class SequenceSettings(Value):
     clearance: float = 0.0
     conservative: bool = False
     least_margin: float = 0.0
+    friction: float = 0.6
 
     def check(self) -> None:
         if not 0 < self.speed_fraction <= 1:
             raise InvalidSequence("speed_fraction must be above 0 and at most 1", speed_fraction=self.speed_fraction)
-        if not 0 < self.sample < np.inf:
-            raise InvalidSequence("sample must be above zero [rad]", sample=self.sample)
+        if not FINEST <= self.sample <= COARSEST:
+            raise InvalidSequence(f"sample must be {FINEST:g}…{COARSEST:g} rad", sample=self.sample)
         if not 0 <= self.clearance < np.inf:
             raise InvalidSequence("clearance can't be negative [m]", clearance=self.clearance)
-        if not np.isfinite(self.least_margin):
-            raise InvalidSequence("least_margin must be finite [m]")
+        if not 0 < self.friction < np.inf:
+            raise InvalidSequence("friction must be above zero", friction=self.friction)
+        if not 0 <= self.least_margin < np.inf:
+            raise InvalidSequence("least_margin can't be negative [m]", least_margin=self.least_margin)

@@ -9,7 +9,7 @@ from footfall.balance.forces import distribute
 from footfall.balance.torques import holding_torques
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
-from footfall.robot.collision import posture_collisions
+from footfall.robot.collision import Collision, posture_collisions
 from footfall.robot.ik import contact_point, leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
@@ -90,10 +90,7 @@ def stand(
             if any({"base", "terrain"} == {c.link_a, c.link_b} for c in collisions):
                 # a level chassis that touches the ground touches it all the more lower down
                 grounded = lifts[chosen]
-            refusal = refusal or (
-                f"{first.link_a} and {first.link_b} would be {first.distance:.3f} m apart, "
-                f"{first.required:.3f} m is needed"
-            )
+            refusal = refusal or _cramped(robot, first)
             continue
         com = apply(T_site_base, center_of_mass(robot, q))
         forces = distribute(contacts, normals, com, robot.mass)
@@ -108,6 +105,15 @@ def stand(
         y=y,
         yaw=yaw,
     )
+
+
+def _cramped(robot: Robot, hit: Collision) -> str:
+    if hit.distance < 0:
+        return f"{hit.link_a} would be {-hit.distance:.3f} m below {hit.link_b}"
+    if hit.required == 0:
+        sink = robot.description.clearances.wheel_sink
+        return f"{hit.link_a} would cut more than the allowed {sink:.3f} m into {hit.link_b}"
+    return f"{hit.link_a} and {hit.link_b} would be {hit.distance:.3f} m apart, {hit.required:.3f} m is needed"
 
 
 def _places(robot: Robot, dem: Dem, leg: int, wanted: Array, T_site_ground: Array) -> tuple[Array, Array, Array]:

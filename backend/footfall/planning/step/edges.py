@@ -70,9 +70,11 @@ class Space:
 
     def first_blocked(self, a: Array, b: Array) -> float | None:
         """Fraction of the way from a to b where the first blocked configuration is met, or None."""
-        for t, q in samples(a, b, self.epsilon):
-            if not self.is_free(q):
-                return t
+        # the very configurations that edge_is_free looks at, in the order of the way, and the ends
+        parts = 2 ** levels_for(largest_change(a, b), self.epsilon)
+        for i in range(parts + 1):
+            if not self.is_free(a + (i / parts) * (b - a)):
+                return i / parts
         return None
 
 

@@ -68,7 +68,8 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
     height = float(height_at(dem, x, y))
     normal = normal_at(dem, x, y, robot.wheel_radius)
     if unknown or not (np.isfinite(height) and np.isfinite(normal).all()):
-        where = f"{unknown:.0%} of the ground within a wheel's radius" if unknown else "the ground"
+        share = f"{unknown:.0%}" if unknown >= 0.01 else "less than 1%"
+        where = f"{share} of the ground within a wheel's radius" if unknown else "the ground"
         reason = (
             f"{where} ({robot.wheel_radius:.2f} m) of the footfall ({x:.2f}, {y:.2f}) is unknown; "
             "take images that show it, or choose a place farther from the holes and the map's edge"

@@ -13,13 +13,15 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.maps.standing import contacts
 from footfall.planning.step.edges import Array, Space
 from footfall.planning.step.ground import Contact, Refused, footfall_contact, nearby
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.planners import REGISTRY, Swing, chain
 from footfall.planning.step.problem import Check, Footfall, PlanResult, Status, StepPlan, StepSettings
-from footfall.planning.step.situation import RAISED, TRUE, Situation, standing_contacts
+from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.step.smooth import smooth
+from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import Candidate, candidates
 from footfall.planning.step.verify import recheck
 from footfall.planning.step.watch import OutOfTime, Watch
@@ -30,6 +32,8 @@ from footfall.terrain.dem import Dem
 MOST_GOALS = 3
 """Goal postures whose lowering works that are handed to the planners, best first."""
 ADVICE = "choose a footfall nearer to the leg's present one or on more open ground, or lower raise_terrain or clearance"
+
+LIFT_ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 
 
 def plan_step(
@@ -126,12 +130,17 @@ class _Attempt:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
         if isinstance(contact, Refused):
             return _No(contact.status, contact.reason)
+        objection = start_objection(self.robot, self.dem, self.state, self.leg)
+        if objection:
+            advice = "correct the state or the terrain, or put the legs down first"
+            return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}; {advice}")
         hip = (np.asarray(self.state.T_site_base) @ self.robot.description.legs[self.leg].T_base_hip)[:3, 3]
-        ground = nearby(self.dem, hip[:2], self._reach() + 0.5, standing_contacts(self.robot, self.state, [self.leg]))
+        foot = contacts(self.robot, self.dem, self.state.posture, self.state.T_site_base, [self.leg]).points
+        ground = nearby(self.dem, hip[:2], self._reach() + 0.5, foot)
         if isinstance(ground, Refused):
             return _No(ground.status, ground.reason)
         self.watch.phase(0.05, "building the collision scene")
-        situation = Situation(self.robot, self.state, self.leg, ground, self.settings)
+        situation = Situation(self.robot, self.dem, self.state, self.leg, ground, self.settings)
         up = self._lift(situation)
         if isinstance(up, _No):
             return up
@@ -169,7 +178,7 @@ class _Attempt:
             return _No(Status.NO_PATH, reason)
         blocked = self._blocked(situation, up)
         if blocked:
-            reason = f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {ADVICE}"
+            reason = f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {LIFT_ADVICE}"
             return _No(Status.NO_PATH, reason)
         return up
 

@@ -62,7 +62,7 @@ class StepSettings(Value):
         for name in ("lift", "epsilon", "radius", "cell", "friction", "time_limit"):
             if not 0 < getattr(self, name) < np.inf:
                 raise InvalidInput(f"{name} must be above zero", **{name: getattr(self, name)})
-        for name in ("raise_terrain", "clearance"):
+        for name in ("raise_terrain", "clearance", "least_margin"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InvalidInput(f"{name} can't be negative", **{name: getattr(self, name)})
         if self.milestones < 1 or self.seed < 0:

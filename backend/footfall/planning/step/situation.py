@@ -8,14 +8,15 @@ import pinocchio as pin
 
 from footfall.balance.support import half_planes
 from footfall.core.frames import apply
+from footfall.maps.standing import contacts
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import Collision, CollisionScene
-from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 
 TRUE, RAISED = "true", "raised"
 
@@ -26,13 +27,15 @@ class Situation:
     The centre of mass moves with the leg; the polygon is that of the other feet's contacts.
     """
 
-    def __init__(self, robot: Robot, state: RobotState, leg: int, ground: Nearby, settings: StepSettings) -> None:
+    def __init__(
+        self, robot: Robot, dem: Dem, state: RobotState, leg: int, ground: Nearby, settings: StepSettings
+    ) -> None:
         self.robot, self.state, self.leg, self.ground, self.settings = robot, state, leg, ground, settings
         self.T_site_base = np.asarray(state.T_site_base)
         own = slice(6 * leg, 6 * leg + 6)
         self.lower, self.upper = robot.lower[own], robot.upper[own]
         self.others = [i for i in robot.legs if i != leg]
-        self.contacts = standing_contacts(robot, state, self.others)
+        self.contacts = contacts(robot, dem, state.posture, state.T_site_base, self.others).points
         self._normals, self._offsets = half_planes(self.contacts, settings.conservative)
         self._scene = CollisionScene(
             robot, state.posture, leg, self.T_site_base, ground.mesh, settings.clearance, settings.raise_terrain
@@ -78,7 +81,7 @@ class Situation:
         joint = int(np.argmax(outside))
         if outside[joint] > 0:
             name = self.robot.joint_names[6 * self.leg + joint]
-            return f"{name} is {outside[joint]:.3f} rad outside its limits"
+            return f"{name} is {outside[joint]:.2g} rad outside its limits"
         hits = self._scene.contacts(q, terrain)
         if hits:
             return self._described(max(hits, key=lambda hit: hit.required - hit.distance), terrain)
@@ -88,8 +91,8 @@ class Situation:
             if margin == -np.inf:
                 return f"the {len(self.others)} feet that stay have no {kind}"
             return (
-                f"the centre of mass keeps a margin of {margin:.4f} m to the {kind} of the other feet, "
-                f"{self.settings.least_margin:.4f} m is wanted"
+                f"the centre of mass keeps a margin of {margin:.4g} m to the {kind} of the other feet, "
+                f"{self.settings.least_margin:.4g} m is wanted"
             )
         return ""
 
@@ -106,8 +109,3 @@ class Situation:
         if hit.distance == 0:
             return f"{hit.link_a} cuts into {what} ({hit.required:.3f} m must stay clear)"
         return f"{hit.link_a} is {hit.distance:.3f} m from {what}, {hit.required:.3f} m is needed"
-
-
-def standing_contacts(robot: Robot, state: RobotState, legs: list[int]) -> Array:
-    """Contact points of standing wheels in site, (k, 3) [m]."""
-    return np.array([contact_point(robot, state.posture, leg, state.T_site_base) for leg in legs])

@@ -99,11 +99,11 @@ class Solids:
                 return at, f"{a.name} and {b.name}"
         return None
 
-    def own_gap(self, qs: Array) -> tuple[int, Gap]:
-        """The least spare distance between parts of the rover over n postures, exact below ``FAR``."""
-        worst, least = 0, Gap(FAR, "nothing is nearer")
+    def own_gap(self, qs: Array, below: float = FAR) -> tuple[int, Gap]:
+        """The least spare distance between parts of the rover over n postures, exact below ``FAR`` and ``below``."""
+        worst, least = 0, Gap(min(FAR, below), "nothing is nearer")
         for at, a, T_a, b, T_b, delta in self._own_pairs(qs, FAR):
-            spare = _distance(a.shape, T_a, b.shape, T_b) - delta
+            spare = _distance(a.shape, T_a, b.shape, T_b, least.spare + delta) - delta
             if spare < least.spare:
                 worst, least = at, Gap(spare, f"{a.name} and {b.name}")
         return worst, least
@@ -141,10 +141,10 @@ class Solids:
                 first = int(under[0]), f"{solid.name} is {depth[under[0]]:.3f} m under the terrain"
         return first
 
-    def terrain_gap(self, qs: Array, raise_terrain: float, touching: bool) -> tuple[int, Gap]:
-        """The least spare distance between a link and the ground; the touching wheel is left out."""
+    def terrain_gap(self, qs: Array, raise_terrain: float, touching: bool, below: float = np.inf) -> tuple[int, Gap]:
+        """The least spare distance of a link to the ground, exact under ``below``; the touching wheel is left out."""
         T_ground = self._T_base_site @ transform(translation=(0.0, 0.0, raise_terrain))
-        worst, least = 0, Gap(np.inf, "")
+        worst, least = 0, Gap(below, "")
         for solid, Ts, delta in self._links(qs, touching):
             if solid is self._touching:
                 continue
@@ -152,7 +152,7 @@ class Solids:
             for at in np.argsort(lowest, kind="stable"):
                 if lowest[at] - self._highest - raise_terrain - delta >= least.spare:
                     break
-                spare = _distance(solid.shape, Ts[at], self._terrain, T_ground) - delta
+                spare = _distance(solid.shape, Ts[at], self._terrain, T_ground, least.spare + delta) - delta
                 if spare < least.spare:
                     worst, least = int(at), Gap(spare, f"{solid.name} and the terrain")
         return worst, least
@@ -191,6 +191,9 @@ def _touch(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Arra
     return coal.collide(a, _pose(T_a), b, _pose(T_b), request, coal.CollisionResult()) > 0
 
 
-def _distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array) -> float:
-    found = coal.distance(a, _pose(T_a), b, _pose(T_b), coal.DistanceRequest(), coal.DistanceResult())
+def _distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, below: float) -> float:
+    """Distance of two solids where it is less than ``below`` [m]; else some number not less than that."""
+    known = coal.DistanceResult()
+    known.min_distance = max(below, 0.0)
+    found = coal.distance(a, _pose(T_a), b, _pose(T_b), coal.DistanceRequest(), known)
     return max(float(found), 0.0)

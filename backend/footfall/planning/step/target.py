@@ -41,6 +41,7 @@ def candidates(
     one that leans a few degrees can (see lift.py). Both touch the same point. Those on the start's branch come first;
     within that, those whose largest joint change from the start plus a little for turn and lean is least. A wheel
     turned by half a turn touches the same; both are tried. A straight wrist joins two branches, so wrists don't count.
+    Where the wheel can't stand upright there are none, lean or not: the reach map says so too.
     """
     azimuth = leg_azimuth(robot, leg, T_site_base)
     turns = np.concatenate([HEADINGS, HEADINGS])
@@ -50,6 +51,8 @@ def candidates(
     leans = np.arccos(np.clip(np.sum(upright[:, :3, 0] * leaning[:, :3, 0], axis=1), -1.0, 1.0))
     chosen = (leans > LEAST_LEAN) & (leans <= MOST_LEAN)
     solved = solve_leg(robot, leg, np.concatenate([upright, leaning[chosen]]))
+    if not solved.valid[: len(upright)].any():
+        return []
     turns = np.concatenate([turns, turns[chosen]])
     leans = np.concatenate([np.zeros(len(upright)), leans[chosen]])
     found = [

@@ -16,16 +16,16 @@ from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply, inverse
+from footfall.maps.standing import contacts
 from footfall.planning.step.edges import Array, samples
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, StepSettings
-from footfall.planning.step.situation import Situation, standing_contacts
+from footfall.planning.step.situation import Situation
 from footfall.planning.step.solids import Gap, Solids, part_poses
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import normal_at
 
 SAMPLING = 0.005
 TORQUE_SAMPLING = 0.05
@@ -71,7 +71,7 @@ def recheck(
         _limits(robot, leg, path),
         *_clearances(solids, path, q_path, phases, settings, pulse),
         _straight(robot, state, leg, path),
-        _balance(robot, state, leg, settings, path),
+        _balance(robot, dem, state, leg, settings, path),
         _torque(robot, dem, state, leg, settings, path, pulse),
         _unknown(robot, state, leg, situation.ground, path),
     )
@@ -117,8 +117,8 @@ def _clearances(
     def ground(lift: float, touching: bool) -> Callable[[Array], tuple[int, str] | None]:
         return lambda qs: solids.terrain_collision(qs, lift, touching)
 
-    def ground_gap(lift: float, touching: bool) -> Callable[[Array], tuple[int, Gap]]:
-        return lambda qs: solids.terrain_gap(qs, lift, touching)
+    def ground_gap(lift: float, touching: bool) -> Callable[[Array, float], tuple[int, Gap]]:
+        return lambda qs, below: solids.terrain_gap(qs, lift, touching, below)
 
     every = np.ones(len(q_path), bool)
     return [
@@ -150,7 +150,7 @@ def _clearance(
     name: str,
     collision: Callable[[Array], tuple[int, str] | None],
     dense: list[_Sample],
-    gap: Callable[[Array], tuple[int, Gap]],
+    gap: Callable[[Array, float], tuple[int, Gap]],
     q_path: Array,
     phases: tuple[str, ...],
     chosen: NDArray[np.bool_],
@@ -168,7 +168,7 @@ def _clearance(
     least, at = Gap(np.inf, ""), 0
     for number in numbers:
         pulse()
-        _, found = gap(q_path[number : number + 1])
+        _, found = gap(q_path[number : number + 1], least.spare)
         if found.spare < least.spare:
             least, at = found, int(number)
     # a collision between waypoints has no size here: no number is better than a kind one
@@ -193,10 +193,11 @@ def _straight(robot: Robot, state: RobotState, leg: int, path: list[_Sample]) ->
     return Check("straight lift and lower", worst <= OFF_LINE, OFF_LINE - worst, "m", where)
 
 
-def _balance(robot: Robot, state: RobotState, leg: int, settings: StepSettings, path: list[_Sample]) -> Check:
-    contacts = standing_contacts(robot, state, [i for i in robot.legs if i != leg])
+def _balance(robot: Robot, dem: Dem, state: RobotState, leg: int, settings: StepSettings, path: list[_Sample]) -> Check:
+    others = [i for i in robot.legs if i != leg]
+    feet = contacts(robot, dem, state.posture, state.T_site_base, others).points
     coms = centers_of_mass(robot, state.posture, leg, np.array([s.q for s in path]))
-    found = margins(contacts, apply(state.T_site_base, coms)[:, :2], settings.conservative)
+    found = margins(feet, apply(state.T_site_base, coms)[:, :2], settings.conservative)
     at = int(np.argmin(found))
     spare = float(found[at]) - settings.least_margin
     name = "balance (conservative polygon)" if settings.conservative else "balance (support polygon)"
@@ -214,10 +215,8 @@ def _torque(
 ) -> Check:
     own = slice(6 * leg, 6 * leg + 6)
     others = [i for i in robot.legs if i != leg]
-    contacts = standing_contacts(robot, state, others)
-    normals = normal_at(dem, contacts[:, 0], contacts[:, 1], robot.wheel_radius)
-    unseen = np.asarray(np.isnan(normals).any(axis=1))
-    normals = np.where(unseen[:, None], (0.0, 0.0, 1.0), normals)
+    feet = contacts(robot, dem, state.posture, state.T_site_base, others)
+    unseen = ~feet.seen
     worst, joint, where = 0.0, "", ""
     last: _Sample | None = None
     for s in path:
@@ -227,7 +226,7 @@ def _torque(
         pulse()
         last = s
         posture = _whole(state, own, s.q)
-        check = torque_margin(robot, posture, state.T_site_base, others, normals, settings.friction)
+        check = torque_margin(robot, posture, state.T_site_base, others, feet.normals, settings.friction)
         if check.ratio > worst:
             worst, where = check.ratio, s.where
             joint = check.joint_name if check.feasible else "no contact forces inside friction hold the rover"

@@ -1,0 +1,66 @@
+"""Whether the rover can be where its state says: a plan from a fiction is worth nothing.
+
+Said before any search: every joint inside its limits, every other wheel on the ground that is to carry the rover, and
+neither chassis nor a standing leg below the ground. The leg that is to move is looked at more closely by the
+situation. Where the ground is unknown nothing is said.
+"""
+
+import numpy as np
+
+from footfall.core.frames import apply
+from footfall.core.mesh import Mesh
+from footfall.maps.standing import STANDING_GAP, wheel_gaps
+from footfall.robot.description import PARTS, link_name
+from footfall.robot.ground import surface_points
+from footfall.robot.kinematics import link_poses
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import height_at
+
+SPACING = 0.1
+"""How densely the links' surfaces are compared with the ground [m]."""
+
+
+def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
+    """What makes the state impossible on this ground for a step of ``leg``; empty where nothing does."""
+    return (
+        _outside_limits(robot, state)
+        or _not_on_the_ground(robot, dem, state, [other for other in robot.legs if other != leg])
+        or _below_the_ground(robot, dem, state, leg)
+    )
+
+
+def _outside_limits(robot: Robot, state: RobotState) -> str:
+    q = np.asarray(state.posture)
+    outside = np.maximum(robot.lower - q, q - robot.upper)
+    joint = int(np.argmax(outside))
+    return f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits" if outside[joint] > 0 else ""
+
+
+def _not_on_the_ground(robot: Robot, dem: Dem, state: RobotState, legs: list[int]) -> str:
+    """The supporting wheels that hang over the ground or are farther in it than they can sink."""
+    deepest = robot.description.clearances.wheel_sink + STANDING_GAP
+    found = []
+    for leg, gap in zip(legs, wheel_gaps(robot, dem, state.posture, state.T_site_base, legs), strict=True):
+        if gap > STANDING_GAP:
+            found.append(f"the wheel of leg {leg} is to carry the rover but is {gap:.2f} m above the ground")
+        elif gap < -deepest:
+            found.append(f"the wheel of leg {leg} is {-gap:.2f} m in the ground")
+    return " and ".join(found)
+
+
+def _below_the_ground(robot: Robot, dem: Dem, state: RobotState, moving: int) -> str:
+    """The link, wheels apart, whose surface is deepest under the ground."""
+    parts = [part for part in PARTS if part != "wheel"]
+    links = ["base", *(link_name(leg, part) for leg in robot.legs if leg != moving for part in parts)]
+    poses = link_poses(robot, state.posture)
+    worst, name = STANDING_GAP, ""
+    for link in links:
+        mesh: Mesh = robot.description.meshes[link]
+        points = apply(np.asarray(state.T_site_base) @ poses[link], surface_points(mesh, SPACING))
+        depth = height_at(dem, points[:, 0], points[:, 1]) - points[:, 2]
+        deepest = float(np.max(depth, initial=-np.inf, where=np.isfinite(depth)))
+        if deepest > worst:
+            worst, name = deepest, link
+    return f"{name} is {worst:.2f} m below the ground" if name else ""
