@@ -73,7 +73,6 @@ class TerrainDrawing:
             return
         shown = layer if maps is not None and layer in maps.layers else None
         key = (dem.digest, "texture") if maps is None or shown is None else (maps.digest, shown)
-        self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
         if key not in self._shown:
             rgb = ground_rgb(dem) if maps is None or shown is None else layer_rgb(maps, shown)
             name = f"/terrain/{key[0]}/{key[1]}"
@@ -82,6 +81,8 @@ class TerrainDrawing:
             )
         for other, handle in self._shown.items():
             handle.visible = other == key
+        # after the new one is there, so that the ground is never blank in between
+        self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
 
     def _keep(self, digests: set[str]) -> None:
         for key in [key for key in self._shown if key[0] not in digests]:

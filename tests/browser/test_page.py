@@ -34,10 +34,10 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
     pixels, points = [], []
 
     def click(u: float, v: float) -> dict | None:
-        before = summary(served)["events"]
+        before = summary(served)["footfall"]
         page.mouse.click(box["x"] + u, box["y"] + v)
         try:
-            until(lambda: summary(served)["events"] > before, "a chosen footfall", 8)
+            until(lambda: summary(served)["footfall"] != before, "a chosen footfall", 8)
         except AssertionError:
             return None  # the ray met no ground: a hole, or the edge of the map
         return summary(served)["footfall"]
@@ -52,10 +52,16 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
     for (u, v), (px, py) in zip(pixels, points, strict=True):
         rows += [[px, py, 1, 0, 0, 0, -u * px, -u * py, -u], [0, 0, 0, px, py, 1, -v * px, -v * py, -v]]
     plane_to_pixel = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)  # direct linear transform
-    u, v, w = plane_to_pixel @ (x, y, 1.0)
-    chosen = click(u / w, v / w)
-    assert chosen is not None
-    return chosen
+    aim = np.array([x, y])
+    for _ in range(4):  # the ground is no plane: correct the aim by the miss, as a person would
+        u, v, w = plane_to_pixel @ (*aim, 1.0)
+        chosen = click(u / w, v / w)
+        assert chosen is not None
+        miss = np.array([x - chosen["x"], y - chosen["y"]])
+        if np.hypot(*miss) < 0.1:
+            return chosen
+        aim += miss
+    raise AssertionError(f"the click came no nearer than {np.hypot(*miss):.2f} m")
 
 
 def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -> None:
@@ -91,7 +97,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     look("2-coloured")
 
     clicked = click_ground(page, served, -0.55, 1.65)
-    assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.25
+    assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.1
     held = summary(served)["footfall_answer"]
     expect(page.locator("#footfall-answer")).to_contain_text(f"{held['x']:.3f}", timeout=SLOW)
     look("3-clicked")
@@ -136,10 +142,13 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     look("5-moving")
     last = len(sequence["commands"]) - 1
     until(lambda: any(c["row"] == last and c["state"] == "done" for c in summary(served)["commands"]), "arrival", 180)
-    assert served.sessions.current is not None
-    frame = served.sessions.current.frame
-    assert frame is not None
-    np.testing.assert_allclose(frame.state.posture, sequence["predicted"][-1], atol=1e-6)
+    live = served.sessions.current
+    assert live is not None
+    predicted = np.array(sequence["predicted"][-1])
+    # the acknowledgement may be a tenth of a second ahead of the next telemetry frame
+    until(
+        lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=1e-6), "the predicted posture", 5
+    )
     expect(page.locator("#status-match")).to_have_attribute("data-state", "bad", timeout=SLOW)
     look("6-arrived")
 
@@ -236,7 +245,7 @@ def test_stop_is_in_sight_on_every_screen(page: Page, served: Running, look: Kee
     page.keyboard.press("?")
     box = page.locator("#stop").bounding_box()
     assert box is not None
-    assert 0 <= box["x"]
+    assert box["x"] >= 0
     assert box["x"] + box["width"] <= width
     assert 0 <= box["y"] <= 60
     at = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]

@@ -10,7 +10,7 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.selfmask import displacements, hide_robot, mesh_depths, robot_depths, robot_mask, robot_parts
+from footfall.terrain.selfmask import displacements, mesh_depths, robot_depths, robot_mask, robot_parts
 
 SAG = 0.03
 
@@ -82,18 +82,3 @@ def test_ground_behind_the_rim_stays_and_what_is_as_near_goes():
     assert rim.sum() == 10  # 0.2 m at 2 m are five pixels on each side
     assert row[rim] == pytest.approx(2.25)
     assert (row[~rim & np.isfinite(row)] == 0).all()
-
-
-def test_hiding_needs_the_depth_in_either_image(athlete, rock_snapshot):
-    pair = next(p for p in rock_snapshot.pairs if p.name == "haz1")
-    state = rock_snapshot.state
-    shape = pair.left.shape
-    near = np.full(shape, 20.0, np.float32)
-    far = np.full(shape, 20.0, np.float32)
-    hide_robot(near, pair, athlete, state, np.full(shape, 0.5))
-    hide_robot(far, pair, athlete, state, np.full(shape, 50.0))
-    in_left = robot_mask(athlete, state, pair.camera_left)
-    assert np.isnan(near[in_left]).all()
-    assert np.isnan(near).sum() > np.isnan(far).sum() > 0
-    core = np.isinf(robot_depths(athlete, state, pair.camera_left))
-    assert np.isnan(far[core]).all()

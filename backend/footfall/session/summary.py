@@ -1,5 +1,6 @@
 """A session as plain JSON, for a page that opens."""
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -79,7 +80,7 @@ def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
 
 def fields_of(value: Value) -> dict[str, Any]:
     """The fields of a flat value by name."""
-    return value.__getstate__()
+    return {field.name: getattr(value, field.name) for field in fields(value)}  # type: ignore[arg-type]
 
 
 def view_dict(view: "ViewState") -> dict[str, Any]:

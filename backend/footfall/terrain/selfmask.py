@@ -18,7 +18,7 @@ from footfall.robot.description import JOINTS
 from footfall.robot.kinematics import leg_link_poses, link_poses, wheel_jacobian
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
-from footfall.telemetry.images import Camera, ImagePair
+from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
 
 NEAREST = 0.05
@@ -222,30 +222,3 @@ def _clip_near(triangle: NDArray[np.float64]) -> NDArray[np.float64]:
         if (p[2] >= NEAREST) != (q[2] >= NEAREST):
             kept.append(p + (q - p) * (NEAREST - p[2]) / (q[2] - p[2]))
     return np.array(kept)
-
-
-def hide_robot(
-    disparity: NDArray[np.float32],
-    pair: ImagePair,
-    robot: Robot,
-    state: RobotState,
-    depth: NDArray[np.float64],
-    margin: float = 0.03,
-    extra_px: int = 3,
-    *,
-    encoder_sd: float = ENCODER_SD,
-    sag: float = SAG,
-) -> None:
-    """Set to NaN, in place, disparities that may be the robot's own in either image of a rectified pair.
-
-    disparity, depth: (height, width) of the left image [px], [m], NaN where unknown; pair: its cameras.
-    """
-    in_left, in_right = (
-        robot_depths(robot, state, camera, margin, extra_px, encoder_sd=encoder_sd, sag=sag)
-        for camera in (pair.camera_left, pair.camera_right)
-    )
-    rows, cols = np.nonzero(np.isfinite(disparity))
-    partner = np.clip(np.rint(cols - disparity[rows, cols]).astype(np.int64), 0, disparity.shape[1] - 1)
-    z = depth[rows, cols]
-    hidden = (z <= in_left[rows, cols]) | (z <= in_right[rows, partner])
-    disparity[rows[hidden], cols[hidden]] = np.nan
