@@ -1,6 +1,6 @@
 """A listener that is slow costs a bounded amount of memory, and is not told that old telemetry is fresh."""
 
-# What is looked up here is there by construction; where it is not, the test fails on its own.
+# What is optional is there by construction; where it is not, the test fails on its own.
 # pyright: reportAttributeAccessIssue=false
 # pyright: reportOptionalMemberAccess=false
 

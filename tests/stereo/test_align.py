@@ -1,6 +1,6 @@
 """Alignment with the map, and the map of a moving rover whose pose is wrong."""
 
-# A terrain's layers are optional; a test that meets None fails on its own.
+# What is optional is there by construction; where it is not, the test fails on its own.
 # pyright: reportArgumentType=false
 # pyright: reportCallIssue=false
 # pyright: reportOptionalMemberAccess=false

@@ -1,3 +1,12 @@
+# What is optional is there by construction; where it is not, the test fails on its own.
+# pyright: reportArgumentType=false
+# pyright: reportAttributeAccessIssue=false
+# pyright: reportGeneralTypeIssues=false
+# pyright: reportOperatorIssue=false
+# pyright: reportOptionalMemberAccess=false
+# pyright: reportOptionalOperand=false
+# pyright: reportOptionalSubscript=false
+
 import json
 from dataclasses import replace
 
@@ -22,14 +31,6 @@ CELL = 0.02
 def seen(heights, variance=1e-4, time=100.0, x=0.0, y=0.0, source="left", viewpoint=(0.0, 0.0, 1.0)) -> Dem:
     """A terrain as a snapshot leaves it; NaN = not seen."""
 
-    # A terrain's layers are optional; a test that meets None fails on its own.
-    # pyright: reportArgumentType=false
-    # pyright: reportAttributeAccessIssue=false
-    # pyright: reportGeneralTypeIssues=false
-    # pyright: reportOperatorIssue=false
-    # pyright: reportOptionalMemberAccess=false
-    # pyright: reportOptionalOperand=false
-    # pyright: reportOptionalSubscript=false
     heights = np.asarray(heights, np.float32)
     known = np.isfinite(heights)
     return Dem(

@@ -1,4 +1,8 @@
+# Wrong types are passed on purpose, and named settings are spread.
+# pyright: reportArgumentType=false
+
 import numpy as np
+
 import pytest
 
 from footfall.core.errors import InvalidInput, NotFound
@@ -37,8 +41,6 @@ def test_vignetting_and_gain_are_those_of_the_formula(rng):
 def test_supersampling_gives_edges_the_share_of_a_pixel_that_is_covered(rng):
     """The western half of the image plane is ground; the edge cuts a column of pixels at a known place."""
 
-    # What is looked up here is there by construction; where it is not, the test fails on its own.
-    # pyright: reportArgumentType=false
     half = plane(4.0, 0.5)
     heights = half.heights.copy()
     heights[:, half.geometry.xs > 0.0] = np.nan

@@ -1,6 +1,6 @@
 """Derived views of terrain, clearing an area, and external terrain under the map."""
 
-# A terrain's layers are optional; a test that meets None fails on its own.
+# What is optional is there by construction; where it is not, the test fails on its own.
 # pyright: reportOptionalSubscript=false
 
 from dataclasses import replace
