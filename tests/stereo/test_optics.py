@@ -2,7 +2,6 @@
 # pyright: reportArgumentType=false
 
 import numpy as np
-
 import pytest
 
 from footfall.core.errors import InvalidInput, NotFound
