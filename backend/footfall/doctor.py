@@ -11,6 +11,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 
 from footfall.core.value import SOFTWARE_VERSION
+from footfall.io.bundles import SESSION
 from footfall.resources import sample_sessions_folder, static_folder
 
 LIBRARIES = {
@@ -87,10 +88,10 @@ def _page() -> str:
 
 def _samples() -> str:
     folder = sample_sessions_folder()
-    found = sorted(one.stem for one in folder.iterdir() if not one.name.startswith(".")) if folder.is_dir() else []
-    if not found:
+    names = sorted(path.parent.name for path in folder.glob(f"*/{SESSION}"))
+    if not names:
         raise FileNotFoundError(f"{folder} holds no sample session; install FootFall again")
-    return ", ".join(found)
+    return ", ".join(names)
 
 
 def _loopback() -> str:
