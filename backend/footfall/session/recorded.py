@@ -1,7 +1,7 @@
 """What a session is without its rover: log, state, values, jobs, view and notes, under one lock."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
@@ -15,7 +15,6 @@ from footfall.session.journal import Journal
 from footfall.session.recipes import built_robot
 from footfall.session.shelf import Shelf
 from footfall.session.store import SessionStore
-from footfall.session.summary import view_dict
 from footfall.session.workshop import Workshop
 from footfall.telemetry.state import RobotState
 
@@ -150,7 +149,7 @@ class RecordedSession:
             raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
         with self._journal.lock:
             self._view = replace(self._view, **changes)
-            self._journal.tell("view", view=view_dict(self._view))
+            self._journal.tell("view", view=asdict(self._view))
             return self._view
 
     def add_note(self, text: str) -> None:

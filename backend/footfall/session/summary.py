@@ -1,6 +1,6 @@
 """A session as plain JSON, for a page that opens."""
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -9,7 +9,7 @@ from footfall.core.value import Value
 from footfall.terrain.dem import Dem
 
 if TYPE_CHECKING:
-    from footfall.session.live import LiveSession, ViewState
+    from footfall.session.live import LiveSession
 
 
 def summary(session: "LiveSession") -> dict[str, Any]:
@@ -37,7 +37,7 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "gate": session.gate,
         "commands": [fields_of(one) for one in state.commands],
         "notes": [fields_of(one) for one in state.notes],
-        "view": view_dict(session.view),
+        "view": asdict(session.view),
         "link": session.link.as_dict(),
         "jobs": [job.as_dict() for job in session.jobs],
         "plan_matches_rover": session.plan_matches_rover(),
@@ -81,8 +81,3 @@ def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
 def fields_of(value: Value) -> dict[str, Any]:
     """The fields of a flat value by name."""
     return {field.name: getattr(value, field.name) for field in fields(value)}  # type: ignore[arg-type]
-
-
-def view_dict(view: "ViewState") -> dict[str, Any]:
-    """The view as plain JSON."""
-    return {"leg": view.leg, "layer": view.layer, "scrub": view.scrub, "show_ghost": view.show_ghost}

@@ -65,21 +65,21 @@ def _astar(swing: Swing) -> Answer:
 
 
 def _sbl(swing: Swing) -> Answer:
-    settings = swing.situation.settings
-    path = with_ompl.sbl(
-        swing.space,
-        swing.start,
-        swing.goal,
-        radius=settings.radius,
-        milestones=settings.milestones,
-        seed=settings.seed,
-    )
-    return Answer(path, "" if path is not None else f"SBL placed {settings.milestones} milestones without joining them")
+    path = _searched(swing, with_ompl.sbl)
+    placed = swing.situation.settings.milestones
+    return Answer(path, "" if path is not None else f"SBL placed {placed} milestones without joining them")
 
 
 def _rrtconnect(swing: Swing) -> Answer:
+    path = _searched(swing, with_ompl.rrtconnect)
+    made = swing.situation.settings.milestones
+    return Answer(path, "" if path is not None else f"RRTConnect found no path in {made} iterations")
+
+
+def _searched(swing: Swing, search: Callable[..., Array | None]) -> Array | None:
+    """A sampling search with what the settings say of it."""
     settings = swing.situation.settings
-    path = with_ompl.rrtconnect(
+    return search(
         swing.space,
         swing.start,
         swing.goal,
@@ -87,7 +87,6 @@ def _rrtconnect(swing: Swing) -> Answer:
         milestones=settings.milestones,
         seed=settings.seed,
     )
-    return Answer(path, "" if path is not None else f"RRTConnect found no path in {settings.milestones} iterations")
 
 
 REGISTRY: dict[str, Callable[[Swing], Answer]] = {
