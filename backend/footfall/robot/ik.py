@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import inverse, rotation
+from footfall.core.frames import inverse
+from footfall.robot import ik_kernel
+from footfall.robot.ik_kernel import BRANCHES
 from footfall.robot.kinematics import wheel_pose
+from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
-BRANCHES = 8
-_SINGULAR = 1e-12
-_LIMIT_SLACK = 1e-9  # rad: a joint exactly at its limit survives the rounding of its solution
 
 
 @dataclass(frozen=True)
@@ -44,36 +44,13 @@ def solve_leg(robot: Robot, leg: int, Ts_base_wheel: ArrayLike) -> IkSolutions:
     """
     leg = robot.require_leg(leg)
     spec = robot.description.legs[leg]
-    Ts = np.asarray(Ts_base_wheel, float)
+    Ts = np.ascontiguousarray(Ts_base_wheel, float)
     if Ts.ndim != 3 or Ts.shape[1:] != (4, 4):
         raise InvalidInput("wheel poses need the shape (n, 4, 4)", shape=list(Ts.shape))
-    Ts_hip_wheel = inverse(spec.T_base_hip) @ Ts
-    R = Ts_hip_wheel[:, :3, :3]
-    ankle = Ts_hip_wheel[:, :3, 3] - spec.foot * R[:, :, 0]
-
-    q = np.empty((len(Ts), 2, 2, 2, 6))
-    yaw = np.arctan2(ankle[:, 1], ankle[:, 0])
-    reach = np.hypot(ankle[:, 0], ankle[:, 1])
-    down = spec.hip_offset[2] - ankle[:, 2]
-    l1, l2 = spec.thigh, spec.shank
-    for shoulder in (0, 1):
-        q0 = yaw + math.pi * shoulder
-        out = (reach if shoulder == 0 else -reach) - spec.hip_offset[0]
-        cos_knee = (out**2 + down**2 - l1**2 - l2**2) / (2 * l1 * l2)
-        with np.errstate(invalid="ignore"):
-            # a pose at full stretch may overshoot by rounding
-            bend = np.arccos(np.where(np.abs(cos_knee) < 1 + 1e-12, np.clip(cos_knee, -1, 1), np.nan))
-        for elbow in (0, 1):
-            q2 = bend if elbow == 0 else -bend
-            q1 = np.arctan2(down, out) - np.arctan2(l2 * np.sin(q2), l1 + l2 * np.cos(q2))
-            R_hip_knee = rotation("z", q0) @ rotation("y", q1 + q2)
-            for wrist, angles in enumerate(_wrist(np.swapaxes(R_hip_knee, -1, -2) @ R)):
-                q[:, shoulder, elbow, wrist, :3] = np.stack([q0, q1, q2], axis=-1)
-                q[:, shoulder, elbow, wrist, 3:] = angles
-    q = q.reshape(len(Ts), BRANCHES, 6)
-    q[np.isnan(q).any(axis=-1)] = np.nan
-    lower, upper = robot.lower[6 * leg : 6 * leg + 6], robot.upper[6 * leg : 6 * leg + 6]
-    return IkSolutions(*_into_limits(q, lower, upper))
+    own = slice(6 * leg, 6 * leg + 6)
+    q, valid = np.empty((len(Ts), BRANCHES, 6)), np.empty((len(Ts), BRANCHES), bool)
+    ik_kernel.solve_poses(leg_lengths(spec), inverse(spec.T_base_hip), Ts, robot.lower[own], robot.upper[own], q, valid)
+    return IkSolutions(q, valid)
 
 
 def wheel_pose_for_contact(
@@ -128,28 +105,3 @@ def leg_azimuth(robot: Robot, leg: int, T_site_base: ArrayLike) -> float:
     """Azimuth in site of the leg's radially outward direction [rad]: the default heading of its wheel."""
     out = np.asarray(T_site_base, float)[:3, :3] @ robot.description.legs[leg].T_base_hip[:3, 0]
     return math.atan2(out[1], out[0])
-
-
-def _wrist(R: Array) -> tuple[Array, Array]:
-    """Both solutions (n, 3) of R = Rx(a) Ry(b) Rx(c), b ≥ 0 first. Where b is 0 or π, a is 0."""
-    sin_b = np.hypot(R[:, 1, 0], R[:, 2, 0])
-    b = np.arctan2(sin_b, R[:, 0, 0])
-    a = np.where(sin_b > _SINGULAR, np.arctan2(R[:, 1, 0], -R[:, 2, 0]), 0.0)
-    # c from what a and b leave over: near b = 0 an error in a is then undone by c
-    rest = np.swapaxes(rotation("x", a) @ rotation("y", b), -1, -2) @ R
-    c = np.arctan2(rest[:, 2, 1], rest[:, 1, 1])
-    return np.stack([a, b, c], axis=-1), np.stack([a + math.pi, -b, c + math.pi], axis=-1)
-
-
-def _into_limits(q: Array, lower: Array, upper: Array) -> tuple[Array, NDArray[np.bool_]]:
-    two_pi = 2 * math.pi
-    q = q - two_pi * np.ceil((q - math.pi) / two_pi)  # (−π, π]
-    # Limits such as −110…180 hold the value or its turn by 2π, whichever lies inside.
-    for turn in (two_pi, -two_pi):
-        outside = (q < lower - _LIMIT_SLACK) | (q > upper + _LIMIT_SLACK)
-        turned = q + turn
-        fits = (turned >= lower - _LIMIT_SLACK) & (turned <= upper + _LIMIT_SLACK)
-        q = np.where(outside & fits, turned, q)
-    inside = (q >= lower - _LIMIT_SLACK) & (q <= upper + _LIMIT_SLACK)
-    q = np.where(inside, np.clip(q, lower, upper), q)
-    return q, np.all(inside, axis=-1, keepdims=True)[..., 0]

@@ -1,0 +1,264 @@
+"""A fast check of one moving leg that is sure where it says free: compiled, microseconds for a configuration.
+
+:class:`LegClearance` answers "certified free" or "unsure" for the same leg, stance, ground and distances as
+:class:`~footfall.robot.collision.CollisionScene`. Certified free implies that the exact check says free. That is
+proven, not sampled:
+
+1. *Links.* Each link is inside a convex shell (shells.py). Two links are certified only by a direction in which their
+   shells are at least the required distance apart (separation.py). The checked pairs are those of CollisionScene. One
+   shell cannot be inside another that it is apart from, so this is more than the exact check of surfaces asks.
+2. *Ground.* Each part's surface is covered by balls (cover.py). Let a ball have radius ρ and the part the required
+   distance δ. It is certified where a ball of radius ρ + δ around the same point is clear of the ground
+   and has no ground above it (ground_tables.py). A point of the part's surface lies in a certified ball, at most ρ from
+   its middle, and every point of the ground is at least ρ + δ from that middle, so they are at least δ apart.
+3. *Below the ground.* The exact check also says no where the middle m of a part has ground above it within the
+   part's inner ball (ground.py), so the ground's point s is beside a point x at the height of m inside the closed mesh.
+   The vertical line down from x leaves the mesh at a point y of its surface, in a certified ball with middle p.
+   Ground in the column of y is below the lower half of the ball of radius ρ + δ around p, and y is not:
+   s_z ≤ p_z − √((ρ + δ)² − d²) ≤ p_z − √(ρ² − d²) ≤ y_z ≤ x_z = m_z, with d the horizontal distance of y and p.
+   So the exact check finds nothing below the ground either.
+
+The wheel in mode "true" is the smaller wheel of the exact check with δ = 0. Unknown ground is no obstacle, as there.
+Every distance is required with SLACK more. That is above what the two computations may differ by: rounding, the
+exact check's tolerance (1e-6 m), and an orientation of the base that is orthogonal to 1e-6 only (see
+``require_transform``), which moves points 3 m away by up to 1e-5 m. In the other direction nothing is promised: what
+is unsure may be free.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import require_transform
+from footfall.core.grid import GridGeometry
+from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
+from footfall.robot.cover import BallTree, ball_tree
+from footfall.robot.description import PARTS, RobotDescription, link_name
+from footfall.robot.ground_tables import GroundTables, ground_tables
+from footfall.robot.kinematics import leg_link_poses
+from footfall.robot.leg_clearance_kernel import (
+    NO_GROUND,
+    RAISED_GROUND,
+    TRUE_GROUND,
+    LegTables,
+    legs_are_clear,
+)
+from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.model import Robot
+from footfall.robot.shells import CENTER, REACH, shells
+
+Array = NDArray[np.float64]
+
+MODES = {"none": NO_GROUND, "true": TRUE_GROUND, "raised": RAISED_GROUND}
+"""Ground modes of CollisionScene and of the compiled check."""
+
+SLACK = 1e-4
+"""Added to every required distance [m]."""
+
+_SAME_TABLE = 0.02
+"""Balls share a table of the ground where their radii differ by no more than this share."""
+
+_COVERED = (*PARTS, TOUCHING_WHEEL)
+
+
+def clearance_ground(
+    robot: Robot,
+    heights: ArrayLike,
+    geometry: GridGeometry,
+    clearance: float = 0.0,
+    around: ArrayLike | None = None,
+    within: float = np.inf,
+) -> GroundTables:
+    """The ground as LegClearance needs it: made once for a terrain, it serves every leg and stance.
+
+    heights: (rows, cols) [m], NaN where unknown. clearance: the largest that a LegClearance will use it with [m].
+    around, within: (x, y) and radius [m] of the part that is needed, where the whole would be too much: one leg
+    needs its hip's x, y and :func:`leg_reach`. Raises InvalidInput where heights and geometry don't fit together
+    and where the ground is too large to be made whole.
+    """
+    _require_distance("clearance", clearance)
+    radii = np.unique(np.concatenate(_required_radii(robot.description, clearance)))
+    classes = []
+    while len(radii):
+        classes.append(radii[-1])
+        radii = radii[radii < (1 - _SAME_TABLE) * radii[-1]]
+    return ground_tables(heights, geometry, classes, around, within)
+
+
+def leg_reach(robot: Robot) -> float:
+    """How far from its hip-yaw joint the middle of any ball of a leg may get [m]."""
+    leg, cover = robot.description.legs[0], _covers(_ByDigest(robot.description))
+    lengths = (0.0, float(np.linalg.norm(leg.hip_offset)), leg.thigh, 0.0, leg.shank, 0.0, leg.foot, 0.0)
+    sizes = [np.linalg.norm(cover[part].centers, axis=1).max() for part in _COVERED]
+    return float((np.cumsum(lengths) + sizes).max())
+
+
+class LegClearance:
+    """One leg moves; chassis, payload, the other legs and the ground are frozen.
+
+    posture: (legs × 6,) [rad], used for the frozen legs. T_site_base: (4, 4). ground: of :func:`clearance_ground`,
+    or None. clearance: added to every δ [m]. raise_terrain: for the ground mode "raised" [m].
+    ``tables`` is what the compiled :func:`~footfall.robot.leg_clearance_kernel.leg_is_clear` takes.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        posture: ArrayLike,
+        leg: int,
+        T_site_base: ArrayLike,
+        ground: GroundTables | None = None,
+        clearance: float = 0.0,
+        raise_terrain: float = 0.0,
+    ) -> None:
+        _require_distance("clearance", clearance)
+        _require_distance("raise_terrain", raise_terrain)
+        q, self.leg = robot.require_posture(posture), robot.require_leg(leg)
+        T_site_base = require_transform(T_site_base, "T_site_base")
+        description = robot.description
+        shell_table, points = _shells(_ByDigest(description))
+        poses, shell_of, required, groups = _frozen(robot, q, self.leg, T_site_base, clearance)
+        middles = (poses[:, :, :3] @ shell_table[shell_of, CENTER : CENTER + 3, None])[..., 0] + poses[:, :, 3]
+        reach = shell_table[shell_of, REACH]
+        T_site_hip = T_site_base @ description.legs[self.leg].T_base_hip
+        if ground is not None:
+            _require_region(ground, T_site_hip, leg_reach(robot))
+        balls, trees = _balls(description, ground, clearance)
+        self._has_ground = ground is not None
+        self.tables = LegTables(
+            T_site_hip=T_site_hip[:3].copy(),
+            lengths=leg_lengths(description.legs[self.leg]),
+            shells=shell_table,
+            points=points,
+            own=_own_pairs(description, clearance),
+            frozen_poses=poses,
+            frozen=np.column_stack([middles, reach, shell_of.astype(float)]),
+            required=required,
+            groups=np.array([_group(first, last, middles, reach, required) for first, last in groups]),
+            balls=balls,
+            trees=trees,
+            lift=np.array([0.0, raise_terrain]),
+            ground=ground.heights if ground is not None else np.zeros(0),
+            ground_layout=ground.layout if ground is not None else np.zeros((0, 6)),
+        )
+
+    def certified(self, qs: ArrayLike, terrain: str = "raised") -> NDArray[np.bool_]:
+        """Which joint vectors (n, 6) [rad] are proven to be free, (n,); terrain: "none", "true" or "raised"."""
+        rows = np.ascontiguousarray(qs, float)
+        if rows.ndim != 2 or rows.shape[1] != 6:
+            raise InvalidInput("legs need n × 6 joint angles [rad]", shape=list(rows.shape))
+        if terrain not in MODES:
+            raise InvalidInput(f"terrain is one of {', '.join(MODES)}", terrain=terrain)
+        return legs_are_clear(rows, self.tables, MODES[terrain] if self._has_ground else NO_GROUND)
+
+
+def _frozen(
+    robot: Robot, q: Array, leg: int, T_site_base: Array, clearance: float
+) -> tuple[Array, NDArray[np.int64], Array, list[tuple[int, int]]]:
+    """Poses (f, 3, 4), shells (f,), required distances (7, f) and groups of what does not move."""
+    deltas = robot.description.clearances
+    poses, shell_of = [T_site_base], [len(PARTS)]
+    required = [[deltas.chassis.get(part) for part in PARTS]]
+    groups = [(0, 1)]
+    if robot.description.payload is not None:
+        poses.append(T_site_base)
+        shell_of.append(len(PARTS) + 1)
+        required.append([deltas.payload] * len(PARTS))
+        groups.append((1, 2))
+    for other in robot.legs:
+        if other != leg:
+            Ts_base_link = leg_link_poses(robot, q[6 * other : 6 * other + 6], other)
+            groups.append((len(poses), len(poses) + len(PARTS)))
+            poses += [T_site_base @ Ts_base_link[link_name(other, part)] for part in PARTS]
+            shell_of += range(len(PARTS))
+            required += [[deltas.other_leg] * len(PARTS)] * len(PARTS)
+    distances = [[-1.0 if delta is None else delta + clearance + SLACK for delta in row] for row in required]
+    return np.array(poses)[:, :3].copy(), np.array(shell_of), np.array(distances).T.copy(), groups
+
+
+def _group(first: int, last: int, middles: Array, reach: Array, required: Array) -> tuple[float, ...]:
+    middle = middles[first:last].mean(axis=0)
+    radius = float((np.linalg.norm(middles[first:last] - middle, axis=1) + reach[first:last]).max())
+    return float(first), float(last), *middle, radius + float(required[:, first:last].max())
+
+
+def _own_pairs(description: RobotDescription, clearance: float) -> Array:
+    pairs = [
+        (PARTS.index(pair.part_a), PARTS.index(pair.part_b), pair.distance + clearance + SLACK)
+        for pair in description.clearances.own_leg
+    ]
+    return np.array(pairs, float).reshape(-1, 3)
+
+
+def _balls(
+    description: RobotDescription, ground: GroundTables | None, clearance: float
+) -> tuple[Array, NDArray[np.int64]]:
+    """Rows of ``LegTables.balls`` and the trees of both ground modes."""
+    trees = np.zeros((2, len(PARTS), 2), np.int64)
+    if ground is None:
+        return np.zeros((0, 5)), trees
+    rows, start = [], 0
+    for part, radii in zip(_COVERED, _required_radii(description, clearance), strict=True):
+        tree = _covers(_ByDigest(description))[part]
+        if radii.max() > ground.radii[-1]:
+            raise InvalidInput("the ground was made for a smaller clearance", clearance=clearance)
+        rows.append(np.column_stack([tree.centers, np.searchsorted(ground.radii, radii), tree.skip + start]))
+        end = start + len(radii)
+        if part == TOUCHING_WHEEL:
+            trees[TRUE_GROUND, -1] = start, end
+        else:
+            trees[:, PARTS.index(part)] = start, end
+        start = end
+    return np.concatenate(rows).astype(float), trees
+
+
+def _required_radii(description: RobotDescription, clearance: float) -> list[Array]:
+    """ρ + δ of the balls of each covered part [m]."""
+    deltas = {part: delta + clearance for part, delta in description.clearances.terrain.items()}
+    deltas[TOUCHING_WHEEL] = 0.0
+    return [_covers(_ByDigest(description))[part].radii + deltas[part] + SLACK for part in _COVERED]
+
+
+def _require_region(ground: GroundTables, T_site_hip: Array, reach: float) -> None:
+    x, y, radius = ground.region
+    if np.hypot(T_site_hip[0, 3] - x, T_site_hip[1, 3] - y) + reach > radius + SLACK:
+        raise InvalidInput(
+            "the ground was cut out around another place than this leg's",
+            around=[x, y],
+            within=radius,
+            hip=T_site_hip[:2, 3].tolist(),
+            reach=reach,
+        )
+
+
+class _ByDigest:
+    """A description as the key of a cache: equal content is equal, in whatever object it came."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        self.description = description
+
+    def __hash__(self) -> int:
+        return hash(self.description.digest)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ByDigest) and self.description.digest == other.description.digest
+
+
+@lru_cache(maxsize=8)
+def _covers(key: _ByDigest) -> dict[str, BallTree]:
+    meshes = robot_meshes(key.description)
+    return {part: ball_tree(meshes[part]) for part in _COVERED}
+
+
+@lru_cache(maxsize=8)
+def _shells(key: _ByDigest) -> tuple[Array, Array]:
+    """Shells of the leg's parts in order, then of the chassis and the payload."""
+    meshes = robot_meshes(key.description)
+    return shells([meshes[name] for name in (*PARTS, "base", PAYLOAD) if name in meshes])
+
+
+def _require_distance(name: str, distance: float) -> None:
+    if not 0 <= distance < np.inf:
+        raise InvalidInput(f"{name} must be finite and not negative [m]", **{name: distance})
