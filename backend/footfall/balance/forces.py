@@ -49,7 +49,7 @@ def distribute(
     mass [kg], gravity [m/s²]; friction: coefficient. Each force lies in the friction pyramid of its
     contact. Raises InvalidInput for wrong shapes and numbers that are not finite or not positive.
     """
-    points, center = _checked(contacts, com, mass, gravity)
+    points, center = require_masses(contacts, com, mass, gravity)
     faces = facets(normals, friction)
     if len(faces) != len(points):
         raise InvalidInput("each contact needs one normal", contacts=len(points), normals=len(faces))
@@ -89,7 +89,8 @@ def _least_distance(rows: Array, bounds: Array) -> Array | None:
     return -residual[:-1] / residual[-1]
 
 
-def _checked(contacts: ArrayLike, com: ArrayLike, mass: float, gravity: float) -> tuple[Array, Array]:
+def require_masses(contacts: ArrayLike, com: ArrayLike, mass: float, gravity: float) -> tuple[Array, Array]:
+    """Contacts (k, 3) and centre of mass (3,); raises InvalidInput unless finite, and mass and gravity above zero."""
     points, center = np.asarray(contacts, float), np.asarray(com, float)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InvalidInput("contacts need k × 3 finite numbers [m]", shape=list(points.shape))

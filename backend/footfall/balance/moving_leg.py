@@ -27,17 +27,28 @@ def centers_of_mass(robot: Robot, posture: ArrayLike, leg: int, qs_leg: ArrayLik
     return (rest + _first_moments(robot, leg, qs)) / robot.mass
 
 
-def _first_moments(robot: Robot, leg: int, qs: Array) -> Array:
-    """Σ mass × position of the leg's bodies in base, (n, 3) [kg·m]."""
+def leg_links(robot: Robot, leg: int, qs: Array) -> tuple[Array, Array]:
+    """Origins (n, 6, 3) [m] and rotations (n, 6, 3, 3), in base, of the links of a leg's joints at qs (n, 6) [rad]."""
     placements = robot.leg_models[leg].jointPlacements
     R = np.broadcast_to(np.eye(3), (len(qs), 3, 3))
     origin = np.zeros((len(qs), 3))
-    moment = np.zeros((len(qs), 3))
+    origins, rotations = np.empty((len(qs), 6, 3)), np.empty((len(qs), 6, 3, 3))
     for i, (_, axis) in enumerate(JOINTS):
         placement = placements[i + 1]
         origin = origin + R @ placement.translation
         R = R @ (placement.rotation @ rotation(axis, qs[:, i]))
-        # the wheel is fixed to the last joint's body, which carries its mass
-        body = robot.model.inertias[6 * leg + i + 1]
-        moment += body.mass * (origin + R @ body.lever)
-    return moment
+        origins[:, i], rotations[:, i] = origin, R
+    return origins, rotations
+
+
+def body_moments(robot: Robot, leg: int, origins: Array, rotations: Array) -> tuple[Array, Array]:
+    """Mass (6,) [kg] of each of the leg's links and mass × position in base (n, 6, 3) [kg·m]; see :func:`leg_links`."""
+    # the wheel is fixed to the last joint's body, which carries its mass
+    bodies = [robot.model.inertias[6 * leg + i + 1] for i in range(6)]
+    mass, levers = np.array([body.mass for body in bodies]), np.array([body.lever for body in bodies])
+    return mass, mass[:, None] * (origins + (rotations @ levers[:, :, None])[..., 0])
+
+
+def _first_moments(robot: Robot, leg: int, qs: Array) -> Array:
+    """Σ mass × position of the leg's bodies in base, (n, 3) [kg·m]."""
+    return body_moments(robot, leg, *leg_links(robot, leg, qs))[1].sum(axis=1)

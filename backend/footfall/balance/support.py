@@ -15,19 +15,56 @@ D. Wettergreen, H. Thomas, C. Thorpe, "Planning strategies for the Ambler walkin
 Conf. on Systems Engineering, 1990 (the conservative support polygon).
 """
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.support_kernel import COINCIDENT, MOST_FEET, NONE, ON_LINE, candidate_margins
 from footfall.core.errors import InvalidInput
 from footfall.core.polygon import clip, convex_hull
 
 Array = NDArray[np.float64]
 
-COINCIDENT = 1e-9
-"""Feet nearer to each other than this share of the stance's size count as one place."""
 
-ON_LINE = 1e-12
-"""A foot nearer to a line than this share of the stance's size lies on it."""
+class Edges(NamedTuple):
+    """The lines that bound a support polygon: inside where normal · p ≤ offset for every row.
+
+    normals: (m, 2) unit, outward; offsets: (m,) [m]; start, end: (m,) the feet that the line leads along, the inside to
+    its left; lost: (m,) the foot beyond the line, whose loss makes it an edge, or −1 where none is.
+    """
+
+    normals: Array
+    offsets: Array
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    lost: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SupportMargin:
+    """Margin of a centre of mass and what binds it.
+
+    margin: [m], positive inside. feet: the rows of the two feet along the binding edge, or None where there is no
+    polygon. edge: (2, 2) where they are [m]. lost: the foot without which that edge bounds the stance; None for an edge
+    of all feet. reason: why there is no polygon or no area; else empty.
+    """
+
+    margin: float
+    feet: tuple[int, int] | None
+    edge: Array | None
+    lost: int | None
+    reason: str
+
+
+class CandidateMargins(NamedTuple):
+    """margins: (n,) [m]; pairs: (n,) uint8, 16 · start + end of the binding edge's feet, rows of the fixed feet and
+    their count for the candidate; lost: (n,) uint8, the foot whose loss binds. NONE (255) where there is none."""
+
+    margins: Array
+    pairs: NDArray[np.uint8]
+    lost: NDArray[np.uint8]
 
 
 def support_polygon(contacts: ArrayLike) -> Array:
@@ -71,10 +108,18 @@ def half_planes(contacts: ArrayLike, conservative: bool) -> tuple[Array, Array]:
 
     No rows at all where there is no polygon: feet on one line, fewer than three (conservative: four).
     """
+    found = edges(contacts, conservative)
+    return found.normals, found.offsets
+
+
+def edges(contacts: ArrayLike, conservative: bool) -> Edges:
+    """:func:`half_planes` and the feet that each of them comes from."""
     points = _horizontal(contacts, "contacts")
     count = len(points)
+    nobody = np.zeros(0, np.int64)
+    nothing = Edges(np.zeros((0, 2)), np.zeros(0), nobody, nobody, nobody)
     if count < (4 if conservative else 3):
-        return np.zeros((0, 2)), np.zeros(0)
+        return nothing
     center = points.mean(axis=0)
     local = points - center
     size = float(np.ptp(local, axis=0).max())
@@ -82,13 +127,16 @@ def half_planes(contacts: ArrayLike, conservative: bool) -> tuple[Array, Array]:
     along = local[end] - local[start]
     length = np.hypot(along[:, 0], along[:, 1])
     line = length > COINCIDENT * size
-    normals = np.column_stack([along[line, 1], -along[line, 0]]) / length[line, None]
-    offsets = np.einsum("ij,ij->i", normals, local[start[line]])
+    start, end, along, length = start[line], end[line], along[line], length[line]
+    normals = np.column_stack([along[:, 1], -along[:, 0]]) / length[:, None]
+    offsets = np.einsum("ij,ij->i", normals, local[start])
     beyond = local @ normals.T - offsets
     if not (beyond > COINCIDENT * size).any():
-        return np.zeros((0, 2)), np.zeros(0)
-    kept = (beyond > ON_LINE * size).sum(axis=0) <= int(conservative)
-    return normals[kept], offsets[kept] + normals[kept] @ center
+        return nothing
+    outside = beyond > ON_LINE * size
+    kept = outside.sum(axis=0) <= int(conservative)
+    lost = np.where(outside.any(axis=0), outside.argmax(axis=0), -1)
+    return Edges(normals[kept], offsets[kept] + normals[kept] @ center, start[kept], end[kept], lost[kept])
 
 
 def margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -> float:
@@ -104,6 +152,28 @@ def margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -
     if com.shape != (2,):
         raise InvalidInput("the centre of mass needs x and y [m]", shape=list(com.shape))
     return float(margins(contacts, com[None], conservative)[0])
+
+
+def support_margin(contacts: ArrayLike, com_xy: ArrayLike, conservative: bool = False) -> SupportMargin:
+    """:func:`margin` with what binds it: the feet, the edge between them, and the leg whose loss would count."""
+    points = _horizontal(contacts, "contacts")
+    com = np.asarray(com_xy, float)
+    if com.shape != (2,) or not np.isfinite(com).all():
+        raise InvalidInput("the centre of mass needs finite x and y [m]", shape=list(com.shape))
+    found = edges(points, conservative)
+    if len(found.offsets) == 0:
+        need = 4 if conservative else 3
+        reason = f"{len(points)} feet: a{' conservative' if conservative else ''} support polygon needs {need}"
+        if len(points) >= need:
+            reason = f"the {len(points)} feet stand on one line or in one place"
+        return SupportMargin(-np.inf, None, None, None, reason)
+    spare = found.offsets - found.normals @ com
+    at = int(np.argmin(spare))
+    feet = int(found.start[at]), int(found.end[at])
+    lost = int(found.lost[at]) if found.lost[at] >= 0 else None
+    pointlike = conservative and len(conservative_polygon(points)) < 3
+    reason = f"what survives the loss of any one of the {len(points)} feet has no area" if pointlike else ""
+    return SupportMargin(float(spare[at]), feet, points[list(feet)], lost, reason)
 
 
 def margins(contacts: ArrayLike, coms_xy: ArrayLike, conservative: bool = False) -> Array:
@@ -126,6 +196,13 @@ def margins_for_candidates(
     where the centre of mass moves with the candidate. A candidate with NaN, or with a NaN centre of
     mass, gets NaN. Raises InvalidInput where fixed_contacts are not finite or the shapes don't fit.
     """
+    return bindings_for_candidates(fixed_contacts, candidates, com_xy, conservative).margins
+
+
+def bindings_for_candidates(
+    fixed_contacts: ArrayLike, candidates: ArrayLike, com_xy: ArrayLike, conservative: bool = False
+) -> CandidateMargins:
+    """:func:`margins_for_candidates` with the pair of feet that binds, and the lost leg, for each candidate."""
     fixed = _horizontal(fixed_contacts, "fixed_contacts")
     moved = np.asarray(candidates, float)
     coms = np.asarray(com_xy, float)
@@ -133,48 +210,19 @@ def margins_for_candidates(
         raise InvalidInput("candidates need n × 2 numbers [m]", shape=list(moved.shape))
     if coms.shape not in ((2,), moved.shape):
         raise InvalidInput("com_xy needs two numbers, or two for each candidate", shape=list(coms.shape))
-    unknown = np.logical_not(np.isfinite(moved).all(axis=1) & np.isfinite(coms).all(axis=-1))
-    count = len(fixed) + 1
-    if count < (4 if conservative else 3):
-        return np.where(unknown, np.nan, -np.inf)
-    center = fixed.mean(axis=0)
-    moved = np.where(unknown[:, None], center, moved)
-    coms = np.where(unknown[:, None], center, coms)
-    # one array of x and one of y per foot: length 1 for a foot that stays, n for the candidates
-    feet = [*map(tuple, np.atleast_3d(fixed - center)), tuple((moved - center).T)]
-    com_x, com_y = (coms - center).T
-    size = _size(feet)
-    allowed = int(conservative)
-    least = np.full(len(moved), np.inf)
-    spread = np.zeros(len(moved))
-    for a in range(count):
-        for b in range(a + 1, count):
-            ax, ay = feet[a]
-            nx, ny = feet[b][1] - ay, ax - feet[b][0]
-            length = np.hypot(nx, ny)
-            line = length > COINCIDENT * size
-            scale = np.where(line, length, 1.0)
-            nx, ny = nx / scale, ny / scale
-            right = np.zeros(1, np.int64)
-            left = np.zeros(1, np.int64)
-            for c in range(count):
-                if c not in (a, b):
-                    beyond = (feet[c][0] - ax) * nx + (feet[c][1] - ay) * ny
-                    right = right + (beyond > ON_LINE * size)
-                    left = left + (beyond < -ON_LINE * size)
-                    np.fmax(spread, np.where(line, np.abs(beyond), 0.0), out=spread)
-            com_beyond = (com_x - ax) * nx + (com_y - ay) * ny
-            np.fmin(least, np.where(line & (right <= allowed), -com_beyond, np.inf), out=least)
-            np.fmin(least, np.where(line & (left <= allowed), com_beyond, np.inf), out=least)
-    least[spread <= COINCIDENT * size] = -np.inf
-    least[unknown] = np.nan
-    return least
+    if len(fixed) >= MOST_FEET:
+        raise InvalidInput(f"a stance has at most {MOST_FEET} feet", feet=len(fixed) + 1)
+    # far from the origin of the site the differences of the products would lose digits
+    center = fixed.mean(axis=0) if len(fixed) else np.zeros(2)
+    found = CandidateMargins(np.empty(len(moved)), np.empty(len(moved), np.uint8), np.empty(len(moved), np.uint8))
+    coms = np.broadcast_to(coms - center, moved.shape)
+    candidate_margins(fixed - center, moved - center, coms, int(conservative), *found)
+    return found
 
 
-def _size(feet: list[tuple[Array, ...]]) -> Array:
-    """Larger side of the box around the feet, one for each candidate."""
-    sides = [np.ptp(np.broadcast_arrays(*axis), axis=0) for axis in zip(*feet, strict=True)]
-    return np.maximum(sides[0], sides[1])
+def pair_of(code: int) -> tuple[int, int] | None:
+    """The two feet of a code of :class:`CandidateMargins`, start and end of the edge; None for NONE."""
+    return None if code == NONE else (int(code) >> 4, int(code) & 15)
 
 
 def _merged(corners: Array, distance: float) -> Array:

@@ -13,17 +13,18 @@ terrain", International Journal of Robotics Research 27, 2008 (equilibrium with 
 from collections.abc import Sequence
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linprog
 
-from footfall.balance.cones import generators
-from footfall.balance.forces import GRAVITY, equilibrium_matrix
+from footfall.balance.cones import facets, unit_normals
+from footfall.balance.forces import GRAVITY
+from footfall.balance.posture_statics import PostureStatics
+from footfall.balance.region import require_stance
+from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
 from footfall.core.value import Value, value
-from footfall.robot.ik import contact_point
-from footfall.robot.kinematics import center_of_mass, gravity_torques
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -52,32 +53,13 @@ class TorqueCheck(Value):
         return self.feasible and self.ratio <= 1.0
 
 
-def contact_jacobian(robot: Robot, posture: ArrayLike, leg: int, point_base: ArrayLike) -> Array:
-    """d(point) / d(joint angles of the leg), (3, 6) [m/rad], in base.
-
-    point_base: (3,) [m], thought fixed to the leg's last link (the wheel is locked).
-    """
-    q = robot.require_posture(posture)[6 * leg : 6 * leg + 6]
-    model = robot.leg_models[leg]
-    data = model.createData()
-    pin.computeJointJacobians(model, data, q)
-    J = pin.getJointJacobian(model, data, 6, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-    arm = np.asarray(point_base, float) - data.oMi[6].translation
-    return J[:3] + np.cross(J[3:].T, arm).T
-
-
 def contact_points(
     robot: Robot, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int], normals: ArrayLike
 ) -> Array:
     """Lowest rim points of some wheels along the ground's normals (k, 3), in site, (k, 3) [m]."""
-    directions = np.asarray(normals, float)
-    if directions.shape != (len(legs), 3):
-        raise InvalidInput("each supporting leg needs one normal", legs=len(legs), normals=list(directions.shape))
-    points = [
-        contact_point(robot, posture, robot.require_leg(leg), T_site_base, normal)
-        for leg, normal in zip(legs, directions, strict=True)
-    ]
-    return np.array(points).reshape(-1, 3)
+    return PostureStatics(robot, posture).contacts(
+        *_standing(robot, legs, normals), require_transform(T_site_base, "T_site_base")
+    )
 
 
 def holding_torques(
@@ -96,11 +78,12 @@ def holding_torques(
     work of the ground's forces.
     """
     T_site_base = require_transform(T_site_base, "T_site_base")
-    torques = gravity_torques(robot, posture, T_site_base[:3, :3], gravity)
+    statics = PostureStatics(robot, posture)
+    torques = statics.gravity_torques(T_site_base[2, :3], gravity)
     points_base = apply(inverse(T_site_base), np.asarray(contacts, float).reshape(-1, 3))
     forces_base = np.asarray(forces, float).reshape(-1, 3) @ T_site_base[:3, :3]
-    for leg, point, force in zip(legs, points_base, forces_base, strict=True):
-        torques[6 * leg : 6 * leg + 6] -= contact_jacobian(robot, posture, leg, point).T @ force
+    J = statics.contact_jacobians(legs, points_base)
+    torques.reshape(-1, 6)[list(legs)] -= (forces_base[:, None] @ J)[:, 0]
     return torques
 
 
@@ -113,58 +96,70 @@ def torque_margin(
     friction: float = 0.6,
     gravity: float = GRAVITY,
 ) -> TorqueCheck:
+    """:func:`torque_check` with friction and gravity [m/s²] alone. Raises InvalidInput as it does."""
+    settings = BalanceSettings(friction=friction, gravity=gravity)
+    return torque_check(robot, posture, T_site_base, legs, normals, settings)
+
+
+def torque_check(
+    robot: Robot,
+    posture: ArrayLike,
+    T_site_base: ArrayLike,
+    legs: Sequence[int],
+    normals: ArrayLike,
+    settings: BalanceSettings,
+) -> TorqueCheck:
     """Least torque ratio with the wheels of ``legs`` on the ground and the others in the air.
 
-    normals: (k, 3) of the ground under each of those legs, site; friction: coefficient, eight-sided pyramids.
-    Raises InvalidInput for legs that don't exist or stand twice, and for wrong shapes.
+    normals: (k, 3) of the ground under each of those legs, site. Friction pyramids, gravity, its direction and the
+    payload are those of the settings. Raises InvalidInput for legs that don't exist or stand twice, for wrong shapes
+    and for normals that don't point up, against gravity.
     """
-    posture = robot.require_posture(posture)
     T_site_base = require_transform(T_site_base, "T_site_base")
     if len(set(legs)) != len(legs):
         raise InvalidInput("a leg stands only once among the supporting legs", legs=list(legs))
-    if not 0 < gravity < np.inf:
-        raise InvalidInput("gravity must be above zero [m/s²]", gravity=gravity)
-    contacts = contact_points(robot, posture, T_site_base, legs, normals)
-    if len(legs) == 0:
+    statics = PostureStatics(robot, posture)
+    standing, unit = _standing(robot, legs, normals)
+    if not standing:
         return _infeasible(robot)
-    com = apply(T_site_base, center_of_mass(robot, posture))
-    weight = robot.mass * gravity
-    edges = generators(normals, friction)
-    sides = edges.shape[1]
-    size = max(float(np.abs(contacts - com).max()), 1e-6)
-    balance = equilibrium_matrix((contacts - com) / size, np.zeros(3)).reshape(6, -1, 3)
-    balance = np.einsum("rkc,kgc->rkg", balance, edges).reshape(6, -1)
-
-    gravity_share = gravity_torques(robot, posture, T_site_base[:3, :3], gravity) / robot.torque_limits
-    points_base = apply(inverse(T_site_base), contacts)
-    # ratio of each supporting joint = constant + effect · (how much of each generator, in weights)
-    effect = np.zeros((6 * len(legs), sides * len(legs)))
-    for i, leg in enumerate(legs):
-        J = T_site_base[:3, :3] @ contact_jacobian(robot, posture, leg, points_base[i])
-        limits = robot.torque_limits[6 * leg : 6 * leg + 6]
-        effect[6 * i : 6 * i + 6, sides * i : sides * (i + 1)] = -weight * (J / limits).T @ edges[i].T
-    constant = np.concatenate([gravity_share[6 * leg : 6 * leg + 6] for leg in legs])
-    ones = np.ones((len(constant), 1))
-    solved = linprog(
-        np.append(np.zeros(effect.shape[1]), 1.0),
-        A_ub=np.block([[effect, -ones], [-effect, -ones]]),
-        b_ub=np.concatenate([-constant, constant]),
-        A_eq=np.hstack([balance, np.zeros((6, 1))]),
-        b_eq=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
-        method="highs",
+    R_level_site = settings.R_level_site
+    contacts = statics.contacts(standing, unit, T_site_base)
+    mass, com_base = loaded(robot, statics.com, settings)
+    level, unit_level = require_stance(
+        (contacts - apply(T_site_base, com_base)) @ R_level_site.T, unit @ R_level_site.T
     )
-    if solved.status == 2:
+    size = max(float(np.abs(level).max()), 1e-6)
+    R_level_base = R_level_site @ T_site_base[:3, :3]
+    limits = robot.torque_limits.reshape(-1, 6)[standing]
+    torques = statics.gravity_torques(R_level_base[2], settings.gravity)
+    gravity_share = torques.reshape(-1, 6)[standing] / limits
+    J_level = R_level_base @ statics.contact_jacobians(standing, apply(inverse(T_site_base), contacts))
+    weight = mass * settings.gravity
+    # ratio of each supporting joint = share of gravity + effect · force of its foot, in weights
+    effect = np.ascontiguousarray((-weight / limits[:, None] * J_level).transpose(0, 2, 1))
+    shares = np.empty((len(standing), 3))
+    faces = facets(unit_level, settings.friction, settings.sides)
+    status, _ = least_ratio(level / size, faces, effect, gravity_share, shares)
+    if status == INFEASIBLE:
         return _infeasible(robot)
-    if solved.status != 0:
-        raise FootFallError(f"the torque program was not solved: {solved.message}", status=int(solved.status))
-    share = solved.x[:-1].reshape(len(legs), sides)
+    if status != OPTIMAL:
+        raise FootFallError("the torque program was not solved", status=int(status))
     forces = np.zeros((robot.leg_count, 3))
-    forces[list(legs)] = weight * np.einsum("kg,kgc->kc", share, edges)
-    torques = holding_torques(robot, posture, T_site_base, legs, contacts, forces[list(legs)], gravity)
+    forces[standing] = weight * shares @ R_level_site
+    torques.reshape(-1, 6)[standing] += limits * (effect @ shares[:, :, None])[:, :, 0]
     ratios = np.abs(torques) / robot.torque_limits
     # at the optimum several joints are often equally loaded: the first of them is named
     worst = int(np.argmax(ratios >= ratios.max() - 1e-9))
     return TorqueCheck(True, float(ratios.max()), worst, robot.joint_names[worst], forces, torques)
+
+
+def _standing(robot: Robot, legs: Sequence[int], normals: ArrayLike) -> tuple[list[int], Array]:
+    """The legs as checked numbers, and one unit normal for each."""
+    standing = [robot.require_leg(leg) for leg in legs]
+    directions = np.asarray(normals, float)
+    if directions.shape != (len(standing), 3):
+        raise InvalidInput("each supporting leg needs one normal", legs=len(standing), normals=list(directions.shape))
+    return standing, unit_normals(directions)
 
 
 def _infeasible(robot: Robot) -> TorqueCheck:

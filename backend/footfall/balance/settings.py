@@ -1,0 +1,95 @@
+"""What balance is judged by: friction, gravity and its direction, and what the rover carries."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.cones import SIDES, require_cone
+from footfall.balance.forces import GRAVITY
+from footfall.core.errors import InvalidInput, NotFound
+from footfall.core.frames import rotation
+from footfall.core.value import Value, value
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+GRAVITIES: Mapping[str, float] = {"earth": GRAVITY, "moon": 1.62, "mars": 3.71}
+"""Gravity at the surface [m/s²]."""
+
+PAYLOAD_LIMIT = 300.0
+"""Largest payload [kg]: what is published for the first ATHLETE prototype on Earth."""
+
+ON_DECK = (0.0, 0.0, 0.3)
+"""Centre of a payload that stands on the deck, in base [m]."""
+
+
+@value
+class BalanceSettings(Value):
+    """friction: coefficient between wheel and ground; sides of the friction pyramids: 4, 8 or 16.
+
+    gravity [m/s²], see GRAVITIES. slope, uphill [rad]: what if the site were tilted by ``slope`` so that it rises
+    towards the azimuth ``uphill``; 0 for a site whose z is vertical.
+    payload_mass [kg]: None for what the robot's description carries; a number stands in its place, 0 for nothing.
+    payload_position: (3,) of that payload's centre in base [m]; None: where the description has its own, or the deck.
+    """
+
+    friction: float = 0.6
+    gravity: float = GRAVITY
+    slope: float = 0.0
+    uphill: float = 0.0
+    payload_mass: float | None = None
+    payload_position: NDArray[np.float64] | None = None
+    sides: int = SIDES
+
+    def check(self) -> None:
+        require_cone(self.friction, self.sides)
+        if not 0 < self.gravity < np.inf:
+            raise InvalidInput("gravity must be above zero [m/s²]", gravity=self.gravity)
+        if not 0 <= self.slope < np.pi / 2:
+            raise InvalidInput("the slope must be at least 0 and below π/2 [rad]", slope=self.slope)
+        if not np.isfinite(self.uphill):
+            raise InvalidInput("the uphill direction must be finite [rad]", uphill=self.uphill)
+        if self.payload_mass is not None and not 0 <= self.payload_mass <= PAYLOAD_LIMIT:
+            raise InvalidInput(
+                f"the payload must be between 0 and {PAYLOAD_LIMIT:g} kg", payload_mass=self.payload_mass
+            )
+        where = self.payload_position
+        if where is not None and self.payload_mass is None:
+            raise InvalidInput("a payload_position needs a payload_mass [kg]")
+        if where is not None and (where.shape != (3,) or not np.isfinite(where).all()):
+            raise InvalidInput("the payload's position needs three finite numbers [m]")
+
+    @property
+    def R_level_site(self) -> Array:
+        """(3, 3): turns the site so that z points against gravity; x and y keep their direction on even ground."""
+        if self.slope == 0.0:
+            return np.eye(3)
+        return rotation("z", self.uphill) @ rotation("y", -self.slope) @ rotation("z", -self.uphill)
+
+
+def gravity_named(name: str) -> float:
+    """Gravity of a named place [m/s²]; raises NotFound naming those that exist."""
+    try:
+        return GRAVITIES[name]
+    except KeyError:
+        raise NotFound(f"no gravity is known for {name!r}; there are {', '.join(GRAVITIES)}") from None
+
+
+def loaded(robot: Robot, coms_base: Array, settings: BalanceSettings) -> tuple[float, Array]:
+    """Mass [kg] and centres of mass in base, (…, 3) [m], with the payload of the settings instead of the robot's.
+
+    coms_base: those of the robot as its description has it.
+    """
+    if settings.payload_mass is None:
+        return robot.mass, coms_base
+    own = robot.description.payload
+    place = own.position if own is not None else np.array(ON_DECK)
+    moment = robot.mass * coms_base
+    mass = robot.mass
+    if own is not None:
+        moment, mass = moment - own.mass * own.position, mass - own.mass
+    if settings.payload_position is not None:
+        place = settings.payload_position
+    mass += settings.payload_mass
+    return mass, (moment + settings.payload_mass * place) / mass

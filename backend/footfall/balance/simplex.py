@@ -1,0 +1,216 @@
+"""A small dense simplex, compiled: maximise cost · x where columns · x = rhs and x ≥ 0.
+
+Revised primal simplex with an explicit inverse of the basis, for a handful of rows and up to a few hundred columns.
+A basis that solved one cost is a start for the next: only the cost may change between two calls on one problem.
+
+The caller owns all arrays (m rows, n columns):
+
+- columns (m, n), rhs (m,) ≥ 0;
+- basis (m,) int64: the column of each row of the basis; n + r stands for the artificial column of row r;
+- inverse (m, m) of the basis, values (m,) of its variables;
+- work (n + 2 m,): scratch.
+
+Dantzig's rule, and Bland's where the value stands still, which can't cycle.
+
+References
+----------
+G. B. Dantzig, "Linear Programming and Extensions", 1963, chapter 9.
+R. G. Bland, "New finite pivoting rules for the simplex method", Mathematics of Operations Research 2, 1977.
+"""
+
+import numpy as np
+from numba import njit
+
+OPTIMAL, INFEASIBLE, UNBOUNDED, UNFINISHED = 0, 1, 2, 3
+
+_GAIN = 1e-10
+"""A column enters only where it gains more than this for each unit."""
+_PIVOT = 1e-9
+"""Smallest pivot."""
+_TIE = 1e-12
+_FEASIBLE = 1e-9
+"""Largest sum of artificial variables of a feasible problem."""
+_MOST_PIVOTS = 2000
+_STANDSTILL = 20
+"""Pivots without progress after which Bland's rule takes over until there is some."""
+_FRESH = 40
+"""Pivots after which the inverse is computed anew."""
+
+
+@njit(cache=True)
+def start(columns, rhs, basis, inverse, values, work):
+    """Find a first basis: OPTIMAL, INFEASIBLE or UNFINISHED. Costs are not looked at."""
+    m, n = columns.shape
+    if (
+        basis.size != m
+        or inverse.shape[0] != m
+        or inverse.shape[1] != m
+        or rhs.size != m
+        or values.size != m
+        or work.size < n + 2 * m
+    ):
+        raise ValueError("the arrays of the simplex don't fit each other")
+    for i in range(m):
+        basis[i] = n + i
+        values[i] = rhs[i]
+        for r in range(m):
+            inverse[i, r] = 1.0 if i == r else 0.0
+    status = _pivot_on(columns, rhs, values, True, basis, inverse, values, work)
+    if status != OPTIMAL:
+        return UNFINISHED
+    left = 0.0
+    for i in range(m):
+        if basis[i] >= n:
+            left += values[i]
+            values[i] = 0.0
+    return OPTIMAL if left <= _FEASIBLE else INFEASIBLE
+
+
+@njit(cache=True)
+def improve(columns, rhs, cost, basis, inverse, values, work):
+    """Maximise from a feasible basis: OPTIMAL, UNBOUNDED or UNFINISHED. cost: (n,)."""
+    return _pivot_on(columns, rhs, cost, False, basis, inverse, values, work)
+
+
+@njit(cache=True)
+def prices(columns, cost, basis, inverse, out):
+    """The dual variables of the basis, (m,) into out: what one unit more of each row's rhs is worth."""
+    m, n = columns.shape
+    for r in range(m):
+        total = 0.0
+        for i in range(m):
+            if basis[i] < n:
+                total += cost[basis[i]] * inverse[i, r]
+        out[r] = total
+
+
+@njit(cache=True)
+def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work):
+    m, n = columns.shape
+    dual, entering_column = n, n + m
+    since_fresh = still = 0
+    for _ in range(_MOST_PIVOTS):
+        bland = still > _STANDSTILL
+        entering = _entering(columns, cost, first_phase, basis, inverse, work, dual, bland)
+        if entering < 0:
+            return OPTIMAL
+        for i in range(m):
+            total = 0.0
+            for r in range(m):
+                total += inverse[i, r] * columns[r, entering]
+            work[entering_column + i] = total
+        leaving = _leaving(n, first_phase, basis, values, work, entering_column, bland)
+        if leaving < 0:
+            return UNBOUNDED
+        pivot = work[entering_column + leaving]
+        step = values[leaving] / pivot
+        still = still + 1 if abs(step) <= _TIE else 0
+        for i in range(m):
+            if i != leaving:
+                share = work[entering_column + i]
+                values[i] = max(0.0, values[i] - step * share)
+                share /= pivot
+                for r in range(m):
+                    inverse[i, r] -= share * inverse[leaving, r]
+        for r in range(m):
+            inverse[leaving, r] /= pivot
+        values[leaving] = max(0.0, step)
+        basis[leaving] = entering
+        since_fresh += 1
+        if since_fresh == _FRESH:
+            since_fresh = 0
+            _refresh(columns, rhs, basis, inverse, values)
+    return UNFINISHED
+
+
+@njit(cache=True)
+def _entering(columns, cost, first_phase, basis, inverse, work, dual, bland):
+    """The column that gains most (Bland: the first that gains), or −1 where none does."""
+    m, n = columns.shape
+    for r in range(m):
+        total = 0.0
+        for i in range(m):
+            if first_phase:
+                if basis[i] >= n:
+                    total -= inverse[i, r]
+            elif basis[i] < n:
+                total += cost[basis[i]] * inverse[i, r]
+        work[dual + r] = total
+    for j in range(n):
+        work[j] = 0.0 if first_phase else cost[j]
+    for r in range(m):
+        price = work[dual + r]
+        for j in range(n):
+            work[j] -= price * columns[r, j]
+    entering, most = -1, _GAIN
+    for j in range(n):
+        if work[j] > most:
+            entering, most = j, work[j]
+            if bland:
+                break
+    return entering
+
+
+@njit(cache=True)
+def _leaving(n, first_phase, basis, values, work, at, bland):
+    """The row whose variable reaches zero first, or −1 where none does.
+
+    After the first phase an artificial variable must stay at zero, so it leaves as soon as it would change.
+    """
+    m = basis.size
+    if not first_phase:
+        for i in range(m):
+            if basis[i] >= n and abs(work[at + i]) > _PIVOT:
+                return i
+    least = np.inf
+    for i in range(m):
+        if work[at + i] > _PIVOT:
+            least = min(least, values[i] / work[at + i])
+    leaving = -1
+    for i in range(m):
+        share = work[at + i]
+        if share > _PIVOT and values[i] / share <= least + _TIE:
+            if leaving < 0:
+                leaving = i
+            elif bland:
+                leaving = i if basis[i] < basis[leaving] else leaving
+            elif share > work[at + leaving]:
+                leaving = i
+    return leaving
+
+
+@njit(cache=True)
+def _refresh(columns, rhs, basis, inverse, values):
+    """Inverse and values from the basis itself (Gauss–Jordan, row pivots), rid of the rounding of many updates."""
+    m, n = columns.shape
+    both = np.zeros((m, 2 * m))
+    for i in range(m):
+        for r in range(m):
+            if basis[i] < n:
+                both[r, i] = columns[r, basis[i]]
+            elif basis[i] - n == r:
+                both[r, i] = 1.0
+        both[i, m + i] = 1.0
+    for c in range(m):
+        top = c
+        for r in range(c + 1, m):
+            if abs(both[r, c]) > abs(both[top, c]):
+                top = r
+        if abs(both[top, c]) < 1e-14:
+            return  # keep the updated inverse: the basis is nearly singular
+        for k in range(2 * m):
+            both[c, k], both[top, k] = both[top, k], both[c, k]
+        pivot = both[c, c]
+        for k in range(2 * m):
+            both[c, k] /= pivot
+        for r in range(m):
+            if r != c and both[r, c] != 0.0:
+                share = both[r, c]
+                for k in range(2 * m):
+                    both[r, k] -= share * both[c, k]
+    for i in range(m):
+        total = 0.0
+        for r in range(m):
+            inverse[i, r] = both[i, m + r]
+            total += inverse[i, r] * rhs[r]
+        values[i] = max(0.0, total)

@@ -1,0 +1,201 @@
+"""The least torque ratio of a posture as a small linear program; compiled, for torques.py, where it is explained.
+
+Unknown are the contact forces f, in weights, and the ratio t: least t with |constant + effect · f| ≤ t, faces · f ≥ 0,
+balance · f = wanted. The balance is eliminated (Gauss–Jordan), which leaves d = 3 k − 6 numbers z and f = f0 + N z. Its
+dual has d + 1 rows, one column for each bound, and a start at hand: see simplex.py. The ratio and z are its prices.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from footfall.balance.cones import fill_facets
+from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNFINISHED, improve, prices, start
+
+_SMALLEST_PIVOT = 1e-9
+_LEFT_OVER = 1e-7
+"""Largest force and moment that may be left over, in weights and in weights × size of the stance."""
+
+
+@njit(cache=True)
+def jacobians_at(jacobian, legs, points):
+    """d(point) / d(joint angles of its leg), (k, 3, 6), for points (k, 3) of the last links of legs (k,).
+
+    jacobian: (6, legs × 6), linear (of the point at the origin) over angular.
+    """
+    out = np.empty((legs.size, 3, 6))
+    for i in range(legs.size):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for joint in range(6):
+            at = 6 * legs[i] + joint
+            wx, wy, wz = jacobian[3, at], jacobian[4, at], jacobian[5, at]
+            out[i, 0, joint] = jacobian[0, at] + wy * z - wz * y
+            out[i, 1, joint] = jacobian[1, at] + wz * x - wx * z
+            out[i, 2, joint] = jacobian[2, at] + wx * y - wy * x
+    return out
+
+
+@njit(cache=True)
+def least_ratio(arms, faces, effect, constant, forces):
+    """Status and least ratio; the forces (k, 3) that reach it are filled in.
+
+    arms (k, 3): contacts from the centre of mass, in units of the stance's size; faces (k, sides, 3): inward normals of
+    the friction pyramids; effect (k, 6, 3): of a foot's force on the ratios of its leg's six joints; constant (k, 6).
+    """
+    feet, sides = faces.shape[0], faces.shape[1]
+    wide = 3 * feet
+    rows = np.zeros((6, wide + 1))
+    for foot in range(feet):
+        x, y, z = arms[foot, 0], arms[foot, 1], arms[foot, 2]
+        at = 3 * foot
+        rows[0, at] = rows[1, at + 1] = rows[2, at + 2] = 1.0
+        rows[3, at + 1], rows[3, at + 2] = -z, y
+        rows[4, at], rows[4, at + 2] = z, -x
+        rows[5, at], rows[5, at + 1] = -y, x
+    rows[2, wide] = 1.0
+    pivots = np.full(6, -1, np.int64)
+    rank = _eliminate(rows, pivots)
+    for r in range(rank, 6):
+        if abs(rows[r, wide]) > _LEFT_OVER:
+            return INFEASIBLE, np.inf
+    # f = f0 + N z: the columns without a pivot are z themselves
+    free = wide - rank
+    N, f0 = np.zeros((wide, free)), np.zeros(wide)
+    is_pivot = np.zeros(wide, np.bool_)
+    for r in range(rank):
+        is_pivot[pivots[r]] = True
+        f0[pivots[r]] = rows[r, wide]
+    z = 0
+    for j in range(wide):
+        if not is_pivot[j]:
+            N[j, z] = 1.0
+            for r in range(rank):
+                N[pivots[r], z] = -rows[r, j]
+            z += 1
+    count = feet * (12 + sides)
+    columns, worth = np.zeros((free + 1, count)), np.empty(count)
+    at = 0
+    for foot in range(feet):
+        for joint in range(6):
+            level = constant[foot, joint]
+            for axis in range(3):
+                level += effect[foot, joint, axis] * f0[3 * foot + axis]
+            for c in range(free):
+                share = 0.0
+                for axis in range(3):
+                    share += effect[foot, joint, axis] * N[3 * foot + axis, c]
+                columns[c, at], columns[c, at + 1] = -share, share
+            columns[free, at] = columns[free, at + 1] = 1.0
+            worth[at], worth[at + 1] = level, -level
+            at += 2
+        for side in range(sides):
+            level = 0.0
+            for axis in range(3):
+                level += faces[foot, side, axis] * f0[3 * foot + axis]
+            for c in range(free):
+                share = 0.0
+                for axis in range(3):
+                    share += faces[foot, side, axis] * N[3 * foot + axis, c]
+                columns[c, at] = share
+            worth[at] = -level
+            at += 1
+    m = free + 1
+    rhs, values, work = np.zeros(m), np.empty(m), np.empty(count + 2 * m)
+    rhs[free] = 1.0
+    basis, inverse = np.empty(m, np.int64), np.empty((m, m))
+    if start(columns, rhs, basis, inverse, values, work) != OPTIMAL:
+        return UNFINISHED, np.inf
+    status = improve(columns, rhs, worth, basis, inverse, values, work)
+    if status == UNBOUNDED:
+        return INFEASIBLE, np.inf
+    if status != OPTIMAL:
+        return status, np.inf
+    solution = np.empty(m)
+    prices(columns, worth, basis, inverse, solution)
+    for j in range(wide):
+        total = f0[j]
+        for c in range(free):
+            total += N[j, c] * solution[c]
+        forces[j // 3, j % 3] = total
+    return OPTIMAL, solution[free]
+
+
+@njit(cache=True)
+def _eliminate(rows, pivots):
+    """Gauss–Jordan with full pivots on all columns but the last, in place; returns the rank."""
+    height, wide = rows.shape[0], rows.shape[1] - 1
+    for r in range(height):
+        top, column, most = -1, -1, _SMALLEST_PIVOT
+        for i in range(r, height):
+            for j in range(wide):
+                if abs(rows[i, j]) > most:
+                    top, column, most = i, j, abs(rows[i, j])
+        if top < 0:
+            return r
+        pivot = rows[top, column]
+        for j in range(wide + 1):
+            swapped = rows[r, j]
+            rows[r, j] = rows[top, j] / pivot
+            if top != r:
+                rows[top, j] = swapped
+        for i in range(height):
+            if i != r:
+                share = rows[i, column]
+                for j in range(wide + 1):
+                    rows[i, j] -= share * rows[r, j]
+        pivots[r] = column
+    return height
+
+
+@njit(cache=True, parallel=True)
+def least_ratios(
+    fixed, faces, effect, constant, moved, unit, moved_effect, moved_constant, coms, size, friction, ratios
+):
+    """:func:`least_ratio` for n places of one more foot; ratios (n,) is filled, the status of each returned.
+
+    fixed (k, 3), faces (k, sides, 3), effect (k, 6, 3) and constant (k, 6) of the feet that stay; moved (n, 3), unit
+    normals (n, 3), moved_effect (n, 6, 3) and moved_constant (n, 6); coms (n, 3). A place with NaN gets NaN, one where
+    no forces hold the rover inf.
+    """
+    count = moved.shape[0]
+    if (
+        ratios.size != count
+        or coms.shape[0] != count
+        or unit.shape[0] != count
+        or moved_effect.shape[0] != count
+        or moved_constant.shape[0] != count
+    ):
+        raise ValueError("the arrays of the places don't fit each other")
+    status = np.empty(count, np.int64)
+    for unsigned in prange(count):
+        i = np.int64(unsigned)
+        status[i], ratios[i] = _ratio_at(
+            i, fixed, faces, effect, constant, moved, unit, moved_effect, moved_constant, coms, size, friction
+        )
+    return status
+
+
+@njit(cache=True)
+def _ratio_at(i, fixed, faces, effect, constant, moved, unit, moved_effect, moved_constant, coms, size, friction):
+    """UNFINISHED or OPTIMAL, and the ratio of one place."""
+    feet, sides = faces.shape[0] + 1, faces.shape[1]
+    arms, own_faces = np.empty((feet, 3)), np.empty((feet, sides, 3))
+    own_effect, own_constant = np.empty((feet, 6, 3)), np.empty((feet, 6))
+    for axis in range(3):
+        for foot in range(feet - 1):
+            arms[foot, axis] = (fixed[foot, axis] - coms[i, axis]) / size
+        arms[feet - 1, axis] = (moved[i, axis] - coms[i, axis]) / size
+        if np.isnan(arms[feet - 1, axis]) or np.isnan(unit[i, axis]):
+            return OPTIMAL, np.nan
+    fill_facets(unit[i : i + 1], friction, own_faces[feet - 1 :])
+    for foot in range(feet):
+        for joint in range(6):
+            own_constant[foot, joint] = constant[foot, joint] if foot < feet - 1 else moved_constant[i, joint]
+            for axis in range(3):
+                share = effect[foot, joint, axis] if foot < feet - 1 else moved_effect[i, joint, axis]
+                own_effect[foot, joint, axis] = share
+        for side in range(sides):
+            for axis in range(3):
+                if foot < feet - 1:
+                    own_faces[foot, side, axis] = faces[foot, side, axis]
+    status, ratio = least_ratio(arms, own_faces, own_effect, own_constant, np.empty((feet, 3)))
+    return (OPTIMAL if status == INFEASIBLE else status), ratio
