@@ -1,0 +1,71 @@
+"""One move of the chassis over standing feet: with which settings, and what comes back."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.value import Provenance, Value, value
+from footfall.planning.stance.shift import BodyShift
+from footfall.planning.step.problem import Check, Status
+
+
+@value
+class BodyMoveSettings(Value):
+    """clearance: added to every clearance of the robot description [m].
+
+    conservative: check the feet's conservative polygon, not the plain one. least_margin: least margin of the centre of
+    mass to that polygon [m]. friction: coefficient between wheel and ground, for the torque check.
+    time_limit: wall clock [s].
+    """
+
+    clearance: float = 0.0
+    conservative: bool = False
+    least_margin: float = 0.0
+    friction: float = 0.6
+    time_limit: float = 30.0
+
+    def check(self) -> None:
+        for name in ("friction", "time_limit"):
+            if not 0 < getattr(self, name) < np.inf:
+                raise InvalidInput(f"{name} must be above zero", **{name: getattr(self, name)})
+        for name in ("clearance", "least_margin"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InvalidInput(f"{name} can't be negative", **{name: getattr(self, name)})
+
+
+@value
+class BodyMovePlan(Value):
+    """A checked motion of the chassis while every standing wheel stays locked where it is.
+
+    waypoints: (n, legs × 6) postures [rad]; the first is the start, the last the goal; joints move in straight lines
+    between. Ts_site_base: (n, 4, 4), the chassis pose at each: the origin on a straight line, the turn about one axis.
+    standing: the legs whose wheels stand; contacts: where, site frame, (k, 3) [m].
+    """
+
+    shift: BodyShift
+    waypoints: NDArray[np.float64]
+    Ts_site_base: NDArray[np.float64]
+    standing: tuple[int, ...]
+    contacts: NDArray[np.float64]
+    provenance: Provenance
+
+    @property
+    def parents(self) -> dict[str, str]:
+        """name → digest of the values it was planned from."""
+        return dict(self.provenance.parents)
+
+
+@value
+class BodyMoveResult(Value):
+    """The answer to one request to move the chassis. ``reason`` says what failed, where, by how much, what to try."""
+
+    status: Status
+    plan: BodyMovePlan | None
+    reason: str
+    checks: tuple[Check, ...]
+    shift: BodyShift
+    provenance: Provenance
+
+    def check(self) -> None:
+        if (self.status is Status.FOUND) != (self.plan is not None):
+            raise InvalidInput("a plan comes with status FOUND, and only then")
