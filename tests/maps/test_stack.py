@@ -3,27 +3,32 @@
 import numpy as np
 import pytest
 
+from footfall.balance.forces import distribute
 from footfall.balance.support import margin
-from footfall.balance.torques import contact_points
+from footfall.balance.tip_over import tip_over
+from footfall.balance.torques import contact_points, torque_margin
 from footfall.core.errors import Cancelled, InvalidInput, NotFound
 from footfall.core.frames import apply
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.maps.colors import FOOTING, PURPLE_GREEN, UNKNOWN_RGB, VIRIDIS, layer_legend, layer_rgb
+from footfall.maps import reach_classes
+from footfall.maps.colors import FOOTING, PURPLE_GREEN, REACH, UNKNOWN_RGB, VIRIDIS, layer_legend, layer_rgb
 from footfall.maps.layers import (
+    COLLISION,
     LAYERS,
     NO_SOLUTION,
     OUT_OF_RANGE,
     REACHABLE_STABLE,
     REACHABLE_UNSTABLE,
     UNKNOWN,
+    UNSURE,
     MapSettings,
 )
 from footfall.maps.reach import leg_length, reach
 from footfall.maps.stack import compute_maps
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
-from footfall.robot.kinematics import center_of_mass
+from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import normal_at
 
@@ -47,7 +52,10 @@ def state(athlete, dem):
 
 @pytest.fixture(scope="module")
 def stack(athlete, dem, state):
-    return compute_maps(athlete, dem, state, LEG)
+    return compute_maps(athlete, dem, state, LEG, MapSettings(friction=True))
+
+
+CLASSES = ("footing", "footing_friction", "reach_class", "hindrance")
 
 
 def hip(robot, state):
@@ -58,13 +66,38 @@ def test_every_layer_is_there_with_its_parents(athlete, dem, state, stack):
     assert set(stack.layers) == set(LAYERS)
     assert dict(stack.provenance.parents) == {"dem": dem.digest, "state": state.digest, "robot": athlete.digest}
     assert stack.stability == "plain"
-    assert stack.layers["footing"].dtype == np.uint8
-    assert all(layer.dtype == np.float32 for name, layer in stack.layers.items() if name != "footing")
+    assert all(layer.dtype == (np.uint8 if name in CLASSES else np.float32) for name, layer in stack.layers.items())
+
+
+def test_layers_with_friction_are_made_only_when_asked_for(athlete, dem, state, stack):
+    geometric = compute_maps(athlete, dem, state, LEG)
+    left_out = {"margin_friction", "margin_friction_conservative", "torque_ratio", "footing_friction"}
+    assert set(stack.layers) - set(geometric.layers) == left_out
+    for name in set(geometric.layers) - {"quality"}:
+        np.testing.assert_array_equal(geometric.layers[name], stack.layers[name])
+
+
+def test_a_preview_is_every_fourth_cell_and_changes_nothing(athlete, dem, state, stack):
+    seen = []
+    made = compute_maps(athlete, dem, state, LEG, MapSettings(friction=True), preview=seen.append)
+    assert made.digest == stack.digest
+    (coarse,) = seen
+    assert coarse.geometry.resolution == pytest.approx(4 * dem.geometry.resolution)
+    np.testing.assert_allclose(coarse.geometry.xs, dem.geometry.xs[::4])
+    for name, layer in coarse.layers.items():
+        np.testing.assert_array_equal(layer, stack.layers[name][::4, ::4], err_msg=name)
+
+
+def test_without_collision_checks_nothing_is_green(athlete, dem, state, stack):
+    unsure = compute_maps(athlete, dem, state, LEG, MapSettings(collisions=False)).layers["footing"]
+    assert (unsure == UNSURE).any()
+    assert not np.isin(unsure, (REACHABLE_STABLE, REACHABLE_UNSTABLE, COLLISION)).any()
+    green = stack.layers["footing"] == REACHABLE_STABLE
+    assert (unsure[green] == UNSURE).all()
 
 
 def test_footing_and_margin_agree_with_one_cell_at_a_time(athlete, dem, state, stack, rng):
     points = dem.geometry.centers()
-    others = [leg for leg in athlete.legs if leg != LEG]
     here = hip(athlete, state)
     for conservative in (False, True):
         stack = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=conservative))
@@ -100,27 +133,43 @@ def test_footing_and_margin_agree_with_one_cell_at_a_time(athlete, dem, state, s
                 assert footing == NO_SOLUTION
                 assert np.isnan(stack.layers["margin"][row, col])
                 continue
-            solutions = found.q[found.valid]
-            q = state.posture.copy()
-            q[6 * LEG : 6 * LEG + 6] = solutions[np.argmin(((solutions - state.leg(LEG)) ** 2).sum(axis=1))]
-            assert contact_point(athlete, q, LEG, state.T_site_base, normal) == pytest.approx(contact, abs=1e-9)
-            wheels = [apply(state.T_site_base, c) for c in _centers(athlete, state.posture)[others]]
-            # where a wheel touches decides the normal, and the normal where it touches
-            fixed = np.array(wheels)
-            for _ in range(10):
-                normals = np.array([normal_at(dem, c[0], c[1], athlete.wheel_radius) for c in fixed])
-                fixed = contact_points(athlete, state.posture, state.T_site_base, others, normals)
-            com = apply(state.T_site_base, center_of_mass(athlete, q))
-            expected = margin(np.vstack([fixed, contact]), com[:2], conservative)
-            assert stack.layers["margin"][row, col] == pytest.approx(expected, abs=1e-5)
-            assert footing == (REACHABLE_STABLE if expected >= 0 else REACHABLE_UNSTABLE)
-        assert {UNKNOWN, OUT_OF_RANGE, NO_SOLUTION, REACHABLE_STABLE} <= seen
+            why = stack.layers["reach_class"][row, col]
+            if why in (reach_classes.FOOT_COLLISION, reach_classes.WAYPOINT_COLLISION):
+                assert footing == COLLISION
+            elif why == reach_classes.NO_LIFT:
+                assert footing == UNSURE
+            else:
+                assert why == reach_classes.FREE
+                stable = stack.margin[row, col] >= 0 and stack.layers["margin_lifted"][row, col] >= 0
+                assert footing == (REACHABLE_STABLE if stable else REACHABLE_UNSTABLE)
+        assert {UNKNOWN, OUT_OF_RANGE, NO_SOLUTION, COLLISION, REACHABLE_STABLE} <= seen
 
 
-def _centers(robot, posture):
-    from footfall.robot.kinematics import wheel_centers
-
-    return wheel_centers(robot, posture)
+def test_margins_agree_with_one_cell_at_a_time(athlete, dem, state, stack, rng):
+    found = reach(athlete, dem, state, LEG, collisions=None)
+    solved = np.flatnonzero(np.isfinite(found.postures).all(axis=1))
+    others = [leg for leg in athlete.legs if leg != LEG]
+    # where a wheel touches decides the normal, and the normal where it touches
+    fixed = apply(state.T_site_base, wheel_centers(athlete, state.posture)[others])
+    for _ in range(10):
+        normals = np.array([normal_at(dem, c[0], c[1], athlete.wheel_radius) for c in fixed])
+        fixed = contact_points(athlete, state.posture, state.T_site_base, others, normals)
+    unsure = compute_maps(athlete, dem, state, LEG, MapSettings(collisions=False, friction=True)).layers
+    for i in rng.permutation(solved)[:60]:
+        row, col = found.rows[i], found.cols[i]
+        q = state.posture.copy()
+        q[6 * LEG : 6 * LEG + 6] = found.postures[i]
+        assert contact_point(athlete, q, LEG, state.T_site_base, found.normals[i]) == pytest.approx(
+            found.contacts[i], abs=1e-9
+        )
+        com = apply(state.T_site_base, center_of_mass(athlete, q))
+        feet, ups = np.vstack([fixed, found.contacts[i]]), np.vstack([normals, found.normals[i]])
+        for name, conservative in (("margin", False), ("margin_conservative", True)):
+            assert unsure[name][row, col] == pytest.approx(margin(feet, com[:2], conservative), abs=1e-5)
+        assert unsure["tip_energy"][row, col] == pytest.approx(tip_over(feet, com, athlete.mass).energy, rel=1e-4)
+        assert (unsure["margin_friction"][row, col] > 1e-3) <= (distribute(feet, ups, com, athlete.mass) is not None)
+        expected = torque_margin(athlete, q, state.T_site_base, [*others, LEG], ups)
+        assert unsure["torque_ratio"][row, col] == pytest.approx(expected.ratio, rel=1e-4)
 
 
 def test_where_the_leg_stands_it_can_stand(athlete, dem, state, stack):
@@ -136,19 +185,21 @@ def test_where_the_leg_stands_it_can_stand(athlete, dem, state, stack):
 
 def test_a_stricter_margin_turns_green_to_orange(athlete, dem, state, stack):
     least = float(np.nanmedian(stack.layers["margin"]))
-    strict = compute_maps(athlete, dem, state, LEG, MapSettings(stable_margin=least))
-    plain, strict_footing = stack.layers["footing"], strict.layers["footing"]
-    assert ((plain == REACHABLE_STABLE) & (strict_footing == REACHABLE_UNSTABLE)).any()
-    assert ((strict_footing == REACHABLE_STABLE) <= (plain == REACHABLE_STABLE)).all()
-    conservative = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=True))
-    known = np.isfinite(stack.layers["margin"])
-    assert (conservative.layers["margin"][known] <= stack.layers["margin"][known] + 1e-6).all()
+    strict = compute_maps(athlete, dem, state, LEG, MapSettings(stable_margin=least, friction=True))
+    plain_footing, strict_footing = stack.layers["footing"], strict.layers["footing"]
+    assert ((plain_footing == REACHABLE_STABLE) & (strict_footing == REACHABLE_UNSTABLE)).any()
+    assert ((strict_footing == REACHABLE_STABLE) <= (plain_footing == REACHABLE_STABLE)).all()
+    conservative = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=True, friction=True))
     assert conservative.stability == "conservative"
+    for plain, less in (("margin", "margin_conservative"), ("margin_friction", "margin_friction_conservative")):
+        known = np.isfinite(stack.layers[plain])
+        assert (stack.layers[less][known] <= stack.layers[plain][known] + 1e-6).all()
+    assert ((conservative.layers["footing"] == REACHABLE_STABLE) <= (plain_footing == REACHABLE_STABLE)).all()
 
 
 def test_the_same_input_gives_the_same_digest(athlete, dem, state, stack):
-    assert compute_maps(athlete, dem, state, LEG).digest == stack.digest
-    assert compute_maps(athlete, dem, state, LEG, MapSettings(window=0.6)).digest != stack.digest
+    assert compute_maps(athlete, dem, state, LEG, MapSettings(friction=True)).digest == stack.digest
+    assert compute_maps(athlete, dem, state, LEG, MapSettings(window=0.6, friction=True)).digest != stack.digest
 
 
 def test_far_from_the_map_everything_is_out_of_range(athlete, dem, state):
@@ -198,6 +249,8 @@ def test_reach_puts_the_wheel_on_the_ground_inside_limits(athlete, dem, state):
     has = found.solutions > 0
     assert has.any()
     assert (~has).any()
+    no_way = np.isin(found.reason, (reach_classes.NO_GEOMETRY, reach_classes.JOINT_LIMIT))
+    assert (no_way == ~has).all()
     assert np.isnan(found.postures[~has]).all()
     lower, upper = athlete.lower[6 * LEG : 6 * LEG + 6], athlete.upper[6 * LEG : 6 * LEG + 6]
     assert (found.postures[has] >= lower).all()
@@ -205,27 +258,51 @@ def test_reach_puts_the_wheel_on_the_ground_inside_limits(athlete, dem, state):
 
 
 def test_colours_tell_the_classes_apart(stack):
-    rgb = layer_rgb(stack, "footing")
-    for footing, (_, color) in FOOTING.items():
-        assert (rgb[stack.layers["footing"] == footing] == color).all()
-    legend = layer_legend(stack, "footing")
-    assert len({text for text, _ in legend}) == len({color for _, color in legend}) == 5
-    assert len({text[0] for text, _ in legend}) == 5
+    for name, table in (("footing", FOOTING), ("footing_friction", FOOTING), ("reach_class", REACH)):
+        rgb = layer_rgb(stack, name)
+        for one, (_, color) in table.items():
+            assert (rgb[stack.layers[name] == one] == color).all()
+        legend = layer_legend(stack, name)
+        assert len({text for text, _ in legend}) == len({color for _, color in legend}) == len(table)
+        assert len({text[0] for text, _ in legend}) == len(table)
+        colors = np.array([color for _, color in legend], float)
+        apart = np.linalg.norm(colors[:, None] - colors, axis=2) + 1000 * np.eye(len(colors))
+        assert apart.min() > 25
 
 
-@pytest.mark.parametrize("layer", [name for name in LAYERS if name != "footing"])
+def test_what_stops_the_leg_is_named_and_coloured(stack):
+    codes, reasons = stack.layers["hindrance"], stack.layers["reach_class"]
+    legend = layer_legend(stack, "hindrance")
+    rgb = layer_rgb(stack, "hindrance").reshape(-1, 3)
+    assert {color for _, color in legend} == {tuple(int(c) for c in color) for color in np.unique(rgb, axis=0)}
+    assert len({text for text, _ in legend}) == len(legend) == len(np.unique(codes))
+    assert (reach_classes.hindrance_text(int(codes[reasons == reach_classes.FREE][0]))) == "nothing"
+    at_limit = [
+        reach_classes.hindrance_text(int(code)) for code in np.unique(codes[reasons == reach_classes.JOINT_LIMIT])
+    ]
+    assert at_limit
+    assert all(text.endswith("at its limit") for text in at_limit)
+    hit = [
+        reach_classes.hindrance_text(int(code)) for code in np.unique(codes[reasons == reach_classes.FOOT_COLLISION])
+    ]
+    assert hit
+    assert all(text.startswith("hits ") for text in hit)
+
+
+@pytest.mark.parametrize("layer", [name for name in LAYERS if name not in CLASSES])
 def test_unknown_has_its_own_colour_in_every_layer(stack, layer):
     rgb = layer_rgb(stack, layer)
     assert rgb.dtype == np.uint8
     assert rgb.shape == (*stack.geometry.shape, 3)
     unknown = np.isnan(stack.layers[layer])
-    if layer in ("margin", "solutions"):
+    if LAYERS[layer].group != "Ground":
         unknown = stack.layers["footing"] == UNKNOWN
     assert (rgb[unknown] == UNKNOWN_RGB).all()
     if layer != "certainty":
         assert unknown.any()
-    assert not (rgb[~unknown] == UNKNOWN_RGB).all(axis=-1).any()
-    unit = LAYERS[layer][0]
+    if LAYERS[layer].group == "Ground":
+        assert not (rgb[~unknown] == UNKNOWN_RGB).all(axis=-1).any()
+    unit = LAYERS[layer].unit
     assert all(unit in text for text, _ in layer_legend(stack, layer)[:5])
 
 
@@ -237,7 +314,7 @@ def test_no_ramp_comes_near_the_colours_with_a_meaning_of_their_own():
 
 
 def test_a_layer_that_does_not_exist_is_named(stack):
-    with pytest.raises(NotFound, match="no layer 'beauty'; the stack has slope"):
+    with pytest.raises(NotFound, match="no layer 'beauty'; the stack has goodness"):
         layer_rgb(stack, "beauty")
     with pytest.raises(NotFound):
         layer_legend(stack, "beauty")

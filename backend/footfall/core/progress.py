@@ -6,6 +6,8 @@ Pure code calls ``progress(fraction, text)`` at natural pauses. The receiver rec
 
 from collections.abc import Callable
 
+from footfall.core.value import Value
+
 Progress = Callable[[float, str], None]
 """fraction in 0…1, and what is being done, for a person."""
 
@@ -21,3 +23,15 @@ def part(progress: Progress, start: float, end: float) -> Progress:
         progress(start + (end - start) * fraction, text)
 
     return report
+
+
+def preview_of(progress: Progress) -> Callable[[Value], None]:
+    """Where to show a coarse form of a product before it is done; what is shown there is looked at, never kept.
+
+    A receiver that shows previews has a method ``preview(product)``; without one, nothing happens.
+    """
+    return getattr(progress, "preview", _nobody_looks)
+
+
+def _nobody_looks(product: Value) -> None:
+    """For receivers that show no previews."""

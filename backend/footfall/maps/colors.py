@@ -6,6 +6,7 @@ every layer, ground out of the leg's range a neutral grey. The ramp for amounts 
 Walt, N. Smith, 2015, CC0), the diverging one for margins purple to green (C. Brewer, ColorBrewer).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import NotFound
+from footfall.maps import reach_classes
 from footfall.maps.layers import (
+    BALANCE,
+    COLLISION,
+    FOOTFALL,
     LAYERS,
+    LEG,
     NO_SOLUTION,
     OUT_OF_RANGE,
     REACHABLE_STABLE,
     REACHABLE_UNSTABLE,
     UNKNOWN,
+    UNSURE,
     MapSettings,
     MapStack,
 )
@@ -30,14 +37,72 @@ UNKNOWN_RGB: Rgb = (134, 150, 178)
 OUT_OF_RANGE_RGB: Rgb = (116, 112, 108)
 NO_SOLUTION_RGB: Rgb = (190, 38, 45)
 
+COLLISION_RGB: Rgb = (128, 26, 92)
+UNSURE_RGB: Rgb = (226, 214, 150)
+
 FOOTING: dict[int, tuple[str, Rgb]] = {
     REACHABLE_STABLE: ("● reachable and stable", (64, 176, 84)),
     REACHABLE_UNSTABLE: ("▲ reachable, not stable", (250, 160, 30)),
+    COLLISION: ("■ collides", COLLISION_RGB),
     NO_SOLUTION: ("✕ no solution", NO_SOLUTION_RGB),
+    UNSURE: ("◌ reachable, not cleared: plan to find out", UNSURE_RGB),
     OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
     UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
 }
-"""Class of the layer "footing" → text with its mark, colour."""
+"""Class of the layers "footing" and "footing_friction" → text with its mark, colour."""
+
+REACH: dict[int, tuple[str, Rgb]] = {
+    reach_classes.FREE: ("● free", (64, 176, 84)),
+    reach_classes.FOOT_COLLISION: ("■ collides there", COLLISION_RGB),
+    reach_classes.WAYPOINT_COLLISION: ("◪ collides above", (176, 92, 158)),
+    reach_classes.NO_LIFT: ("⊤ can't be raised from there", (214, 120, 92)),
+    reach_classes.JOINT_LIMIT: ("⟂ past a joint limit", (232, 96, 60)),
+    reach_classes.NO_GEOMETRY: ("✕ no solution", NO_SOLUTION_RGB),
+    reach_classes.UNSURE: ("◌ collisions not checked", UNSURE_RGB),
+    reach_classes.OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
+    reach_classes.UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
+}
+"""Class of the layer "reach_class" → text with its mark, colour."""
+
+HUES: tuple[Rgb, ...] = (
+    (31, 119, 180),
+    (255, 127, 14),
+    (148, 103, 189),
+    (140, 86, 75),
+    (227, 119, 194),
+    (188, 189, 34),
+    (23, 190, 207),
+    (174, 199, 232),
+    (255, 187, 120),
+    (197, 176, 213),
+    (196, 156, 148),
+    (247, 182, 210),
+    (219, 219, 141),
+    (158, 218, 229),
+    (99, 60, 20),
+    (20, 60, 120),
+    (255, 255, 255),
+)
+"""For classes without an order (after the categories of matplotlib's tab20, BSD-style licence)."""
+
+
+def hindrance_colors(codes: Iterable[int]) -> dict[int, tuple[str, Rgb]]:
+    """Class of the layer "hindrance" → text with its mark, colour, for the codes that occur."""
+    fixed = {
+        reach_classes.NO_HINDRANCE: ("●", (64, 176, 84)),
+        reach_classes.NOT_PLACED: ("✕", NO_SOLUTION_RGB),
+        reach_classes.BEYOND: ("·", OUT_OF_RANGE_RGB),
+        reach_classes.UNSEEN: ("?", UNKNOWN_RGB),
+    }
+    table = {}
+    for code in sorted(codes):
+        mark, color = fixed.get(code, (f"{code}:", HUES[code % len(HUES)]))
+        table[code] = (f"{mark} {reach_classes.hindrance_text(code)}", color)
+    return table
+
+
+CLASSES = {"footing": FOOTING, "footing_friction": FOOTING, "reach_class": REACH}
+CLASS_LAYERS = (*CLASSES, "hindrance")
 
 VIRIDIS = np.array(
     [
@@ -55,7 +120,8 @@ VIRIDIS = np.array(
 )
 PURPLE_GREEN = np.array([(118, 42, 131), (175, 141, 195), (247, 247, 247), (127, 191, 123), (27, 120, 55)], float)
 
-_OF_LEG = ("solutions", "margin")
+_OF_LEG = tuple(name for name, info in LAYERS.items() if info.group in (LEG, BALANCE, FOOTFALL))
+_SIGNED = tuple(name for name in LAYERS if name.startswith("margin"))
 _STOPS = 5
 
 
@@ -81,10 +147,16 @@ def scale(stack: MapStack, layer: str) -> Scale:
         "certainty": (0.0, 1.0),
         "age": (0.0, _oldest(stack)),
         "height_sd": (0.0, 0.05),
+        "seat": (0.0, 0.1),
+        "support": (0.0, 1.0),
         "solutions": (0.0, 4.0),
-        "margin": (-1.0, 1.0),
-    }[layer]
-    return Scale(low, high, PURPLE_GREEN if layer == "margin" else VIRIDIS, LAYERS[layer][0])
+        "limit_margin": (0.0, 0.5),
+        "manipulability": (0.0, 0.5),
+        "tip_energy": (0.0, 4000.0),
+        "torque_ratio": (0.0, 1.0),
+        "quality": (0.0, 1.0),
+    }.get(layer, (-1.0, 1.0))
+    return Scale(low, high, PURPLE_GREEN if layer in _SIGNED else VIRIDIS, LAYERS[layer].unit)
 
 
 def _oldest(stack: MapStack) -> float:
@@ -94,13 +166,20 @@ def _oldest(stack: MapStack) -> float:
     return max(60.0, float(known.max())) if len(known) else 60.0
 
 
+def class_colors(stack: MapStack, layer: str) -> dict[int, tuple[str, Rgb]]:
+    """Class → text with its mark, colour, of a layer of classes."""
+    if layer == "hindrance":
+        return hindrance_colors(int(code) for code in np.unique(_layer(stack, layer)))
+    return CLASSES[layer]
+
+
 def layer_rgb(stack: MapStack, layer: str) -> NDArray[np.uint8]:
     """Colours of a layer, (rows, cols, 3) uint8, row 0 south. Raises NotFound for a layer the stack lacks."""
     numbers = _layer(stack, layer)
-    if layer == "footing":
+    if layer in CLASS_LAYERS:
         table = np.zeros((256, 3), np.uint8)
-        for footing, (_, rgb) in FOOTING.items():
-            table[footing] = rgb
+        for one, (_, rgb) in class_colors(stack, layer).items():
+            table[one] = rgb
         return table[numbers]
     known = ~np.isnan(numbers)
     rgb = _along(scale(stack, layer), np.where(known, numbers, 0.0))
@@ -109,21 +188,22 @@ def layer_rgb(stack: MapStack, layer: str) -> NDArray[np.uint8]:
         footing = stack.layers["footing"]
         rgb[footing == OUT_OF_RANGE] = OUT_OF_RANGE_RGB
         rgb[footing == NO_SOLUTION] = NO_SOLUTION_RGB
+        rgb[(footing == COLLISION) & ~known] = COLLISION_RGB
     return rgb
 
 
 def layer_legend(stack: MapStack, layer: str) -> list[tuple[str, Rgb]]:
     """Texts with units or marks, and their colours, from first to last line of a legend."""
     _layer(stack, layer)
-    if layer == "footing":
-        return list(FOOTING.values())
+    if layer in CLASS_LAYERS:
+        return list(class_colors(stack, layer).values())
     along = scale(stack, layer)
     stops = np.linspace(along.low, along.high, _STOPS)
     lines = [
         (_text(layer, float(stop), along), _rgb(color)) for stop, color in zip(stops, _along(along, stops), strict=True)
     ]
     if layer in _OF_LEG:
-        lines += [FOOTING[NO_SOLUTION], FOOTING[OUT_OF_RANGE]]
+        lines += [FOOTING[COLLISION], FOOTING[NO_SOLUTION], FOOTING[OUT_OF_RANGE]]
     if layer != "certainty":
         lines.append(FOOTING[UNKNOWN])
     return lines
@@ -147,10 +227,10 @@ def _text(layer: str, number: float, along: Scale) -> str:
     text = f"{number:{digits}} {along.unit}".strip()
     if layer == "slope":
         text = f"{text} ({np.degrees(number):.0f}°)"
-    bounded = layer in ("goodness", "certainty")
+    bounded = layer in ("goodness", "certainty", "support", "quality")
     if number == along.high and not bounded:
         text += " and more"
-    if number == along.low and layer == "margin":
+    if number == along.low and layer in _SIGNED:
         text += " and less"
     return text
 

@@ -1,28 +1,98 @@
 """The stack of map layers for one leg, and the names and meanings of its layers."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance, Value, value
+from footfall.maps.quality_settings import QualitySettings
 
-# Classes of the layer "footing" (FootFall paper: green, orange, red; unknown is its own colour).
-UNKNOWN, NO_SOLUTION, REACHABLE_UNSTABLE, REACHABLE_STABLE, OUT_OF_RANGE = 0, 1, 2, 3, 4
+# Classes of the footing layers (FootFall paper: green, orange, red; unknown is its own colour).
+UNKNOWN, NO_SOLUTION, REACHABLE_UNSTABLE, REACHABLE_STABLE, OUT_OF_RANGE, COLLISION, UNSURE = range(7)
 
-LAYERS: Mapping[str, tuple[str, str]] = {
-    "slope": ("rad", "tilt of the plane fitted in a wheel-sized window"),
-    "roughness": ("m", "RMS distance of the cells from that plane"),
-    "step": ("m", "largest height difference in the window after removing the plane"),
-    "goodness": ("", "traversability 0…1 from slope, roughness and step, 1 = easy (Morphin)"),
-    "certainty": ("", "share of the window's cells that are known, 0…1"),
-    "age": ("s", "time between the cell's newest measurement and the newest of all; unknown for loaded terrain"),
-    "height_sd": ("m", "standard deviation of the height; unknown for loaded terrain"),
-    "solutions": ("", "number of inverse-kinematics solutions inside the joint limits"),
-    "margin": ("m", "stability margin if the leg stood there; positive inside the polygon"),
-    "footing": ("class", "unknown, no solution, reachable but unstable, reachable and stable, out of range"),
+
+class LayerInfo(NamedTuple):
+    """unit: SI, "class" for a layer of classes, "" for a number without one; group: of the page's menu."""
+
+    unit: str
+    title: str
+    text: str
+    group: str
+
+
+GROUND, LEG, BALANCE, FOOTFALL = "Ground", "Leg", "Balance", "Footfall"
+
+LAYERS: Mapping[str, LayerInfo] = {
+    "goodness": LayerInfo(
+        "", "Traversability", "0…1 from slope, roughness and step under a wheel, 1 = easy (Morphin)", GROUND
+    ),
+    "certainty": LayerInfo("", "Share of ground known", "share of the window's cells that are known, 0…1", GROUND),
+    "height_sd": LayerInfo(
+        "m", "Certainty of height", "standard deviation of the height; unknown for loaded terrain", GROUND
+    ),
+    "age": LayerInfo(
+        "s",
+        "Age",
+        "time between the cell's newest measurement and the newest of all; unknown for loaded terrain",
+        GROUND,
+    ),
+    "slope": LayerInfo("rad", "Slope", "tilt of the plane fitted in a wheel-sized window", GROUND),
+    "roughness": LayerInfo("m", "Roughness", "RMS distance of the cells from that plane", GROUND),
+    "step": LayerInfo("m", "Step", "largest height difference in the window after removing the plane", GROUND),
+    "seat": LayerInfo("m", "Wheel above the fitted ground", "height at which a rigid wheel comes to stand", GROUND),
+    "support": LayerInfo(
+        "", "Share of the wheel that carries", "share of the footprint that the wheel touches", GROUND
+    ),
+    "reach_class": LayerInfo("class", "Why the leg can't stand there", "what keeps the leg off the cell", LEG),
+    "hindrance": LayerInfo("class", "What stops the leg", "the joint at its limit, or what the leg would hit", LEG),
+    "solutions": LayerInfo("", "Number of leg solutions", "inverse-kinematics solutions inside the joint limits", LEG),
+    "limit_margin": LayerInfo("rad", "Margin to joint limits", "of the best solution, to its nearest limit", LEG),
+    "manipulability": LayerInfo(
+        "m³", "Manipulability", "√det(J Jᵀ) of the wheel contact, best solution (Yoshikawa)", LEG
+    ),
+    "margin": LayerInfo(
+        "m", "Margin, plain polygon", "geometric: to the support polygon with the leg standing there; + inside", BALANCE
+    ),
+    "margin_conservative": LayerInfo(
+        "m", "Margin, conservative polygon", "geometric: to what survives the loss of any one leg; + inside", BALANCE
+    ),
+    "margin_lifted": LayerInfo(
+        "m",
+        "Margin while the leg is in the air",
+        "geometric: of the other feet, the leg above the cell; + inside",
+        BALANCE,
+    ),
+    "margin_friction": LayerInfo(
+        "m", "Margin with friction", "to the equilibrium region on the real contact normals; + inside", BALANCE
+    ),
+    "margin_friction_conservative": LayerInfo(
+        "m", "Margin with friction, any leg lost", "to what of that region survives the loss of any one leg", BALANCE
+    ),
+    "tip_energy": LayerInfo("J", "Tip-over energy", "least work that tips the rover over an edge of its feet", BALANCE),
+    "torque_ratio": LayerInfo(
+        "",
+        "Torque ratio",
+        "least possible largest torque as a share of its limit, all legs standing; held up to 1",
+        BALANCE,
+    ),
+    "footing": LayerInfo(
+        "class",
+        "Where the leg may stand",
+        "reach, collision and the geometric margin; says nothing of friction",
+        FOOTFALL,
+    ),
+    "footing_friction": LayerInfo(
+        "class",
+        "Where the leg may stand, with friction",
+        "the same with friction on real normals and torques",
+        FOOTFALL,
+    ),
+    "quality": LayerInfo("", "Footfall quality", "weighted quality 0…1 of what is acceptable (Ambler)", FOOTFALL),
 }
 
 
@@ -31,8 +101,14 @@ class MapSettings(Value):
     """window: side of the plane-fit window [m], about one wheel.
 
     slope_limit [rad], roughness_limit [m], step_limit [m]: where goodness reaches 0.
-    conservative: support polygon that survives the loss of any one leg; else the plain one.
+    conservative: footing asks for what survives the loss of any one leg; else for the plain polygon or region.
     stable_margin: least margin to call a footing stable [m].
+    lift: the leg must also be free at a waypoint this far above the footfall [m].
+    raise_terrain: the ground that the waypoint is checked against is raised by this [m].
+    clearance: added to every clearance of the robot description [m].
+    collisions: check collisions; without, what the leg reaches is unsure and never green.
+    friction: make the layers with friction and torques too; they take seconds.
+    balance: friction, gravity, tilt and payload. quality: weights and limits of the footfall quality.
     """
 
     window: float = 0.5
@@ -41,20 +117,28 @@ class MapSettings(Value):
     step_limit: float = 0.25
     conservative: bool = False
     stable_margin: float = 0.0
+    lift: float = 0.2
+    raise_terrain: float = 0.15
+    clearance: float = 0.0
+    collisions: bool = True
+    friction: bool = False
+    balance: BalanceSettings = BalanceSettings()
+    quality: QualitySettings = QualitySettings()
 
     def check(self) -> None:
         if not (self.window > 0 and self.slope_limit > 0 and self.roughness_limit > 0 and self.step_limit > 0):
             raise InvalidInput("window and limits of the map settings must be above zero")
-        if not 0 <= self.stable_margin < np.inf:
-            raise InvalidInput("stable_margin can't be negative [m]", stable_margin=self.stable_margin)
+        for name in ("stable_margin", "lift", "raise_terrain", "clearance"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InvalidInput(f"{name} can't be negative [m]", **{name: getattr(self, name)})
 
 
 @value
 class MapStack(Value):
     """Layers on one grid for one leg.
 
-    layers: name → (rows, cols) array; float32 with NaN = unknown, uint8 for "footing".
-    stability: which polygon "margin" was measured to, "plain" or "conservative".
+    layers: name → (rows, cols) array; float32 with NaN = unknown, uint8 for layers of classes.
+    stability: which polygon or region footing asks for, "plain" or "conservative".
     """
 
     geometry: GridGeometry
@@ -67,3 +151,8 @@ class MapStack(Value):
         for name, layer in self.layers.items():
             if name not in LAYERS or layer.shape != self.geometry.shape:
                 raise InvalidInput(f"layer {name!r} is unknown or does not fit the grid {self.geometry.shape}")
+
+    @property
+    def margin(self) -> NDArray[np.generic]:
+        """The geometric margin that "footing" was decided by, (rows, cols) [m]."""
+        return self.layers["margin" if self.stability == "plain" else "margin_conservative"]

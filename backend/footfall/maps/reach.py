@@ -1,15 +1,28 @@
-"""Where one leg can put its wheel: inverse kinematics at every cell within the leg's length."""
+"""Where one leg can put its wheel, and why not elsewhere: every closed-form solution at every cell in range.
 
-from dataclasses import dataclass
+The wheel stands upright on the ground's normal; its heading is free, for it only turns the last joint about that
+normal. What the planner will be asked is asked here in the same way: the contact is the cell's centre, the normal is
+fitted in a disc of the wheel's radius that must be known, the leg must be free of collision on the contact and
+with the wheel raised straight above it.
+"""
+
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.frames import apply
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
-from footfall.core.progress import Progress, no_progress
+from footfall.core.progress import Progress, no_progress, part
+from footfall.maps.leg_collisions import LegCollisions
+from footfall.maps.leg_postures import LegFrame, choose_postures
 from footfall.maps.normals import cell_normals
-from footfall.robot.ik import BRANCHES, solve_leg, wheel_pose_for_contact
+from footfall.maps.reach_classes import JOINT_LIMIT, NO_GEOMETRY, OUT_OF_RANGE, UNKNOWN, explained
+from footfall.maps.wheel_seat import wheel_seat
+from footfall.robot import ik_kernel
+from footfall.robot.ik import BRANCHES, leg_azimuth
+from footfall.robot.leg_frames import leg_lengths, wheel_axles
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -19,27 +32,67 @@ Array = NDArray[np.float64]
 LEAST_KNOWN = 1.0
 """Share of the ground within a wheel's radius that must be known; the step planner asks for the same."""
 
-_CELLS_AT_ONCE = 8192
+_CELLS_AT_ONCE = 32768
+
+LIFT = 0.2
+"""Height of the waypoint straight above a footfall [m]: what the step planner takes unless told otherwise."""
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Answers for the n known cells within the leg's length of its hip.
+    """Answers for the n known cells within the leg's length of its hip, row by row.
 
     rows, cols: (n,) indices into the grid; contacts, normals: (n, 3) in site.
-    solutions: (n,) inverse-kinematics solutions inside the joint limits, 0…8.
-    postures: (n, 6) the solution nearest to the leg's present angles [rad], NaN where there is none.
+    reason: (n,) class, see :mod:`footfall.maps.reach_classes`. blame: (n,) the joint 0…5 of JOINT_LIMIT, what is hit in
+    a collision (robot.overlap_kernel); link: (n,) index into PARTS of what hits.
+    solutions: (n,) inverse-kinematics solutions inside the joint limits with some heading, 0…8.
+    postures: (n, 6) [rad] the free one, if one is known, else the one that gets farthest; NaN where there is none.
+    above: (n, 6) [rad] the same wheel raised by ``lift`` [m], NaN where the limits forbid it.
+    limit_margin: (n,) distance to the joint limits [rad] of the solution that has most, the last joint at its middle;
+    where none is inside, minus how far the nearest is outside; NaN where there is none.
+    manipulability: (n,) of that solution, √det(J Jᵀ) [m³]; NaN where none is inside.
+    seat [m], support (0…1): (n,) of the wheel in that heading (maps.wheel_seat), NaN without a posture.
     unknown: (m, 2) row and column of cells in range whose height is known, but not enough of the ground
     within a wheel's radius (LEAST_KNOWN).
+    checks: exact collision checks that were made.
     """
 
     rows: NDArray[np.int64]
     cols: NDArray[np.int64]
     contacts: Array
     normals: Array
+    reason: NDArray[np.uint8]
+    blame: NDArray[np.uint8]
+    link: NDArray[np.uint8]
     solutions: NDArray[np.int64]
     postures: Array
+    above: Array
+    limit_margin: Array
+    manipulability: Array
+    seat: Array
+    support: Array
     unknown: NDArray[np.int64]
+    checks: int
+    lift: float
+    sink: float
+
+    def text(self, index: int) -> str:
+        """The answer for one of the n cells, for a person."""
+        return explained(
+            int(self.reason[index]),
+            int(self.blame[index]),
+            int(self.link[index]),
+            float(self.seat[index]),
+            self.sink,
+            self.lift,
+        )
+
+    def classes(self, dem: Dem) -> NDArray[np.uint8]:
+        """The class of every cell of the map, (rows, cols); cells of a coarser lattice stand for themselves only."""
+        out = np.where(np.isfinite(dem.heights), OUT_OF_RANGE, UNKNOWN).astype(np.uint8)
+        out[self.rows, self.cols] = self.reason
+        out[tuple(self.unknown.T)] = UNKNOWN
+        return out
 
 
 def leg_length(robot: Robot, leg: int) -> float:
@@ -48,60 +101,167 @@ def leg_length(robot: Robot, leg: int) -> float:
     return float(np.linalg.norm(spec.hip_offset) + spec.thigh + spec.shank + spec.foot + robot.wheel_radius)
 
 
-def reach(robot: Robot, dem: Dem, state: RobotState, leg: int, progress: Progress = no_progress) -> Reach:
+def reach(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    leg: int,
+    progress: Progress = no_progress,
+    collisions: LegCollisions | None = None,
+    lift: float = LIFT,
+    stride: int = 1,
+    without: int = 0,
+) -> Reach:
     """Solve the leg for a wheel standing upright on every known cell within the leg's length.
 
-    The contact is the cell's centre at its height, the normal that of the surface in a disc of the wheel's
-    radius, which must be known (LEAST_KNOWN). The wheel's heading only turns the last joint, about the normal: a
-    branch counts as a solution where it is inside the limits with the wheel heading from the hip to the
-    cell or straight back. Collisions are not considered.
+    collisions: checks for this robot, state and leg; without them no cell is FREE: those with a solution are UNSURE.
+    lift [m]: how far above the footfall the leg must be free too.
+    stride, without: only cells whose row and column are multiples of ``stride`` but not both of ``without``, so that
+    ``joined(reach(…, stride=4), reach(…, without=4))`` is ``reach(…)``, save where the collisions' bound on mesh checks
+    leaves cells unsure.
     """
+    leg = robot.require_leg(leg)
+    if stride < 1 or without < 0:
+        raise InvalidInput("stride must be 1 or more and without 0 or more", stride=stride, without=without)
+    if not 0 < lift < np.inf:
+        raise InvalidInput("lift must be above zero [m]", lift=lift)
+    rows, cols, contacts, normals, unknown = _ground(robot, dem, state, leg, stride, without)
+    progress(0.2, "normals fitted")
+    found = _solved(robot, state, leg, contacts, normals)
+    progress(0.3, "inverse kinematics")
+    n = len(contacts)
+    reason = np.where(np.isnan(found.excess), NO_GEOMETRY, JOINT_LIMIT).astype(np.uint8)
+    blame, link = np.where(reason == JOINT_LIMIT, found.joint, 0).astype(np.uint8), np.zeros(n, np.uint8)
+    posture, raised = np.full((n, 6), np.nan), np.full((n, 6), np.nan)
+    spec, own = robot.description.legs[leg], slice(6 * leg, 6 * leg + 6)
+    T_site_hip = np.asarray(state.T_site_base) @ spec.T_base_hip
+    lengths, up = leg_lengths(spec), inverse(T_site_hip)[:3, 2] * lift
+    azimuth = leg_azimuth(robot, leg, state.T_site_base)
+    frame = LegFrame(lengths, robot.lower[own], robot.upper[own], inverse(T_site_hip)[:3, :3], azimuth, up)
+    there, number = np.unique(found.cell, return_inverse=True)
+    stands = choose_postures(
+        frame, number, found.branch, found.q, normals[found.cell], collisions, part(progress, 0.3, 0.95)
+    )
+    reason[there], blame[there], link[there] = stands.reason, stands.blame, stands.link
+    posture[there], raised[there] = stands.q, stands.above
+    axles = wheel_axles(lengths, posture) @ T_site_hip[:3, :3].T
+    seat, support = wheel_seat(robot, dem, contacts, normals, axles)
+    progress(1.0, "reach")
+    return Reach(
+        rows=rows,
+        cols=cols,
+        contacts=contacts,
+        normals=normals,
+        reason=reason,
+        blame=blame,
+        link=link,
+        solutions=np.bincount(found.cell, minlength=n),
+        postures=posture,
+        above=raised,
+        limit_margin=np.where(found.excess > 0, -found.excess, found.margin),
+        manipulability=found.dexterity,
+        seat=seat,
+        support=support,
+        unknown=unknown,
+        checks=stands.checks,
+        lift=lift,
+        sink=robot.description.clearances.wheel_sink,
+    )
+
+
+def joined(first: Reach, second: Reach) -> Reach:
+    """Two answers for different cells of one map as one, row by row."""
+    order = np.lexsort((np.append(first.cols, second.cols), np.append(first.rows, second.rows)))
+    arrays: dict = {}
+    for field in fields(Reach):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if field.name == "unknown":
+            both = np.concatenate([a, b])
+            arrays["unknown"] = both[np.lexsort((both[:, 1], both[:, 0]))]
+        elif field.name == "checks":
+            arrays["checks"] = a + b
+        else:
+            arrays[field.name] = np.concatenate([a, b])[order] if isinstance(a, np.ndarray) else a
+    return Reach(**arrays)
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """For n cells margin (NaN: none), joint, excess and dexterity, (n,) each, as ``ik_kernel.solve_upright`` has them.
+
+    cell, branch: (m,) and q: (m, 6) the solutions inside the limits, by cell, each cell's by falling margin.
+    """
+
+    margin: Array
+    joint: NDArray[np.uint8]
+    excess: Array
+    dexterity: Array
+    cell: NDArray[np.int64]
+    branch: NDArray[np.int64]
+    q: Array
+
+
+def _solved(robot: Robot, state: RobotState, leg: int, contacts: Array, normals: Array) -> _Solved:
+    n = len(contacts)
+    spec, own = robot.description.legs[leg], slice(6 * leg, 6 * leg + 6)
+    T_hip_site = inverse(np.asarray(state.T_site_base) @ spec.T_base_hip)
+    lengths, present = leg_lengths(spec), np.array(state.leg(leg))
+    largest, joint, excess, dexterity = np.empty(n), np.empty(n, np.uint8), np.empty(n), np.empty(n)
+    cells, branches, qs = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros((0, 6))]
+    for start in range(0, n, _CELLS_AT_ONCE):
+        some = slice(start, min(start + _CELLS_AT_ONCE, n))
+        q, margin = np.empty((some.stop - start, BRANCHES, 6)), np.empty((some.stop - start, BRANCHES))
+        ik_kernel.solve_upright(
+            lengths,
+            robot.wheel_radius,
+            T_hip_site,
+            contacts[some],
+            normals[some],
+            robot.lower[own],
+            robot.upper[own],
+            present,
+            q,
+            margin,
+            joint[some],
+            excess[some],
+            dexterity[some],
+        )
+        order = np.argsort(-margin, axis=1, kind="stable")
+        cell, rank = np.nonzero(np.isfinite(np.take_along_axis(margin, order, axis=1)))
+        branch = order[cell, rank]
+        best = margin.max(axis=1)
+        largest[some] = np.where(np.isfinite(best), best, np.nan)
+        cells.append(cell + start)
+        branches.append(branch)
+        qs.append(q[cell, branch])
+    return _Solved(
+        largest, joint, excess, dexterity, np.concatenate(cells), np.concatenate(branches), np.concatenate(qs)
+    )
+
+
+def _ground(
+    robot: Robot, dem: Dem, state: RobotState, leg: int, stride: int, without: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, NDArray[np.int64]]:
+    """rows, cols, contacts and normals of the known cells in range that are asked for, and the unknown ones (m, 2)."""
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
     length = leg_length(robot, leg)
     rows, cols = _box(dem.geometry, hip, length)
     if rows.start >= rows.stop or cols.start >= cols.stop:
         none = np.zeros(0, np.int64)
-        empty = np.zeros((0, 3))
-        return Reach(none, none, empty, empty, none, np.zeros((0, 6)), np.zeros((0, 2), np.int64))
+        return none, none, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), np.int64)
     x, y = np.meshgrid(dem.geometry.xs[cols], dem.geometry.ys[rows])
     points = np.stack([x, y, dem.heights[rows, cols].astype(np.float64)], axis=-1)
+    row, col = np.arange(rows.start, rows.stop)[:, None], np.arange(cols.start, cols.stop)
+    asked = (row % stride == 0) & (col % stride == 0)
+    if without:
+        asked &= (row % without != 0) | (col % without != 0)
     # a distance to an unknown height is NaN and never in range
-    in_range = np.linalg.norm(points - hip, axis=-1) <= length
+    asked &= np.linalg.norm(points - hip, axis=-1) <= length
     upright, share = cell_normals(dem, robot.wheel_radius, rows, cols)
     known = (share >= LEAST_KNOWN) & np.isfinite(upright).all(axis=-1)
-    progress(0.2, "normals fitted")
-    contacts, normals = points[in_range & known], upright[in_range & known]
-    headings = np.arctan2(contacts[:, 1] - hip[1], contacts[:, 0] - hip[0])
-    count = np.zeros(len(contacts), np.int64)
-    postures = np.full((len(contacts), 6), np.nan)
-    for start in range(0, len(contacts), _CELLS_AT_ONCE):
-        part = slice(start, start + _CELLS_AT_ONCE)
-        count[part], postures[part] = _solve(robot, state, leg, contacts[part], normals[part], headings[part])
-        progress(0.2 + 0.8 * min(1.0, part.stop / len(contacts)), "inverse kinematics")
     first = np.array([rows.start, cols.start])
-    row, col = (np.argwhere(in_range & known) + first).T
-    return Reach(row, col, contacts, normals, count, postures, np.argwhere(in_range & ~known) + first)
-
-
-def _solve(
-    robot: Robot, state: RobotState, leg: int, contacts: Array, normals: Array, headings: Array
-) -> tuple[NDArray[np.int64], Array]:
-    """Number of solutions (n,) and the one nearest to the leg's present angles (n, 6), NaN for none."""
-    valid = np.zeros((len(contacts), BRANCHES), bool)
-    least = np.full(len(contacts), np.inf)
-    postures = np.full((len(contacts), 6), np.nan)
-    for turn in (0.0, np.pi):
-        Ts_base_wheel = wheel_pose_for_contact(robot, contacts, normals, headings + turn, state.T_site_base)
-        found = solve_leg(robot, leg, Ts_base_wheel)
-        valid |= found.valid
-        away = np.square(found.q - state.leg(leg)).sum(axis=2)
-        away[~found.valid] = np.inf
-        branch = np.argmin(away, axis=1)
-        distance = np.take_along_axis(away, branch[:, None], axis=1)[:, 0]
-        nearer = distance < least
-        postures[nearer] = found.q[nearer, branch[nearer]]
-        least = np.minimum(least, distance)
-    return valid.sum(axis=1), postures
+    at_row, at_col = (np.argwhere(asked & known) + first).T
+    return at_row, at_col, points[asked & known], upright[asked & known], np.argwhere(asked & ~known) + first
 
 
 def _box(grid: GridGeometry, hip: Array, length: float) -> tuple[slice, slice]:

@@ -1,14 +1,20 @@
-"""How stable the rover would stand with one leg moved to each reachable cell."""
+"""How stable the rover would stand with one leg on each reachable cell, and while that leg is in the air above it."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
-from footfall.balance.support import margins_for_candidates
+from footfall.balance.region_candidates import region_margins_for_candidates
+from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.support import margins, margins_for_candidates
+from footfall.balance.tip_over_candidates import tip_energies_for_candidates
+from footfall.balance.torque_candidates import torque_ratios_for_postures
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.maps.reach import Reach
-from footfall.maps.standing import contacts, standing
+from footfall.maps.standing import Contacts, contacts, standing
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -16,18 +22,110 @@ from footfall.terrain.dem import Dem
 Array = NDArray[np.float64]
 
 
-def stability(robot: Robot, dem: Dem, state: RobotState, leg: int, reached: Reach, conservative: bool) -> Array:
-    """Absolute stability margin [m] for each cell of ``reached``, (n,); NaN where the leg has no solution.
+@dataclass(frozen=True)
+class Stance:
+    """The feet that stay while one leg steps, in a frame with z against gravity.
 
-    The polygon is that of the other standing wheels' contacts and the cell, seen from above; a wheel known to be in
-    the air carries nothing. The centre of mass is
-    that of the present posture with the leg at the cell, in the solution nearest to its present angles.
+    legs: those that stand. feet: their contacts, site. points, normals: (k, 3) of them, level.
+    R_level_site: see :attr:`footfall.balance.settings.BalanceSettings.R_level_site`.
+    """
+
+    legs: tuple[int, ...]
+    feet: Contacts
+    points: Array
+    normals: Array
+    R_level_site: Array
+
+
+def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance: BalanceSettings) -> Stance:
+    """The other standing wheels; one known to be in the air carries nothing.
+
     Raises InvalidInput where fewer than three other legs could carry the rover meanwhile.
     """
     others = [other for other in robot.legs if other != leg]
     if len(others) < 3:
         raise InvalidInput(f"{robot.name} stands on {len(others)} legs while leg {leg} moves; it needs three")
     down = standing(robot, dem, state.posture, state.T_site_base, others)
-    fixed = contacts(robot, dem, state.posture, state.T_site_base, down).points
-    coms = apply(state.T_site_base, centers_of_mass(robot, state.posture, leg, reached.postures))
-    return margins_for_candidates(fixed, reached.contacts[:, :2], coms[:, :2], conservative)
+    feet = contacts(robot, dem, state.posture, state.T_site_base, down)
+    R = balance.R_level_site
+    return Stance(tuple(down), feet, feet.points @ R.T, feet.normals @ R.T, R)
+
+
+def geometric(
+    robot: Robot,
+    state: RobotState,
+    leg: int,
+    stance: Stance,
+    reached: Reach,
+    balance: BalanceSettings,
+    conservative: bool,
+) -> dict[str, Array]:
+    """Layers of the support polygons for each cell of ``reached``, (n,) each; NaN where the leg has no posture.
+
+    "margin", "margin_conservative" [m]: absolute stability margin with the leg standing there. "margin_lifted": that
+    of the other feet's polygon (``conservative``: their conservative one) with the leg in the air above, as the step
+    planner asks. "tip_energy" [J]. The centre of mass is that of the present posture with the leg's new angles, and the
+    payload of ``balance``.
+    """
+    mass, coms = _coms(robot, state, leg, reached.postures, stance, balance)
+    _, lifted = _coms(robot, state, leg, reached.above, stance, balance)
+    feet = reached.contacts @ stance.R_level_site.T
+    there, above = np.isfinite(coms).all(axis=1), np.isfinite(lifted).all(axis=1)
+    in_air = np.full(len(feet), np.nan)
+    in_air[above] = margins(stance.points, lifted[above, :2], conservative)
+    energy = np.full(len(feet), np.nan)
+    energy[there] = tip_energies_for_candidates(stance.points, feet[there], coms[there], mass, balance.gravity)
+    return {
+        "margin": margins_for_candidates(stance.points, feet[:, :2], coms[:, :2], False),
+        "margin_conservative": margins_for_candidates(stance.points, feet[:, :2], coms[:, :2], True),
+        "margin_lifted": in_air,
+        "tip_energy": energy,
+    }
+
+
+def with_friction(
+    robot: Robot,
+    state: RobotState,
+    leg: int,
+    stance: Stance,
+    reached: Reach,
+    balance: BalanceSettings,
+    at: NDArray[np.bool_],
+) -> dict[str, Array]:
+    """Layers with friction cones on the real normals for the cells ``at`` (n,) of ``reached``, NaN elsewhere.
+
+    "margin_friction", "margin_friction_conservative" [m]: to the equilibrium region (balance.region_candidates), and to
+    what of it survives the loss of any one leg. "torque_ratio": least possible largest torque over its limit.
+    """
+    postures, normals = reached.postures[at], reached.normals[at]
+    _, coms = _coms(robot, state, leg, postures, stance, balance)
+    args = stance.points, stance.normals, reached.contacts[at] @ stance.R_level_site.T, normals @ stance.R_level_site.T
+    found = {}
+    for name, conservative in (("margin_friction", False), ("margin_friction_conservative", True)):
+        found[name] = region_margins_for_candidates(
+            *args, coms[:, :2], conservative, balance.friction, balance.sides
+        ).margin
+    found["torque_ratio"] = torque_ratios_for_postures(
+        robot,
+        state.posture,
+        state.T_site_base,
+        stance.legs,
+        stance.feet.normals,
+        leg,
+        postures,
+        normals,
+        balance,
+    )
+    layers = {}
+    for name, numbers in found.items():
+        layers[name] = np.full(len(at), np.nan)
+        layers[name][at] = numbers
+    return layers
+
+
+def _coms(
+    robot: Robot, state: RobotState, leg: int, postures: Array, stance: Stance, balance: BalanceSettings
+) -> tuple[float, Array]:
+    """Mass [kg], and centres of mass (n, 3) [m], level."""
+    mass, coms = loaded(robot, centers_of_mass(robot, state.posture, leg, postures), balance)
+    return mass, apply(state.T_site_base, coms) @ stance.R_level_site.T

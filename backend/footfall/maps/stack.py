@@ -1,26 +1,40 @@
-"""All map layers for one leg."""
+"""All map layers for one leg: coarse first, then fine."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
+from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.maps.layers import (
-    NO_SOLUTION,
-    OUT_OF_RANGE,
-    REACHABLE_STABLE,
-    REACHABLE_UNSTABLE,
-    UNKNOWN,
-    MapSettings,
-    MapStack,
-)
-from footfall.maps.reach import reach
-from footfall.maps.stability import stability
-from footfall.maps.traversability import traversability
+from footfall.maps import layers as footing
+from footfall.maps import reach_classes
+from footfall.maps.choice import stack_quality
+from footfall.maps.layers import MapSettings, MapStack
+from footfall.maps.leg_collisions import LegCollisions, leg_collisions
+from footfall.maps.reach import Reach, joined, leg_length, reach
+from footfall.maps.stability import Stance, geometric, stance_without, with_friction
+from footfall.maps.standing import contacts
+from footfall.maps.traversability import Traversability, traversability
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.unseen import without_holes
+
+COARSE = 4
+"""The preview has every so many-th cell."""
+AROUND = 1.5
+"""Holes are filled this much farther than the leg reaches [m]."""
+
+_FOOTING = np.zeros(len(reach_classes.CLASSES), np.uint8)
+_FOOTING[reach_classes.OUT_OF_RANGE] = footing.OUT_OF_RANGE
+_FOOTING[[reach_classes.NO_GEOMETRY, reach_classes.JOINT_LIMIT]] = footing.NO_SOLUTION
+_FOOTING[[reach_classes.FOOT_COLLISION, reach_classes.WAYPOINT_COLLISION]] = footing.COLLISION
+# the planner may lean the wheel where it can't be raised upright
+_FOOTING[[reach_classes.UNSURE, reach_classes.NO_LIFT]] = footing.UNSURE
+_FOOTING[reach_classes.FREE] = footing.REACHABLE_STABLE
 
 
 def compute_maps(
@@ -30,13 +44,15 @@ def compute_maps(
     leg: int,
     settings: MapSettings | None = None,
     progress: Progress = no_progress,
+    preview: Callable[[MapStack], None] | None = None,
 ) -> MapStack:
-    """Traversability, reachability and stability of ``leg`` on the cells of the terrain.
+    """Traversability, reachability, stability and quality of ``leg`` on the cells of the terrain.
 
-    In "solutions" and "margin", NaN stands for unknown ground and, in "margin", also for cells that the
-    leg can't reach; "footing" tells them apart. Cells beyond the leg's length have 0 solutions. The same
-    input gives the same digest. Raises InvalidInput for a leg that does not exist or a state of another
-    robot.
+    Layers of numbers hold NaN where the ground is unknown or what they say has no meaning ("footing" tells why). Cells
+    beyond the leg's length have 0 solutions. The same input gives the same digest, with preview or without.
+
+    preview: called with the same maps on every fourth cell before the fine ones are made.
+    Raises InvalidInput for a leg that does not exist or a state of another robot.
     """
     settings = settings or MapSettings()
     leg = robot.require_leg(leg)
@@ -45,48 +61,114 @@ def compute_maps(
             f"the state is of {state.robot} with {state.leg_count} legs, "
             f"the robot is {robot.name} with {robot.leg_count}"
         )
-    ground = traversability(dem, settings, part(progress, 0.0, 0.5))
-    reached = reach(robot, dem, state, leg, part(progress, 0.5, 0.9))
-    margins = stability(robot, dem, state, leg, reached, settings.conservative)
-    progress(0.95, "stability")
-
-    known = np.isfinite(dem.heights)
-    footing = np.where(known, OUT_OF_RANGE, UNKNOWN).astype(np.uint8)
-    solutions = np.where(known, np.float32(0), np.float32(np.nan))
-    margin = np.full(dem.geometry.shape, np.nan, np.float32)
-    at = (reached.rows, reached.cols)
-    footing[at] = np.where(
-        reached.solutions == 0,
-        NO_SOLUTION,
-        np.where(margins >= settings.stable_margin, REACHABLE_STABLE, REACHABLE_UNSTABLE),
-    )
-    solutions[at] = reached.solutions
-    margin[at] = margins
-    unknown = tuple(reached.unknown.T)
-    footing[unknown] = UNKNOWN
-    solutions[unknown] = np.nan
-
-    layers: dict[str, NDArray[np.generic]] = {
-        "slope": ground.slope,
-        "roughness": ground.roughness,
-        "step": ground.step,
-        "goodness": ground.goodness,
-        "certainty": ground.certainty,
-        **memory_layers(dem),
-        "solutions": solutions,
-        "margin": margin,
-        "footing": footing,
-    }
-    parents = {"dem": dem.digest, "state": state.digest, "robot": robot.digest}
-    stack = MapStack(
-        geometry=dem.geometry,
-        leg=leg,
-        stability="conservative" if settings.conservative else "plain",
-        layers=layers,
-        provenance=Provenance(parents, settings),
-    )
+    stance = stance_without(robot, dem, state, leg, settings.balance)
+    ground = traversability(dem, settings, part(progress, 0.0, 0.1))
+    checks = _collisions(robot, dem, state, leg, settings)
+    made = _Made(robot, dem, state, leg, settings, stance, ground)
+    arguments = robot, dem, state, leg
+    if preview is None:
+        reached = reach(*arguments, part(progress, 0.1, 0.7), checks, settings.lift)
+    else:
+        coarse = reach(*arguments, part(progress, 0.1, 0.2), checks, settings.lift, stride=COARSE)
+        preview(made.stack(coarse, COARSE, part(progress, 0.2, 0.25)))
+        fine = reach(*arguments, part(progress, 0.25, 0.7), checks, settings.lift, without=COARSE)
+        reached = joined(coarse, fine)
+    stack = made.stack(reached, 1, part(progress, 0.7, 1.0))
     progress(1.0, "maps")
     return stack
+
+
+def _collisions(robot: Robot, dem: Dem, state: RobotState, leg: int, settings: MapSettings) -> LegCollisions | None:
+    """Checks against the ground without holes, as the step planner makes them; None: not asked for, or no ground."""
+    if not settings.collisions:
+        return None
+    hip = (np.asarray(state.T_site_base) @ robot.description.legs[leg].T_base_hip)[:2, 3]
+    foot = contacts(robot, dem, state.posture, state.T_site_base, [leg]).points
+    whole = without_holes(dem, hip, leg_length(robot, leg) + AROUND, foot)
+    if whole is None:
+        return None
+    return leg_collisions(robot, state, leg, whole.dem, settings.clearance, settings.raise_terrain)
+
+
+class _Made:
+    """What the layers of all strides are made from."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        dem: Dem,
+        state: RobotState,
+        leg: int,
+        settings: MapSettings,
+        stance: Stance,
+        ground: Traversability,
+    ) -> None:
+        self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
+        self.settings, self.stance, self.ground = settings, stance, ground
+
+    def stack(self, reached: Reach, stride: int, progress: Progress) -> MapStack:
+        """All layers on every ``stride``-th cell."""
+        settings = self.settings
+        arguments = self.robot, self.state, self.leg, self.stance, reached, settings.balance
+        numbers = geometric(*arguments, settings.conservative)
+        progress(0.3, "stability")
+        possible = np.isin(reached.reason, (reach_classes.FREE, reach_classes.UNSURE))
+        if settings.friction:
+            numbers |= with_friction(*arguments, possible)
+        progress(0.8, "balance with friction" if settings.friction else "layers")
+
+        grid = _every(self.dem.geometry, stride)
+        at = reached.rows // stride, reached.cols // stride
+        classes = reached.classes(self.dem)[::stride, ::stride]
+        known = classes != reach_classes.UNKNOWN
+
+        def layer(values: NDArray, elsewhere: NDArray | float = np.nan) -> NDArray[np.float32]:
+            out = np.full(grid.shape, np.nan, np.float32)
+            out[...] = elsewhere
+            out[at] = values
+            return out
+
+        def stands(stable: NDArray[np.bool_]) -> NDArray[np.uint8]:
+            out = _FOOTING[classes]
+            unstable = (reached.reason == reach_classes.FREE) & ~stable
+            out[at[0][unstable], at[1][unstable]] = footing.REACHABLE_UNSTABLE
+            return out
+
+        made: dict[str, NDArray[np.generic]] = {
+            name: np.ascontiguousarray(getattr(self.ground, name)[::stride, ::stride])
+            for name in ("goodness", "certainty", "slope", "roughness", "step")
+        }
+        made |= {name: cells[::stride, ::stride] for name, cells in memory_layers(self.dem).items()}
+        made |= {name: layer(getattr(reached, name)) for name in ("seat", "support", "limit_margin", "manipulability")}
+        made["reach_class"] = classes
+        blame = np.zeros(grid.shape, np.uint8)
+        blame[at] = reached.blame
+        made["hindrance"] = reach_classes.hindrances(classes, blame)
+        made["solutions"] = layer(reached.solutions, np.where(known, 0.0, np.nan))
+        made |= {name: layer(values) for name, values in numbers.items()}
+        suffix = "_conservative" if settings.conservative else ""
+        lifted = numbers["margin_lifted"] >= settings.stable_margin
+        made["footing"] = stands(lifted & (numbers["margin" + suffix] >= settings.stable_margin))
+        if settings.friction:
+            held = numbers["margin_friction" + suffix] >= settings.stable_margin
+            made["footing_friction"] = stands(lifted & held & (numbers["torque_ratio"] <= 1.0))
+        stack = MapStack(
+            geometry=grid,
+            leg=self.leg,
+            stability="conservative" if settings.conservative else "plain",
+            layers=made,
+            provenance=Provenance(
+                {"dem": self.dem.digest, "state": self.state.digest, "robot": self.robot.digest}, settings
+            ),
+        )
+        found = stack_quality(self.robot, self.dem, self.state, stack)
+        made["quality"] = np.where(found.unknown, np.nan, found.score).astype(np.float32)
+        return MapStack(stack.geometry, stack.leg, stack.stability, made, stack.provenance)
+
+
+def _every(grid: GridGeometry, stride: int) -> GridGeometry:
+    """The grid of every ``stride``-th cell, from the first on."""
+    return GridGeometry(grid.x0, grid.y0, stride * grid.resolution, -(-grid.rows // stride), -(-grid.cols // stride))
 
 
 def memory_layers(dem: Dem) -> dict[str, NDArray[np.float32]]:

@@ -1,0 +1,55 @@
+"""Which footfall to choose: quality, suggestions and read-outs on a stack of maps."""
+
+import numpy as np
+
+from footfall.core.errors import InvalidInput
+from footfall.maps.layers import MapSettings, MapStack
+from footfall.maps.quality import Quality, quality, situation_of
+from footfall.maps.quality_settings import QualitySettings
+from footfall.maps.suggest import Explanation, explain
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+NOT_ASKED = ("quality", "footing_friction", "margin_friction", "margin_friction_conservative")
+"""Layers that follow from others, or stand in for others."""
+
+
+def stack_quality(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    stack: MapStack,
+    settings: QualitySettings | None = None,
+    towards: tuple[float, float] | None = None,
+) -> Quality:
+    """The quality of every cell of ``stack``, which was made from ``robot``, ``dem`` and ``state``.
+
+    Where the stack has the layers with friction, they decide; else the geometric ones do. settings: None for those that
+    the stack was made with. towards: (east, north) in which the body is to advance.
+    """
+    made_with = stack.provenance.settings
+    if settings is None:
+        settings = made_with.quality if isinstance(made_with, MapSettings) else QualitySettings()
+    every = round(stack.geometry.resolution / dem.geometry.resolution)
+    layers = {name: layer for name, layer in stack.layers.items() if name not in NOT_ASKED}
+    layers["height"] = dem.heights[::every, ::every]
+    layers["margin"] = stack.margin
+    if "footing_friction" in stack.layers:
+        layers["footing"] = stack.layers["footing_friction"]
+        conservative = stack.stability == "conservative"
+        layers["margin"] = stack.layers["margin_friction_conservative" if conservative else "margin_friction"]
+    return quality(stack.geometry, layers, situation_of(robot, state, stack.leg, towards), settings)
+
+
+def explain_at(found: Quality, x: float, y: float) -> Explanation:
+    """What every layer says of the cell at x, y [m]. Raises InvalidInput outside the map."""
+    if not np.isfinite([x, y]).all() or not found.geometry.contains(x, y):
+        west, south, east, north = found.geometry.bounds
+        raise InvalidInput(
+            f"({x:g}, {y:g}) m lies outside the map, which reaches from ({west:g}, {south:g}) to ({east:g}, {north:g})",
+            x=x,
+            y=y,
+        )
+    row, col = (int(i) for i in found.geometry.cell(x, y))
+    return explain(found, row, col)

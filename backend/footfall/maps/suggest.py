@@ -1,0 +1,301 @@
+"""The best footfalls of a quality map, and why: in words, with numbers, units and limits."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.maps import layers as footing
+from footfall.maps import reach_classes
+from footfall.maps.layers import LAYERS
+from footfall.maps.quality import (
+    COLLISION,
+    ELEVATION,
+    LIMIT,
+    POSTURE,
+    RANGE,
+    REFUSALS,
+    UNKNOWN,
+    UNSTABLE,
+    UNSURE,
+    Quality,
+)
+from footfall.maps.quality_settings import FACTORS, factor_of
+
+MOST = 50
+"""Most footfalls that one question may ask for."""
+
+GOOD = 0.8
+"""A factor from here up is named as a good one."""
+
+NOT_CLEARED = "not cleared: whether the leg collides here has not been found out"
+
+_FOOTINGS: Mapping[int, str] = {
+    footing.UNKNOWN: "unknown",
+    footing.NO_SOLUTION: "no solution",
+    footing.REACHABLE_UNSTABLE: "reachable but unstable",
+    footing.REACHABLE_STABLE: "reachable and stable",
+    footing.OUT_OF_RANGE: "out of range",
+    footing.COLLISION: "collision",
+    footing.UNSURE: "unsure",
+}
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """One footfall. row, col: its cell; x, y, z: the cell's centre in site [m], z None where the height is unknown.
+
+    score: 0…1; factors: name → 0…1; amounts: name → what was measured, in the factor's unit, NaN = unknown;
+    unknown: whether the ground there is unknown; reasons: for a person.
+    """
+
+    row: int
+    col: int
+    x: float
+    y: float
+    z: float | None
+    score: float
+    factors: Mapping[str, float]
+    amounts: Mapping[str, float]
+    unknown: bool
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Suggestions:
+    """footfalls: best first, maybe none. refused: what refuses → number of cells. left_out: factor → why it does not
+    count. reason: why there are none, or fewer than asked for, and what to try; "" where there are as many as asked.
+    """
+
+    footfalls: tuple[Suggestion, ...]
+    refused: Mapping[str, int]
+    left_out: Mapping[str, str]
+    reason: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Of one cell. lines: one for each layer and factor, "name amount (limit …)"; verdict: whether it may be stood on
+    and what decides; score 0…1, 0 where refused; refused: 0 or a key of ``quality.REFUSALS``."""
+
+    row: int
+    col: int
+    x: float
+    y: float
+    score: float
+    refused: int
+    verdict: str
+    lines: tuple[str, ...]
+
+
+def suggest(found: Quality, count: int = 5, separation: float = 0.3) -> Suggestions:
+    """The ``count`` best footfalls that lie at least ``separation`` [m] apart, best first.
+
+    Greedy: the best cell, then the best that is far enough from those before; of equal ones the first by row, then
+    column. Raises InvalidInput for a count outside 1…MOST or a negative separation.
+    """
+    if not (isinstance(count, int) and 1 <= count <= MOST):
+        raise InvalidInput(f"between 1 and {MOST} footfalls can be suggested", count=count)
+    if not 0 <= separation < np.inf:
+        raise InvalidInput("the separation can't be negative [m]", separation=separation)
+    cells = _best_apart(found.score, separation / found.geometry.resolution, count)
+    numbers = np.bincount(found.refused.ravel(), minlength=len(REFUSALS) + 1)
+    reason = ""
+    if not cells:
+        reason = _nothing(found, numbers)
+    elif len(cells) < count:
+        reason = (
+            f"{len(cells)} of {count}: each of the {int(numbers[0])} acceptable cells lies within "
+            f"{spoken(separation, 'm')} of one of these; try a smaller separation"
+        )
+    return Suggestions(
+        footfalls=tuple(_suggestion(found, row, col) for row, col in cells),
+        refused={what: int(numbers[code]) for code, (what, _) in REFUSALS.items() if numbers[code]},
+        left_out=found.left_out,
+        reason=reason,
+    )
+
+
+def explain(found: Quality, row: int, col: int) -> Explanation:
+    """What every layer says of one cell, and what decides. Raises InvalidInput for a cell outside the grid."""
+    geometry, layers = found.geometry, found.layers
+    if not (0 <= row < geometry.rows and 0 <= col < geometry.cols):
+        raise InvalidInput(f"cell ({row}, {col}) lies outside the grid {geometry.shape}", row=row, col=col)
+    factors, amounts = _at(found, row, col)
+    lines = [f"{_factor_text(found, name, amounts[name])}, {factors[name]:.2f} of 1" for name in factors]
+    lines += [f"{_name(name)} {_layer_text(name, layers[name][row, col])}" for name in layers if name not in factors]
+    lines += [f"{_name(name)} does not count: {why}" for name, why in found.left_out.items()]
+    code, score = int(found.refused[row, col]), float(found.score[row, col])
+    if code:
+        what, remedy = REFUSALS[code]
+        verdict = f"refused, {what}{_binding(found, row, col)}; {remedy}"
+    else:
+        verdict = f"acceptable, score {score:.2f}; {_weakest(found, factors, amounts)}"
+        verdict += f"; {NOT_CLEARED}" if _is_unsure(found, row, col) else ""
+    x, y = float(geometry.xs[col]), float(geometry.ys[row])
+    return Explanation(row, col, x, y, score, code, verdict, tuple(lines))
+
+
+def spoken(amount: float, unit: str) -> str:
+    """An amount for a person: degrees, mm, cm or m, percent, s, min or h."""
+    if np.isnan(amount):
+        return "unknown"
+    size = abs(amount)
+    if unit == "rad":
+        return f"{np.degrees(amount):.3g}°"
+    if unit == "m":
+        scale, name = (1000, "mm") if size < 0.01 else (100, "cm") if size < 1 else (1, "m")
+        return f"{scale * amount:.3g} {name}"
+    if unit == "share":
+        return f"{100 * amount:.3g} %"
+    if unit == "s":
+        scale, name = (1, "s") if size < 120 else (60, "min") if size < 7200 else (3600, "h")
+        return f"{amount / scale:.3g} {name}"
+    return f"{amount:.3g} {unit}".rstrip()
+
+
+def _best_apart(score: NDArray[np.float64], apart: float, count: int) -> list[tuple[int, int]]:
+    """Cells by falling score, none nearer than ``apart`` cells to one before; only scores above 0."""
+    left = score.copy()
+    rows, cols = score.shape
+    reach = int(np.ceil(apart))
+    chosen: list[tuple[int, int]] = []
+    while len(chosen) < count:
+        row, col = divmod(int(np.argmax(left)), cols)  # the first of equal ones
+        if left[row, col] <= 0:
+            break
+        chosen.append((row, col))
+        near_rows = np.arange(max(row - reach, 0), min(row + reach + 1, rows))
+        near_cols = np.arange(max(col - reach, 0), min(col + reach + 1, cols))
+        # a distance of just the separation is enough, however the division rounded
+        too_near = np.hypot(near_rows[:, None] - row, near_cols - col) < apart * (1 - 1e-9)
+        left[near_rows[0] : near_rows[-1] + 1, near_cols[0] : near_cols[-1] + 1][too_near] = 0
+        left[row, col] = 0
+    return chosen
+
+
+def _at(found: Quality, row: int, col: int) -> tuple[dict[str, float], dict[str, float]]:
+    """Counted factors at one cell: name → 0…1, and name → amount."""
+    cell = np.array([row * found.geometry.cols + col])
+    amounts = {name: float(amount[0]) for name, amount in found.amounts(cell).items()}
+    return {name: float(factor_of(name, amounts[name], found.settings)) for name in amounts}, amounts
+
+
+def _suggestion(found: Quality, row: int, col: int) -> Suggestion:
+    factors, amounts = _at(found, row, col)
+    unknown = bool(found.unknown[row, col])
+    reasons = []
+    if unknown:
+        reasons.append(f"unknown ground, not known: {', '.join(_not_known(found, amounts, row, col))}")
+    if _is_unsure(found, row, col):
+        reasons.append(NOT_CLEARED)
+    good = [_factor_text(found, name, amounts[name]) for name in factors if factors[name] >= GOOD]
+    if good:
+        reasons.append("good: " + ", ".join(good))
+    reasons.append(_weakest(found, factors, amounts))
+    height = float(found.layers["height"][row, col])
+    return Suggestion(
+        row=row,
+        col=col,
+        x=float(found.geometry.xs[col]),
+        y=float(found.geometry.ys[row]),
+        z=None if np.isnan(height) else height,
+        score=float(found.score[row, col]),
+        factors=factors,
+        amounts=amounts,
+        unknown=unknown,
+        reasons=tuple(reasons),
+    )
+
+
+def _nothing(found: Quality, numbers: NDArray[np.int64]) -> str:
+    """Why no cell is left: what refuses how many, and the remedy for those that came farthest through the checks."""
+    parts = [f"{numbers[code]} are {what}" for code, (what, _) in REFUSALS.items() if numbers[code]]
+    farthest = max(code for code in REFUSALS if numbers[code])
+    text = f"no footfall: of {found.refused.size} cells {', '.join(parts)}"
+    if farthest == LIMIT:
+        amounts = found.amounts(np.flatnonzero(found.refused == LIMIT))
+        beyond = {name: int((factor_of(name, amount, found.settings) == 0).sum()) for name, amount in amounts.items()}
+        text += " (" + ", ".join(f"{_name(name)}: {number}" for name, number in beyond.items() if number) + ")"
+    return f"{text}; try: {REFUSALS[farthest][1]}"
+
+
+def _weakest(found: Quality, factors: Mapping[str, float], amounts: Mapping[str, float]) -> str:
+    """The factor that lowers the score most, its weight considered."""
+    loss = {name: -found.settings.weights[name] * float(np.log(factors[name])) for name in factors}
+    name = max(loss, key=lambda one: loss[one])
+    if loss[name] <= 0:
+        return "nothing speaks against it"
+    return f"weakest: {_factor_text(found, name, amounts[name])}"
+
+
+def _factor_text(found: Quality, name: str, amount: float) -> str:
+    """ "slope 4° (limit 25°)"."""
+    worst, best = found.settings.ramps[name]
+    unit = FACTORS[name].unit
+    if FACTORS[name].limit:
+        bound = f"{'least' if best > worst else 'limit'} {spoken(worst, unit)}"
+    else:
+        bound = f"best {'from' if best > worst else 'up to'} {spoken(best, unit)}"
+    return f"{_name(name)} {spoken(amount, unit)} ({bound})"
+
+
+def _layer_text(name: str, amount: np.generic) -> str:
+    """What a layer that is no counted factor says at a cell."""
+    if name in ("footing", "footing_friction"):
+        return _FOOTINGS[int(amount)]
+    if name == "reach_class":
+        return reach_classes.CLASSES[int(amount)][0]
+    if name == "hindrance":
+        return reach_classes.hindrance_text(int(amount))
+    unit = FACTORS[name].unit if name in FACTORS else "m" if name == "height" else LAYERS.get(name, ("", ""))[0]
+    return spoken(float(amount), unit)
+
+
+def _not_known(found: Quality, amounts: Mapping[str, float], row: int, col: int) -> list[str]:
+    """Names of what is not known at a cell of unknown ground."""
+    names = [] if np.isfinite(found.layers["height"][row, col]) else ["height"]
+    if _has_class(found, row, col, reach_class=reach_classes.UNKNOWN, footing=footing.UNKNOWN):
+        names.append("reach")
+    return names + [_name(name) for name in amounts if FACTORS[name].limit and np.isnan(amounts[name])]
+
+
+def _is_unsure(found: Quality, row: int, col: int) -> bool:
+    return _has_class(found, row, col, reach_class=reach_classes.UNSURE, footing=footing.UNSURE)
+
+
+def _has_class(found: Quality, row: int, col: int, **codes: int) -> bool:
+    """Whether any of the layers named is given and has its code at the cell."""
+    return any(name in found.layers and found.layers[name][row, col] == code for name, code in codes.items())
+
+
+def _binding(found: Quality, row: int, col: int) -> str:
+    """What exactly refuses a cell, to follow the refusal's name."""
+    code = int(found.refused[row, col])
+    factors, amounts = _at(found, row, col)
+    if code == LIMIT:
+        return ": " + ", ".join(_factor_text(found, name, amounts[name]) for name in factors if factors[name] == 0)
+    if code == UNKNOWN:
+        return ": " + ", ".join(_not_known(found, amounts, row, col))
+    layers, (x, y, z) = found.layers, found.situation.hip
+    over = float(layers["height"][row, col]) - z
+    if code == ELEVATION:
+        lowest, highest = spoken(found.settings.lowest, "m"), spoken(found.settings.highest, "m")
+        return f": {spoken(over, 'm')} over the hip (allowed {lowest} to {highest})"
+    if code == RANGE:
+        away = np.linalg.norm([found.geometry.xs[col] - x, found.geometry.ys[row] - y, np.nan_to_num(over)])
+        return f": {spoken(float(away), 'm')} from the hip (limit {spoken(found.situation.length, 'm')})"
+    if code == UNSTABLE and "margin" in layers:
+        return f": stability margin {spoken(float(layers['margin'][row, col]), 'm')}"
+    if code in (POSTURE, COLLISION, UNSURE) and "reach_class" in layers:
+        hindered = ""
+        if "hindrance" in layers:
+            hindered = f" ({reach_classes.hindrance_text(int(layers['hindrance'][row, col]))})"
+        return f": {reach_classes.CLASSES[int(layers['reach_class'][row, col])][1]}{hindered}"
+    return ""
+
+
+def _name(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,162 @@
+"""How a rigid wheel sits on the ground: lowered along the normal of a contact until something touches it.
+
+The planner puts the wheel's lowest rim point onto the contact, a plane fitted to the ground. A rigid wheel stands on
+the ground's highest places: its *seat* is how far above the contact. *Support* is the share of the footprint that is
+then close enough to the wheel to carry, where the footprint is the part of the tread that would be as close on even
+ground: 1 on a plane, little on the tip of a stone.
+"""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+_SAMPLES_PER_RADIUS = 12
+"""The ground is looked at at its cells, or where these are farther apart, this often along a wheel's radius.
+
+Cells closer than _FINEST are not all looked at. Between samples s apart ground can touch a wheel of radius r up to
+s²/8r sooner than is seen (0.2 mm at 2 cm), and under the edges of its tread up to s times the slope there."""
+
+_FINEST = 0.01
+"""Samples are at least about this far apart [m], and something narrower may be missed."""
+
+
+def wheel_seat(
+    robot: Robot, dem: Dem, contacts: Array, normals: Array, axles: Array, tolerance: float | None = None
+) -> tuple[Array, Array]:
+    """Seat [m] and support (0…1), (n,) each, of wheels on contacts (n, 3) with unit normals (n, 3), in site.
+
+    axles: (n, 3) unit vectors perpendicular to the normals. tolerance: how far ground may be from the wheel and still
+    carry [m]; what a wheel may sink in (``clearances.wheel_sink``) unless given. Unknown ground neither lifts the wheel
+    nor carries it. NaN where an input is, or no ground is known under the wheel. On a contact that lies on the ground
+    no seat is below 0; above a hollow it is the height, negative, to which the wheel comes down.
+    """
+    arrays = [np.ascontiguousarray(a, float) for a in (contacts, normals, axles)]
+    if any(a.ndim != 2 or a.shape != (len(arrays[0]), 3) for a in arrays):
+        raise InvalidInput("contacts, normals and axles need the shape (n, 3)", shapes=[list(a.shape) for a in arrays])
+    radius = robot.wheel_radius
+    tolerance = robot.description.clearances.wheel_sink if tolerance is None else tolerance
+    if not 0 < tolerance < radius:
+        raise InvalidInput("the tolerance must be above zero and below the wheel's radius [m]", tolerance=tolerance)
+    grid = dem.geometry
+    parts = max(1, math.ceil(grid.resolution * _SAMPLES_PER_RADIUS / radius - 1e-9))
+    every = max(1, int(_FINEST / grid.resolution + 1e-9))
+    seat, support = np.empty(len(arrays[0])), np.empty(len(arrays[0]))
+    _sit(
+        dem.heights,
+        grid.x0,
+        grid.y0,
+        grid.resolution,
+        parts,
+        every,
+        arrays[0],
+        arrays[1],
+        arrays[2],
+        radius,
+        robot.description.wheel_width / 2,
+        tolerance,
+        seat,
+        support,
+    )
+    return seat, support
+
+
+@njit(cache=True, parallel=True)
+def _sit(
+    heights: NDArray[np.float32],
+    x0: float,
+    y0: float,
+    resolution: float,
+    parts: int,
+    every: int,
+    contacts: Array,
+    normals: Array,
+    axles: Array,
+    radius: float,
+    half_width: float,
+    tolerance: float,
+    seat: Array,
+    support: Array,
+) -> None:
+    """Samples are points of the surface's triangles: ``parts`` along a cell's edge, or at every so many cells."""
+    rows, cols = heights.shape
+    spacing = resolution / parts
+    patch = math.sqrt(2 * radius * tolerance - tolerance * tolerance)
+    around = math.hypot(radius, half_width)
+    # how many samples the footprint may span from its middle
+    span = math.ceil(around / (spacing * every)) + 1
+    for index in prange(len(contacts)):
+        i = np.int64(index)
+        px, py, pz = contacts[i]
+        nx, ny, nz = normals[i]
+        ax, ay, az = axles[i]
+        seat[i] = support[i] = np.nan
+        if math.isnan(px + py + pz + nx + ny + nz + ax + ay + az):
+            continue
+        # the rolling direction completes axle and normal
+        fx, fy, fz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+        middle_u, middle_v = round((px - x0) / spacing), round((py - y0) / spacing)
+        gaps = np.empty((2 * span + 1, 2 * span + 1))
+        inside = 0
+        least = np.inf
+        for b in range(2 * span + 1):
+            v = middle_v + (b - span) * every
+            row = v // parts
+            for a in range(2 * span + 1):
+                u = middle_u + (a - span) * every
+                gaps[b, a] = np.nan
+                if u < 0 or v < 0 or u > (cols - 1) * parts or v > (rows - 1) * parts:
+                    z = np.nan
+                elif parts == 1:
+                    z = float(heights[v, u])
+                else:
+                    col = u // parts
+                    z = _sample(heights, row, col, (u - col * parts) / parts, (v - row * parts) / parts)
+                dx, dy = x0 + u * spacing - px, y0 + v * spacing - py
+                # unknown ground counts as part of the footprint where the tangent plane is
+                level = -(nx * dx + ny * dy) / nz if math.isnan(z) else z - pz
+                across = dx * ax + dy * ay + level * az
+                along = dx * fx + dy * fy + level * fz
+                if abs(across) > half_width or abs(along) >= radius:
+                    continue
+                counted = abs(along) <= patch
+                inside += counted
+                if math.isnan(z):
+                    continue
+                gap = radius - math.sqrt(radius * radius - along * along) - (dx * nx + dy * ny + level * nz)
+                least = min(least, gap)
+                if counted:
+                    gaps[b, a] = gap
+        if least == np.inf:
+            continue
+        seat[i] = -least
+        close = 0
+        for b in range(2 * span + 1):
+            for a in range(2 * span + 1):
+                close += gaps[b, a] - least <= tolerance + 1e-9
+        if inside > 0:
+            support[i] = close / inside
+
+
+@njit(cache=True)
+def _sample(heights: NDArray[np.float32], row: int, col: int, east: float, north: float) -> float:
+    """Height in a block at fractions of its edges, as terrain.surface has it; a vertex needs no block."""
+    if east == 0 and north == 0:
+        return float(heights[row, col])
+    sw = float(heights[row, col])
+    if north == 0:
+        return sw + east * (float(heights[row, col + 1]) - sw)
+    if east == 0:
+        return sw + north * (float(heights[row + 1, col]) - sw)
+    ne = float(heights[row + 1, col + 1])
+    if east >= north:
+        se = float(heights[row, col + 1])
+        return sw + east * (se - sw) + north * (ne - se)
+    nw = float(heights[row + 1, col])
+    return sw + north * (nw - sw) + east * (ne - nw)
