@@ -7,7 +7,7 @@ PORT ?= 8080
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: run test check bench format lock clean
+.PHONY: run test check bench format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
@@ -38,6 +38,7 @@ $(BIN)/python:
 $(VENV)/.run: locks/run.txt pyproject.toml | $(BIN)/python
 	$(PIP) install --require-hashes -r locks/run.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
+	$(BIN)/footfall compile
 	touch $@
 
 $(VENV)/.dev: locks/dev.txt pyproject.toml | $(BIN)/python
@@ -59,5 +60,9 @@ lock: $(VENV)/.dev
 	$(LOCK) --all-extras --output-file locks/dev.txt pyproject.toml
 	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
 
-clean:
+# numba's cache looks only at a function's own file: needed after a change to a kernel that other kernels call.
+clean-compiled:
+	find backend -name '*.nb[ic]' -delete
+
+clean: clean-compiled
 	rm -rf $(VENV) test-outputs .ruff_cache .hypothesis

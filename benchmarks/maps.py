@@ -1,44 +1,39 @@
-"""Maps for one leg, and the stability margins that they rest on."""
+"""All map layers for one leg as the session makes them, end to end: ground, reach, collisions, balance, quality."""
 
+import time
 from collections.abc import Iterator
 
-import numpy as np
-from scipy.spatial import ConvexHull
-
-import footfall
+from benchmarks import balance, clearance, reach, stance, traversability
 from benchmarks.scenes import robot, rocks, standing
-from benchmarks.timing import SEED, Figure, paired, seconds
-from footfall.balance.support import margins_for_candidates
+from benchmarks.timing import Figure, seconds
 from footfall.maps.layers import MapSettings
+from footfall.maps.stack import compute_maps
 
 
 def figures(quick: bool) -> Iterator[Figure]:
-    n = 3 if quick else 10
-    for name, settings in (("plain", MapSettings()), ("conservative", MapSettings(conservative=True))):
-        yield Figure(
-            f"maps.leg_400x400_{name}",
-            seconds(lambda s=settings: footfall.compute_maps(robot(), rocks(), standing(), 2, s), n),
-            "s",
-        )
-    rng = np.random.default_rng(SEED)
-    angle = np.arange(5) * np.pi / 3
-    fixed = 2.3 * np.column_stack([np.cos(angle), np.sin(angle)])
-    candidates = rng.uniform(-3, 3, (1000, 2))
-    com = np.zeros(2)
+    n = 3 if quick else 15
+    yield Figure("maps.first_picture", tuple(_first_picture() for _ in range(n + 1))[1:], "s", 0.15)
+    yield Figure("maps.one_leg", seconds(lambda: _maps(2, MapSettings()), n), "s", 1.0)
+    yield Figure("maps.six_legs", seconds(_six_legs, 1 if quick else 5), "s", 5.0)
+    yield Figure("maps.one_leg_with_friction", seconds(lambda: _maps(2, MapSettings(friction=True)), n), "s", 3.0)
+    for area in (reach, clearance, balance, traversability, stance):
+        yield from area.figures(quick)
 
-    def hulls() -> None:
-        for candidate in candidates:
-            (ConvexHull(np.vstack([fixed, candidate])).equations @ np.array([0.0, 0.0, 1.0])).max()
 
-    yield paired(
-        "maps.margins_over_qhull_1000_candidates",
-        lambda: margins_for_candidates(fixed, candidates, com, False),
-        hulls,
-        n,
+def _maps(leg: int, settings: MapSettings) -> None:
+    compute_maps(robot(), rocks(), standing(), leg, settings, preview=lambda coarse: None)
+
+
+def _first_picture() -> float:
+    """Seconds from the request to the coarse maps; nothing is kept from an earlier request."""
+    seen: list[float] = []
+    begin = time.perf_counter()
+    compute_maps(
+        robot(), rocks(), standing(), 2, MapSettings(), preview=lambda coarse: seen.append(time.perf_counter() - begin)
     )
-    many = rng.uniform(-3, 3, (100_000, 2))
-    yield Figure(
-        "maps.conservative_margin_100k_candidates",
-        seconds(lambda: margins_for_candidates(fixed, many, com, True), n),
-        "s",
-    )
+    return seen[0]
+
+
+def _six_legs() -> None:
+    for leg in robot().legs:
+        _maps(leg, MapSettings())

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from benchmarks import terrain_memory
 from benchmarks.ground_truth import cells_seen, true_heights
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import Stance, random_stance
@@ -19,11 +20,13 @@ from benchmarks.timing import SEED, Figure, paired, seconds
 from footfall.io.image_files import read_pair
 from footfall.maps.layers import MapSettings
 from footfall.maps.traversability import traversability
+from footfall.robot.kinematics import wheel_centers
 from footfall.sim.optics import PRESETS
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import Snapshot
-from footfall.terrain.build import build_terrain
+from footfall.terrain.build import build_terrain, match_pairs
 from footfall.terrain.dem import Dem
+from footfall.terrain.posture_fit import fit_posture
 from footfall.terrain.settings import TerrainSettings
 from footfall.terrain.stereo import disparity
 from footfall.terrain.surface import pick
@@ -37,16 +40,21 @@ NEAR = 3.0
 AT_WHEEL, STANDS_OUT = 0.5, 0.05
 """A remnant: a cell this near to a wheel, seen from above, and this far above the truth [m]."""
 
+NINE_PAIRS = {"hh": 3.0, "3way": 2.0}
+"""Floors of the time from nine pairs to traversability, by matcher [s]."""
+
 ROCK_TOLERANCE = 0.02
 SEEN_SHARE = 0.5
 """A rock counts as seen when this share of its cells lies open to both cameras of some pair."""
 
 
 def figures(quick: bool) -> Iterator[Figure]:
-    yield from _speed(2 if quick else 5)
+    # quick: the default matcher, once, without the ratio
+    yield from _speed(1 if quick else 5, ("hh",) if quick else tuple(NINE_PAIRS), not quick)
     for effects in PRESETS:
         yield from _accuracy(effects, 1 if quick else 20)
     yield from _motorcycle(3 if quick else 10)
+    yield from terrain_memory.figures(quick)
     yield Figure("terrain.triangulate_400x400", seconds(lambda: triangulate(rocks()), 5 if quick else 25), "s")
     yield Figure(
         "terrain.pick",
@@ -55,13 +63,15 @@ def figures(quick: bool) -> Iterator[Figure]:
     )
 
 
-def _speed(n: int) -> Iterator[Figure]:
+def _speed(n: int, matchers: tuple[str, ...], with_ratio: bool) -> Iterator[Figure]:
     snapshot = render_snapshot(robot(), standing(), rocks(), seed=SEED)
-    for matcher, floor in (("hh", 3.0), ("3way", 2.0)):
+    for matcher in matchers:
         settings = TerrainSettings(matcher=matcher)
         times = seconds(lambda s=settings: _with_traversability(snapshot, s), n)
-        yield Figure(f"terrain.nine_pairs_{matcher}", times, "s", floor)
+        yield Figure(f"terrain.nine_pairs_{matcher}", times, "s", NINE_PAIRS[matcher])
         yield Figure(f"terrain.nine_pairs_{matcher}_peak_memory", (_peak_memory(snapshot, settings),), "GB", 1.5)
+    if not with_ratio:
+        return
     settings = TerrainSettings()
     yield paired(
         "terrain.build_over_matching_alone",
@@ -91,11 +101,16 @@ def _build_and_weigh(snapshot: Snapshot, settings: TerrainSettings) -> float:
 def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     """Random stances with encoder noise and sag; the builder is told what the encoders say."""
     errors, above, cover, remnants, beyond, kept, flat = [], [], [], [], [], [], []
+    wheels_told, wheels_fitted = [], []
     for seed in range(SEED, SEED + count):
         stance = random_stance(seed)
         images = render_snapshot(robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects])
         told = Snapshot(stance.told, images.pairs)
         dem = build_terrain(robot(), told)
+        fit = fit_posture(robot(), stance.told.posture, match_pairs(told.pairs, TerrainSettings())[0])
+        true_wheels = wheel_centers(robot(), stance.true.posture)
+        for posture, off in ((stance.told.posture, wheels_told), (fit.posture, wheels_fitted)):
+            off += np.linalg.norm(wheel_centers(robot(), posture) - true_wheels, axis=1).tolist()
         truth = true_heights(stance.world, dem.geometry)
         seen = cells_seen(robot(), stance.true, stance.world, told, dem.geometry)
         error = dem.heights - truth
@@ -120,6 +135,8 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     yield Figure(f"{name}_cover_of_visible", (float(np.mean(cover)),), "share", 0.94, at_most=False)
     yield Figure(f"{name}_remnants_{count}_stances", (float(np.sum(remnants)),), "cells", 3.0)
     yield Figure(f"{name}_remnants_beyond_one_cell", (float(np.sum(beyond)),), "cells")
+    yield Figure(f"{name}_wheels_off_as_told", tuple(wheels_told), "m")
+    yield Figure(f"{name}_wheels_off_as_fitted", tuple(wheels_fitted), "m")
     if kept:
         yield Figure(f"{name}_{len(kept)}_seen_rocks_kept", (float(np.mean(kept)),), "share", 1.0, at_most=False)
     if flat:

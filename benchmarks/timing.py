@@ -11,7 +11,18 @@ from pathlib import Path
 import numpy as np
 
 SEED = 20081
-LIBRARIES = ("numpy", "scipy", "pin", "coal", "ompl", "opencv-python-headless", "trimesh", "embreex")
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "pin",
+    "coal",
+    "ompl",
+    "opencv-python-headless",
+    "numba",
+    "highspy",
+    "trimesh",
+    "embreex",
+)
 
 
 @dataclass(frozen=True)

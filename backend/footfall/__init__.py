@@ -1,5 +1,6 @@
 """FootFall: a ground tool for walking rovers. The names below are the interface for scripts."""
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +12,24 @@ if TYPE_CHECKING:
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
     from footfall.maps.stack import compute_maps
+    from footfall.planning.stance.body_move import plan_body_move
+    from footfall.planning.stance.find_shift import find_shift
+    from footfall.planning.stance.shift import BodyShift, shifted_state
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.plan import plan_step
     from footfall.session.replay import replay
+
+# Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 _where = {
     "load_robot": "footfall.io.robot_files",
     "read_terrain": "footfall.io.terrain_files",
     "stand": "footfall.planning.stance.stand",
+    "BodyShift": "footfall.planning.stance.shift",
+    "shifted_state": "footfall.planning.stance.shift",
+    "plan_body_move": "footfall.planning.stance.body_move",
+    "find_shift": "footfall.planning.stance.find_shift",
     "compute_maps": "footfall.maps.stack",
     "plan_step": "footfall.planning.step.plan",
     "make_sequence": "footfall.io.scripting",
@@ -29,14 +40,18 @@ _where = {
 __version__ = SOFTWARE_VERSION
 
 __all__ = [
+    "BodyShift",
     "__version__",
     "compute_maps",
     "export",
+    "find_shift",
     "load_robot",
     "make_sequence",
+    "plan_body_move",
     "plan_step",
     "read_terrain",
     "replay",
+    "shifted_state",
     "stand",
 ]
 

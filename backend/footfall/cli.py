@@ -13,23 +13,36 @@ import typer
 from footfall import terminal
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.terminal import Json, Reporting, bar, say
+from footfall.map_commands import make_map
+from footfall.terminal import (
+    AtX,
+    AtY,
+    AtYaw,
+    Conservative,
+    Json,
+    LegNumber,
+    Pair,
+    Reporting,
+    RobotName,
+    bar,
+    say,
+)
+from footfall.terrain_commands import terrain_app
 
-app = typer.Typer(cls=Reporting, no_args_is_help=True, add_completion=False, help="A ground tool for walking rovers.")
-terrain_app = typer.Typer(cls=Reporting, no_args_is_help=True, help="Terrain from images or files.")
-plan_app = typer.Typer(cls=Reporting, no_args_is_help=True, help="Plan what the rover is to do.")
+app = typer.Typer(
+    cls=Reporting,
+    rich_markup_mode=None,
+    no_args_is_help=True,
+    add_completion=False,
+    help="A ground tool for walking rovers.",
+)
+plan_app = typer.Typer(cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Plan what the rover is to do.")
 app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
+app.command("map")(make_map)
 
 Data = Annotated[Path, typer.Option("--data", help="Folder of the sessions.", envvar="FOOTFALL_DATA")]
 DEFAULT_DATA = Path("~/.local/share/footfall")
-RobotName = Annotated[str, typer.Option("--robot", help="Name of a robot, or path of a description.")]
-Pair = tuple[float, float]
-AtX = Annotated[float, typer.Option("--x", help="Where the rover stands [m].")]
-AtY = Annotated[float, typer.Option("--y", help="Where the rover stands [m].")]
-AtYaw = Annotated[float, typer.Option("--yaw", help="Its heading [rad].")]
-LegNumber = Annotated[int, typer.Option("--leg", help="Which leg, 0….")]
-Conservative = Annotated[bool, typer.Option("--conservative", help="Balance must survive the loss of any one leg.")]
 
 
 def main() -> None:
@@ -96,113 +109,6 @@ def replay(
     if as_json:
         terminal.show({"ok": ok, "bundles": {path: report.as_dict() for path, report in reports.items()}})
     raise typer.Exit(0 if ok else 1)
-
-
-@terrain_app.command("build")
-def terrain_build(
-    files: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Session folder or zip that holds images; or left and right image. Last: terrain file to write.",
-            metavar="(BUNDLE | LEFT RIGHT) OUT",
-        ),
-    ],
-    calibration: Annotated[
-        Path | None, typer.Option(help="JSON: focal_length, cx, cy [px], baseline [m] of LEFT and RIGHT, rectified.")
-    ] = None,
-    resolution: Annotated[float, typer.Option(help="Cell size [m].")] = 0.02,
-    half_size: Annotated[float, typer.Option(help="How far the map reaches to each side [m].")] = 4.0,
-    min_range: Annotated[float, typer.Option(help="Nearest ground that is looked for [m].")] = 1.0,
-    max_range: Annotated[float, typer.Option(help="Farthest ground that is looked for [m].")] = 8.0,
-    matcher: Annotated[str, typer.Option(help='"hh" or "3way".')] = "hh",
-    as_json: Json = False,
-) -> None:
-    """Rebuild the ground from the images of a recorded session, or from a photographed stereo pair."""
-    from footfall.io.pair_files import read_calibrated_pair
-    from footfall.io.terrain_files import write_terrain
-    from footfall.recorded import Recorded
-    from footfall.terrain.build import build_terrain, terrain_from_pair
-    from footfall.terrain.settings import TerrainSettings
-
-    *sources, out = files
-    settings = TerrainSettings(
-        resolution=resolution, half_size=half_size, min_range=min_range, max_range=max_range, matcher=matcher
-    )
-    with bar("terrain") as progress:
-        match sources, calibration:
-            case [bundle], None:
-                session = Recorded(bundle)
-                dem = build_terrain(session.robot(), session.snapshot(), settings, progress)
-            case [left, right], Path():
-                dem = terrain_from_pair(read_calibrated_pair(left, right, calibration), settings)
-            case _:
-                raise InvalidInput("give BUNDLE OUT, or LEFT RIGHT OUT with --calibration")
-    write_terrain(dem, out)
-    terminal.show_terrain(dem, as_json, out)
-
-
-@terrain_app.command("info")
-def terrain_info(
-    path: Annotated[Path, typer.Argument(help="Terrain file.")],
-    scale: Annotated[float, typer.Option(help="Multiply all coordinates.")] = 1.0,
-    resolution: Annotated[float | None, typer.Option(help="Cell size [m], for meshes.")] = None,
-    as_json: Json = False,
-) -> None:
-    """Say what a terrain file holds."""
-    from footfall.io.terrain_files import read_terrain
-
-    terminal.show_terrain(read_terrain(path, scale=scale, resolution=resolution), as_json)
-
-
-@terrain_app.command("convert")
-def terrain_convert(
-    source: Annotated[Path, typer.Argument(help="Terrain file to read.")],
-    out: Annotated[Path, typer.Argument(help="Terrain file to write; its ending decides the format.")],
-    scale: Annotated[float, typer.Option(help="Multiply all coordinates.")] = 1.0,
-    resolution: Annotated[float | None, typer.Option(help="Cell size [m].")] = None,
-    center: Annotated[bool, typer.Option("--center", help="Move the middle to (0, 0).")] = False,
-    size: Annotated[Pair | None, typer.Option(help="East and north extent of an image [m].")] = None,
-    height_range: Annotated[Pair | None, typer.Option(help="Heights of black and white [m].")] = None,
-    as_json: Json = False,
-) -> None:
-    """Read one terrain format and write another."""
-    from footfall.io.terrain_files import read_terrain, write_terrain
-
-    dem = read_terrain(
-        source,
-        scale=scale,
-        resolution=resolution,
-        center=center or None,
-        size=size,
-        height_range=height_range,
-    )
-    write_terrain(dem, out)
-    terminal.show_terrain(dem, as_json, out)
-
-
-@app.command("map")
-def make_map(
-    terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    leg: LegNumber,
-    x: AtX = 0.0,
-    y: AtY = 0.0,
-    yaw: AtYaw = 0.0,
-    layer: Annotated[str, typer.Option(help="Layer to write.")] = "footing",
-    out: Annotated[Path | None, typer.Option(help="Write the layer as .png (north up) or .npy (row 0 south).")] = None,
-    conservative: Conservative = False,
-    robot: RobotName = "athlete",
-    as_json: Json = False,
-) -> None:
-    """Map where one leg could stand, from a stance on a terrain."""
-    from footfall.maps.layers import MapSettings
-    from footfall.maps.stack import compute_maps
-
-    body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
-    with bar("maps") as progress:
-        stack = compute_maps(body, dem, state, leg, MapSettings(conservative=conservative), progress)
-    if out is not None:
-        terminal.write_layer(stack, layer, out)
-    terminal.show_maps(stack, as_json, out)
 
 
 @plan_app.command("step")
@@ -306,6 +212,15 @@ def bench(
     if unknown:
         raise InvalidInput(f"there is no benchmark area {', '.join(unknown)}; there are {', '.join(run.AREAS)}")
     raise typer.Exit(run.main(areas, quick=quick, as_json=as_json))
+
+
+@app.command("compile")
+def compile_kernels() -> None:
+    """Compile the numeric kernels now; otherwise whoever uses them first waits for it."""
+    from footfall.compiling import compile_kernels as run
+
+    with bar("compiling") as progress:
+        run(progress)
 
 
 @app.command()

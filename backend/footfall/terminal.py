@@ -14,11 +14,18 @@ from typer.core import TyperGroup
 from footfall.api.jsonable import dumps
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress as Report
-from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
 from footfall.planning.step.problem import PlanResult
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+Pair = tuple[float, float]
+RobotName = Annotated[str, typer.Option("--robot", help="Name of a robot, or path of a description.")]
+AtX = Annotated[float, typer.Option("--x", help="Where the rover stands [m].")]
+AtY = Annotated[float, typer.Option("--y", help="Where the rover stands [m].")]
+AtYaw = Annotated[float, typer.Option("--yaw", help="Its heading [rad].")]
+LegNumber = Annotated[int, typer.Option("--leg", help="Which leg, 0….")]
+Conservative = Annotated[bool, typer.Option("--conservative", help="Balance must survive the loss of any one leg.")]
 
 _WANTS_JSON = "footfall.json"
 
@@ -62,7 +69,8 @@ def say(text: str, as_json: bool) -> None:
 def bar(what: str) -> Iterator[Report]:
     """A progress bar on stderr, gone when the work is done; nothing where stderr is no terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[text]}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(file=sys.stderr), transient=True) as shown:
+    console = Console(file=sys.stderr)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as shown:
         task = shown.add_task(what, total=1.0, text="")
 
         def report(fraction: float, text: str) -> None:
@@ -93,44 +101,10 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
     typer.echo(f"{dem.name}: {about['cols']} × {about['rows']} cells of {dem.geometry.resolution:g} m")
     typer.echo(f"east {west:.2f} … {east:.2f} m, north {south:.2f} … {north:.2f} m")
     typer.echo(f"heights {about['lowest']:.3f} … {about['highest']:.3f} m, {about['known']:.1%} of the cells known")
+    for pair, reason in dem.left_out.items():
+        typer.echo(f"left out {pair}: {reason}")
     if written is not None:
         typer.echo(f"written to {written}")
-
-
-def show_maps(stack: MapStack, as_json: bool, written: Path | None) -> None:
-    """How much of the ground one leg can use."""
-    cell = stack.geometry.resolution**2
-    area = {
-        name: float((stack.layers["footing"] == number).sum() * cell)
-        for name, number in (("stable", REACHABLE_STABLE), ("unstable", REACHABLE_UNSTABLE))
-    }
-    if as_json:
-        about = {"digest": stack.digest, "leg": stack.leg, "stability": stack.stability, "layers": list(stack.layers)}
-        show({**about, "area_m2": area, "written": None if written is None else str(written)})
-        return
-    typer.echo(
-        f"leg {stack.leg}: {area['stable']:.2f} m² reachable and stable, {area['unstable']:.2f} m² reachable only"
-    )
-    if written is not None:
-        typer.echo(f"written to {written}")
-
-
-def write_layer(stack: MapStack, layer: str, path: Path) -> None:
-    """One layer as .png (colours, north up) or .npy (numbers, row 0 south)."""
-    import numpy as np
-
-    from footfall.core.errors import InvalidInput
-    from footfall.io.image_files import write_png
-    from footfall.maps.colors import layer_rgb
-
-    if layer not in stack.layers:
-        raise InvalidInput(f"there is no layer {layer!r}; there are {', '.join(stack.layers)}")
-    if path.suffix == ".png":
-        write_png(np.ascontiguousarray(layer_rgb(stack, layer)[::-1]), path)
-    elif path.suffix == ".npy":
-        np.save(path, stack.layers[layer], allow_pickle=False)
-    else:
-        raise InvalidInput(f"a layer is written as .png or .npy, not {path.suffix or path.name!r}")
 
 
 def show_plan(result: PlanResult, as_json: bool) -> None:

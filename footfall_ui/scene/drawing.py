@@ -11,7 +11,6 @@ import viser
 
 from footfall.core.frames import rotation
 from footfall.core.value import Value
-from footfall.maps.layers import MapStack
 from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.session.live import LiveSession
@@ -24,6 +23,7 @@ from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.robot import RobotDrawing, leg_links
 from footfall_ui.scene.support import SupportDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
+from footfall_ui.scene.what_if import WhatIfDrawing
 
 _log = logging.getLogger(__name__)
 _V = TypeVar("_V", bound=Value)
@@ -60,6 +60,7 @@ class Scene:
         self._ghost = GhostDrawing(server)
         self._path = PathDrawing(server)
         self._support = SupportDrawing(server)
+        self._what_if = WhatIfDrawing(server)
         self._thread = threading.Thread(target=self._run, name="scene", daemon=True)
         self._thread.start()
 
@@ -80,7 +81,7 @@ class Scene:
     def _heard(self, message: dict) -> None:
         if message["type"] == "telemetry":
             self._mark("rover")
-        elif message["type"] in ("event", "view"):
+        elif message["type"] in ("event", "view", "preview"):
             self._mark("rover", "all")
 
     def _mark(self, *parts: str) -> None:
@@ -104,6 +105,7 @@ class Scene:
         if self._rover is not None:
             self._rover.remove()
         self._ghost.hide()
+        self._what_if.remove()
         self._robot = self._live.robot
         self._look_along(self._live.view.leg)
         self._rover = RobotDrawing(self._server, self._robot)
@@ -126,6 +128,7 @@ class Scene:
             self._draw_rover(live)
         if "all" in marked:
             self._draw_ground(live)
+            self._draw_what_if(live)
             self._draw_footfall(live)
             self._draw_plan(live)
 
@@ -146,12 +149,15 @@ class Scene:
 
     def _draw_ground(self, live: LiveSession) -> None:
         dem = _read(live, live.state.dem, Dem) if live.state.dem else None
-        maps: MapStack | None = None
-        digest = live.state.maps.get(str(live.view.leg))
         # maps of an older terrain or posture are not shown: their green would be a wrong green
-        if digest and live.state.maps_current(live.view.leg):
-            maps = _read(live, digest, MapStack)
-        self._terrain.show(dem, maps, live.view.layer)
+        self._terrain.show(dem, live.maps_shown(live.view.leg), live.view.layer)
+
+    def _draw_what_if(self, live: LiveSession) -> None:
+        state = live.state
+        if state.what_if is None or state.state is None or self._robot is None:
+            self._what_if.hide()
+        else:
+            self._what_if.show(self._robot, _read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
         chosen = live.state.footfall

@@ -9,6 +9,7 @@ from trimesh.exchange.gltf import export_glb
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
+from footfall.core.grid import GridGeometry
 from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.terrain.dem import Dem
@@ -33,18 +34,17 @@ def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
     return np.repeat(grey[..., None], 3, axis=2)
 
 
-def glb(dem: Dem, rgb: NDArray[np.uint8]) -> bytes:
-    """Binary glTF of the terrain's triangulation with one texel for each cell.
+def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
+    """Binary glTF of the terrain's triangulation with one texel for each of ``cells``, coarse or as the terrain's.
 
     The colours go into the emissive texture over a black base: the scene's lights would wash out
     the colours that the operator decides on.
     """
     mesh = triangulate(dem)
-    rows, cols = dem.heights.shape
-    x0, y0, res = dem.geometry.x0, dem.geometry.y0, dem.geometry.resolution
-    u = ((mesh.vertices[:, 0] - x0) / res + 0.5) / cols
-    v = ((mesh.vertices[:, 1] - y0) / res + 0.5) / rows
-    shaded = (rgb * hillshade(dem)[..., None]).astype(np.uint8)
+    u = ((mesh.vertices[:, 0] - cells.x0) / cells.resolution + 0.5) / cells.cols
+    v = ((mesh.vertices[:, 1] - cells.y0) / cells.resolution + 0.5) / cells.rows
+    every = round(cells.resolution / dem.geometry.resolution)
+    shaded = (rgb * hillshade(dem)[::every, ::every, None]).astype(np.uint8)
     image = Image.fromarray(shaded[::-1])  # image row 0 is the north edge
     material = PBRMaterial(
         baseColorFactor=[0, 0, 0, 255],
@@ -74,10 +74,12 @@ class TerrainDrawing:
         shown = layer if maps is not None and layer in maps.layers else None
         key = (dem.digest, "texture") if maps is None or shown is None else (maps.digest, shown)
         if key not in self._shown:
-            rgb = ground_rgb(dem) if maps is None or shown is None else layer_rgb(maps, shown)
-            name = f"/terrain/{key[0]}/{key[1]}"
+            if maps is None or shown is None:
+                picture = glb(dem, ground_rgb(dem), dem.geometry)
+            else:
+                picture = glb(dem, layer_rgb(maps, shown), maps.geometry)
             self._shown[key] = self._server.scene.add_glb(
-                name, glb(dem, rgb), visible=False, cast_shadow=False, receive_shadow=False
+                f"/terrain/{key[0]}/{key[1]}", picture, visible=False, cast_shadow=False, receive_shadow=False
             )
         for other, handle in self._shown.items():
             handle.visible = other == key

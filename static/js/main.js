@@ -3,15 +3,19 @@
 import { get } from "./api.js";
 import { $, element, toast } from "./dom.js";
 import { bind, listenForKeys, showHelp } from "./keys.js";
+import { loadLayers } from "./layers.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
 import * as commands from "./panels/commands.js";
 import * as footfall from "./panels/footfall.js";
 import * as ghost from "./panels/ghost.js";
 import * as ground from "./panels/ground.js";
+import * as map from "./panels/map.js";
 import * as plan from "./panels/plan.js";
 import * as record from "./panels/record.js";
 import * as status from "./panels/status.js";
+import * as suggest from "./panels/suggest.js";
+import * as whatIf from "./panels/whatif.js";
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers
@@ -19,7 +23,8 @@ async function start() {
   listenForKeys(status.stop);
   const robot = await get("/robot");
   known.robot = { ...robot, legs: Array.from({ length: robot.legs }, (_, leg) => leg) };
-  for (const panel of [ground, footfall, plan, ghost, commands, record]) panel.start();
+  for (const panel of [ground, footfall, suggest, map, whatIf, plan, ghost, commands, record]) panel.start();
+  await loadLayers();
   bind("?", "This list", showHelp);
   await follow();
   changed();

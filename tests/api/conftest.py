@@ -2,8 +2,10 @@
 
 import pytest
 
+from footfall.planning.stance.stand import stand
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
+from tests.support.chassis_ground import wavy
 from tests.support.server import Running, running_server
 
 
@@ -30,3 +32,24 @@ def rover_server(tmp_path_factory):
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=_prepare) as running:
         running.rover.start()
         yield running
+
+
+def _stand(sessions: Sessions) -> None:
+    live = sessions.create("standing")
+    dem = wavy(half=4.0)
+    live.load_terrain(dem, "made for the tests")
+    live.set_state(stand(live.robot, dem))
+
+
+@pytest.fixture(scope="session")
+def standing_server(tmp_path_factory):
+    """A running server whose current session has gentle waves and a state that stands on them; no rover."""
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=_stand) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def standing(standing_server: Running):
+    """A client of it."""
+    with standing_server.client() as made:
+        yield made

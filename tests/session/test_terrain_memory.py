@@ -114,3 +114,19 @@ def test_the_rover_stands_where_the_map_says(session, snapshots):
     session.build_terrain(replace(COARSE, keep=False)).finish()
     assert np.array_equal(session.get(session.state.state).T_site_base, told)
     assert replay(session.export_bundle()).ok
+
+
+def test_pairs_that_could_not_be_used_are_told_to_the_end(session, snapshots):
+    """From the link, through the log, to the map and the event of the product."""
+    reason = "pair haz1: the left camera gave no image"
+    session.take_images(replace(snapshots[0], left_out={"haz1": reason}))
+    made = session.build_terrain(COARSE).finish()
+    dem = session.get(made)
+    assert dict(dem.left_out) == {"haz1": reason}
+    assert dem.name.endswith("without haz1 (the left camera gave no image)")
+    told = {event.type: event.payload.get("left_out") for event in session.events()}
+    assert told["snapshot_taken"] == told["product"] == {"haz1": reason}
+    # the next snapshot had no such trouble: its map does not tell of it
+    session.take_images(snapshots[1])
+    assert not session.get(session.build_terrain(COARSE).finish()).left_out
+    assert [product.verdict for product in replay(session.export_bundle()).products] == ["same", "same"]

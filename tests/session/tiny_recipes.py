@@ -7,11 +7,14 @@ import numpy as np
 
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
+from footfall.core.progress import preview_of
 from footfall.core.value import Provenance
 from footfall.maps.layers import MapStack
 from footfall.planning.step.problem import PlanResult, Status, StepPlan
 from footfall.session.recipes import edit, export, sequence
 from footfall.terrain.dem import Dem
+
+COARSE = GridGeometry(-4.0, -4.0, 4.0, 2, 2)
 
 
 def dem(height=0.0):
@@ -30,18 +33,24 @@ def terrain(parents, settings, progress):
 
 def maps(parents, settings, progress):
     ground = parents["dem"]
+
+    def stack(grid):
+        return MapStack(
+            grid,
+            settings.leg,
+            "plain",
+            {"footing": np.full(grid.shape, 3, np.uint8), "margin": np.full(grid.shape, 0.2, np.float32)},
+            Provenance({name: value.digest for name, value in parents.items()}, settings.settings),
+        )
+
+    preview_of(progress)(stack(COARSE))
     if ground.name == "slow":
         for i in range(2000):
             progress(i / 2000, "slowly")
             time.sleep(0.01)
-    shape = ground.geometry.shape
-    return MapStack(
-        ground.geometry,
-        settings.leg,
-        "plain",
-        {"footing": np.full(shape, 3, np.uint8), "margin": np.full(shape, 0.2, np.float32)},
-        Provenance({name: value.digest for name, value in parents.items()}, settings.settings),
-    )
+    if ground.name == "bad":
+        raise InvalidInput("this ground can't be mapped")
+    return stack(ground.geometry)
 
 
 def plan(parents, settings, progress):

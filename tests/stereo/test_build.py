@@ -9,9 +9,10 @@ from footfall.sim.raycast import RayScene
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import build_terrain, grid_around, terrain_from_pair
+from footfall.terrain.build import build_terrain, grid_around
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane, step
+from footfall.terrain.photographs import terrain_from_pairs
 from footfall.terrain.selfmask import robot_parts
 from footfall.terrain.settings import TerrainSettings
 from footfall.terrain.surface import height_at
@@ -146,7 +147,9 @@ def test_bad_pairs_are_left_out_and_named(athlete, rock_snapshot):
     good, bad, *_ = rock_snapshot.pairs
     dem = build_terrain(athlete, Snapshot(rock_snapshot.state, (good, blackened(bad))))
     only = build_terrain(athlete, Snapshot(rock_snapshot.state, (good,)))
-    assert dem.name == f"images, 1 pair, without {bad.name}"
+    assert dem.name == f"images, 1 pair, without {bad.name} (the left image is black)"
+    assert list(dem.left_out) == [bad.name]
+    assert "can be used" in dem.left_out[bad.name]
     assert np.array_equal(dem.heights, only.heights, equal_nan=True)
 
 
@@ -192,11 +195,11 @@ def test_grid_lies_on_multiples_of_the_resolution():
 def test_single_pair_straight_down(make_pair, speckle):
     """Everything 20 px apart: a level plane at depth f·B/20 = 2 m, thus at height 0."""
     pair = make_pair(np.ascontiguousarray(speckle[:, 40:200]), np.ascontiguousarray(speckle[:, 60:220]))
-    dem = terrain_from_pair(pair, TerrainSettings(min_range=1.0, half_size=1.0))
+    dem = terrain_from_pairs([pair], TerrainSettings(min_range=1.0, half_size=1.0))
     known = np.isfinite(dem.heights)
     assert 0.2 < known.mean() < 0.9
     assert np.median(np.abs(dem.heights[known])) < 0.005
-    assert dict(dem.provenance.parents) == {"pair": pair.digest}
+    assert dict(dem.provenance.parents) == {"down": pair.digest}
     row, col = dem.geometry.cell(0.0, 0.0)
     assert known[row, col]
 
@@ -204,9 +207,9 @@ def test_single_pair_straight_down(make_pair, speckle):
 def test_single_pair_out_of_range_is_refused(make_pair, speckle):
     pair = make_pair(np.ascontiguousarray(speckle[:, 40:200]), np.ascontiguousarray(speckle[:, 60:220]))
     with pytest.raises(InvalidImages, match="nothing lies within"):
-        terrain_from_pair(pair, TerrainSettings(min_range=1.0, max_range=1.5))
+        terrain_from_pairs([pair], TerrainSettings(min_range=1.0, max_range=1.5))
     with pytest.raises(InvalidImages, match="none of the matched points"):
-        terrain_from_pair(pair, TerrainSettings(min_range=1.0, half_size=1.0), center=(50.0, 0.0))
+        terrain_from_pairs([pair], TerrainSettings(min_range=1.0, half_size=1.0), center=(50.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -219,6 +222,10 @@ def test_single_pair_out_of_range_is_refused(make_pair, speckle):
         {"min_range": 9.0},
         {"max_jump": 0.0},
         {"mask_margin": -1.0},
+        {"fitted_margin": -1.0},
+        {"least_angle": 0.6},
+        {"coarse_step": 0.0},
+        {"coarse_px": 41},
     ],
 )
 def test_wrong_settings_are_refused(wrong):

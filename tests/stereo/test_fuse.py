@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.terrain.fuse import despike, fuse
 from footfall.terrain.grid_depth import CellSamples
@@ -67,6 +68,13 @@ def test_no_samples_leave_all_unknown():
     assert not texture.any()
 
 
+@pytest.mark.parametrize("cell", [-1, 42])
+def test_samples_of_another_grid_are_refused(cell):
+    one = CellSamples(np.array([3, cell]), np.zeros(2), np.ones(2), np.ones(2))
+    with pytest.raises(InvalidTerrain, match=r"of a grid that has 42"):
+        fuse([one], GRID, gate=0.05)
+
+
 def test_despike_agrees_with_the_definition(rng):
     heights = rng.normal(0, 0.02, (20, 30)).astype(np.float32)
     heights[rng.random(heights.shape) < 0.5] = np.nan
@@ -79,7 +87,8 @@ def test_despike_agrees_with_the_definition(rng):
                 assert np.isnan(got[row, col])
                 continue
             median = known[(len(known) - 1) // 2]
-            spike = abs(heights[row, col] - median) > 0.02
+            spread = np.sort(np.abs(known - median))[(len(known) - 1) // 2]
+            spike = abs(heights[row, col] - median) > max(0.02, 3 * 1.4826 * spread)
             assert got[row, col] == (median if spike else heights[row, col])
 
 
@@ -101,3 +110,16 @@ def test_despike_takes_spikes_and_islands_and_keeps_edges():
     assert np.isnan(cleaned[:, 17:20]).all()
     assert (cleaned[1:-1, 9] == 0.0).all()
     assert (cleaned[1:-1, 10] == np.float32(0.3)).all()
+
+
+def test_despike_leaves_the_top_of_a_rock_that_only_its_front_shows():
+    """A half ball 20 cm wide on 2 cm cells, unknown behind its crest: the top is further from the median than 2 cm."""
+    y, x = np.mgrid[-10:11, -10:11] * 0.02
+    rock = np.sqrt(np.maximum(0.1**2 - x**2 - y**2, 0.0)).astype(np.float32)
+    rock[y > 0.02] = np.nan
+    median = np.nanmedian(rock[8:13, 8:13])
+    assert rock[10, 10] - median > 0.008
+    cleaned = despike(rock, 0.005, 8)
+    assert cleaned[10, 10] == rock[10, 10]
+    rock[3, 3] = 0.05
+    assert despike(rock, 0.005, 8)[3, 3] == 0.0

@@ -7,7 +7,7 @@ from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.io.image_files import read_pair
 from footfall.telemetry.images import ImagePair
-from footfall.terrain.build import terrain_from_pair
+from footfall.terrain.photographs import terrain_from_pairs
 from footfall.terrain.settings import TerrainSettings
 from footfall.terrain.stereo import depth, disparity
 
@@ -55,7 +55,7 @@ def test_depth_against_ground_truth(pair, truth):
 
 def test_terrain_lies_on_the_photographed_scene(pair, truth):
     """Each height of the map is that of some true point straight above or below it."""
-    dem = terrain_from_pair(pair, SETTINGS)
+    dem = terrain_from_pairs([pair], SETTINGS)
     assert 0.02 < np.isfinite(dem.heights).mean() < 0.95
     assert dem.texture is not None
     assert (dem.texture[np.isfinite(dem.heights)] > 0).all()

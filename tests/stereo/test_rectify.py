@@ -138,7 +138,7 @@ def test_images_of_two_moments_are_refused(plain):
         rectify(cal, image, image, time=10.0, time_right=10.5)
     assert rectify(cal, image, image, time=10.0, time_right=10.5, max_skew=0.6).time == 10.0
     with pytest.raises(InvalidImages):
-        require_simultaneous("yard", 0.0, float("nan"))
+        require_simultaneous("yard", 0.0, float("nan"), 1.0)
 
 
 def test_a_pose_that_is_no_number_is_refused(plain):

@@ -10,6 +10,7 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
+from footfall.terrain.leg_errors import told_errors
 from footfall.terrain.selfmask import displacements, mesh_depths, robot_depths, robot_mask, robot_parts
 
 SAG = 0.03
@@ -33,7 +34,7 @@ def seen_depth(robot, posture, camera) -> np.ndarray:
 def test_displacements_are_the_derivative_of_the_kinematics(athlete, rng):
     posture = athlete.posture("stand") + rng.uniform(-0.3, 0.3, 36)
     step = 1e-6
-    spread = [one for one, _ in displacements(athlete, posture, 1.0, 0.0)]
+    spread = [one for one, _, _ in displacements(athlete, posture, told_errors(athlete, posture, 1.0, 0.0))]
     for joint in (6, 8, 11):
         moved = np.array(posture)
         moved[joint] += step
@@ -47,7 +48,8 @@ def test_displacements_are_the_derivative_of_the_kinematics(athlete, rng):
 
 def test_sag_brings_the_wheel_nearer_to_the_chassis_by_just_so_much(athlete):
     posture = athlete.posture("stand")
-    bends = dict(zip(athlete.description.meshes, displacements(athlete, posture, 0.0, SAG), strict=False))
+    displaced = displacements(athlete, posture, told_errors(athlete, posture, 0.0, SAG))
+    bends = dict(zip(athlete.description.meshes, displaced, strict=False))
     for leg in athlete.legs:
         assert bends[f"leg{leg}_wheel"][1][:, 2].mean() == pytest.approx(SAG, abs=1e-6)
         assert np.abs(bends[f"leg{leg}_hip_yaw"][1]).max() < 1e-6
@@ -69,7 +71,8 @@ def test_a_robot_with_wrong_encoders_and_sagging_legs_is_covered(athlete):
         shown = np.isfinite(depth)
         kept = depth[shown] > robot_depths(athlete, state_of(athlete, told), camera)[shown]
         assert kept.mean() < 0.002
-        plain = ~robot_mask(athlete, state_of(athlete, told), camera, 0.0, 0, encoder_sd=0.0, sag=0.0)[shown]
+        exact = told_errors(athlete, told, 0.0, 0.0)
+        plain = ~robot_mask(athlete, state_of(athlete, told), camera, 0.0, 0, errors=exact)[shown]
         assert plain.mean() > kept.mean()
 
 
@@ -82,3 +85,33 @@ def test_ground_behind_the_rim_stays_and_what_is_as_near_goes():
     assert rim.sum() == 10  # 0.2 m at 2 m are five pixels on each side
     assert row[rim] == pytest.approx(2.25)
     assert (row[~rim & np.isfinite(row)] == 0).all()
+
+
+def test_a_leg_that_images_showed_takes_its_own_margin(athlete):
+    told = athlete.posture("stand")
+    camera = athlete.description.camera_pair("haz0").camera_left
+    exact = told_errors(athlete, told, 0.0, 0.0)
+    fitted = [error._replace(fitted=True) for error in exact]
+    wide, narrow, none = (
+        robot_mask(athlete, state_of(athlete, told), camera, margin, 0, errors=errors, fitted_margin=0.0)
+        for margin, errors in ((0.05, exact), (0.05, fitted), (0.0, exact))
+    )
+    assert (narrow <= wide).all()
+    assert (none <= narrow).all()
+    assert wide.sum() > narrow.sum() > none.sum()  # the chassis keeps its margin
+
+
+def test_only_what_lies_far_away_as_a_whole_is_widened_further(athlete):
+    told = athlete.posture("stand")
+    camera = athlete.description.camera_pair("haz0").camera_left
+    state = state_of(athlete, told)
+    plain = robot_mask(athlete, state, camera)
+    further = robot_mask(athlete, state, camera, far=2.6, far_px=8)
+    gained = further & ~plain
+    assert (plain <= further).all()
+    assert gained.any()
+    # ground beside a part further than 2.6 m away; beside nearer parts nothing changes
+    near_only = robot_mask(athlete, state, camera, far=9.0, far_px=8)
+    assert np.array_equal(near_only, plain)
+    depth = seen_depth(athlete, told, camera)
+    assert depth[np.isfinite(depth)].max() > 2.6 > depth[np.isfinite(depth)].min()

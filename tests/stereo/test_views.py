@@ -11,10 +11,11 @@ import pytest
 from footfall.core.errors import InvalidInput, InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.terrain.blend import BlendSettings, blend
+from footfall.terrain.blend import blend
 from footfall.terrain.clear import Area, clear, inside
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.settings import BlendSettings
 from footfall.terrain.views import CollisionView, collision_view
 
 CELL = 0.05
@@ -158,3 +159,46 @@ def test_what_can_not_be_blended_is_refused(rng):
         blend(dem, from_heights(np.zeros((5, 5)), 1.0, 500.0, 500.0, "elsewhere"))
     with pytest.raises(InvalidInput):
         BlendSettings(seam=0.0)
+
+
+def local_and_orbit(offset: float, variance: float | None = None):
+    """A sloping local map whose east is unknown, and coarse ground of the same slope under and beyond it."""
+    x, y = np.meshgrid(np.arange(61) * CELL - 1.0, np.arange(61) * CELL - 2.0)
+    local = slope(x, y)
+    local[:, 30:] = np.nan
+    orbit = from_heights(
+        slope(*np.meshgrid(np.arange(80) * 0.2 - 8, np.arange(80) * 0.2 - 8)) + offset, 0.2, -8.0, -8.0, "orbit"
+    )
+    if variance is not None:
+        known = np.isfinite(orbit.heights)
+        orbit = replace(
+            orbit,
+            variance=np.full(orbit.geometry.shape, variance, np.float32),
+            count=known.astype(np.uint16),
+            time=np.zeros(orbit.geometry.shape),
+            source=known.astype(np.uint8),
+            sources=("orbiter",),
+        )
+    return remembered(local), orbit
+
+
+def test_heights_from_another_zero_are_levelled_first():
+    local, orbit = local_and_orbit(-2640.0)
+    both = blend(local, orbit, BlendSettings(seam=0.5, reach=2.5, level=True))
+    X, Y = np.meshgrid(both.geometry.xs, both.geometry.ys)
+    # 2640 m in float32 keeps 0.24 mm
+    assert np.abs(both.heights - slope(X, Y)).max() < 5e-4
+    assert "raised by 2640.000 m" in both.name
+    with pytest.raises(InvalidTerrain, match="no known ground under"):
+        blend(local, replace(orbit, geometry=replace(orbit.geometry, x0=500.0)), BlendSettings(level=True))
+
+
+def test_an_external_terrain_that_says_how_sure_it_is_is_believed():
+    local, orbit = local_and_orbit(0.1, variance=0.04)
+    both = blend(local, orbit, BlendSettings(deviation=0.5, seam=0.5, reach=2.5))
+    far = float(local.geometry.xs[29]) + 0.6 < np.meshgrid(both.geometry.xs, both.geometry.ys)[0]
+    assert np.allclose(both.variance[far], 0.04, rtol=1e-5)
+    # in the seam it lies between both, and never falls below the surer one
+    known = np.isfinite(both.heights)
+    assert (both.variance[known] >= 1e-4 - 1e-9).all()
+    assert (both.variance[known] <= 0.04 + 1e-7).all()

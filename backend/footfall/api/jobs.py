@@ -10,14 +10,21 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from footfall.api.access import BASE, AllSessions
 from footfall.api.jsonable import dumps
 from footfall.api.routing import Routes
-from footfall.session.jobs import Job
+from footfall.session.fold import TERRAIN_KINDS
+from footfall.session.job import Job
 
 router = Routes(tags=["jobs"])
 
 LOOK_PERIOD = 0.1
 """How often a job's progress is looked at for a listener [s]."""
 
-_FOLDERS = {"terrain": "terrains", "clear": "terrains", "maps": "maps", "plan": "plans"}
+_FOLDERS = {
+    **dict.fromkeys(TERRAIN_KINDS, "terrains"),
+    "maps": "maps",
+    "plan": "plans",
+    "shift": "shifts",
+    "body_move": "body-moves",
+}
 
 
 def job_body(job: Job) -> dict[str, Any]:

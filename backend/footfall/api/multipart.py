@@ -1,5 +1,6 @@
-"""Uploads: one named file and one JSON member of a multipart form, checked as strictly as a JSON body."""
+"""Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePath
@@ -27,11 +28,27 @@ def is_multipart(request: Request) -> bool:
 
 async def file_of(form: FormData, name: str) -> tuple[str, bytes]:
     """File name and content of the form's member ``name``."""
-    found = form.get(name)
-    if found is None or isinstance(found, str):
+    found = await files_of(form, name, most=1)
+    if not found:
         raise InvalidInput(f"the form needs a file called {name!r}", members=sorted(form.keys()))
-    upload: UploadFile = found  # type: ignore[assignment]
-    return PurePath((upload.filename or "").replace("\\", "/")).name, await upload.read()
+    return found[0]
+
+
+async def files_of(form: FormData, name: str, most: int, largest: int | None = None) -> list[tuple[str, bytes]]:
+    """File name and content of each of the form's members ``name``; none of more than ``largest`` bytes."""
+    found = form.getlist(name)
+    if len(found) > most:
+        raise InvalidInput(f"the form may have {most} files called {name!r}, not {len(found)}", limit=most)
+    files = []
+    for one in found:
+        if isinstance(one, str):
+            raise InvalidInput(f"the form's member {name!r} is a file, not text")
+        upload: UploadFile = one  # type: ignore[assignment]
+        file = PurePath((upload.filename or "").replace("\\", "/")).name
+        if largest is not None and (upload.size or 0) > largest:
+            raise InvalidInput(f"{file} is larger than {largest} bytes", file=file, limit=largest)
+        files.append((file, await upload.read()))
+    return files
 
 
 def json_of(form: FormData, name: str, model: type[_M]) -> _M:
@@ -66,18 +83,33 @@ def on_disk(name: str, content: bytes) -> Iterator[Path]:
 
 
 def multipart_doc(
-    files: dict[str, str], json_members: dict[str, type[Strictly]], also: type[Strictly] | None = None
+    files: dict[str, str],
+    json_members: dict[str, type[Strictly]],
+    also: type[Strictly] | None = None,
+    optional: tuple[str, ...] = (),
+    several: tuple[str, ...] = (),
 ) -> Any:
-    """OpenAPI request body of a form with files and JSON members, or of the JSON model ``also``."""
-    properties: dict[str, Any] = {
-        name: {"type": "string", "format": "binary", "description": text} for name, text in files.items()
-    }
+    """OpenAPI request body of a form with files and JSON members, or of the JSON model ``also``.
+
+    optional: files that may be left out; several: that may come more than once.
+    """
+    properties: dict[str, Any] = {}
+    for name, text in files.items():
+        one = {"type": "string", "format": "binary"}
+        many = {"type": "array", "items": one} if name in several else one
+        properties[name] = {**many, "description": text}
+    example: dict[str, str] = {}
     for name, model in json_members.items():
-        schema = model.model_json_schema()
-        properties[name] = {"type": "string", "description": "JSON", "examples": [str(schema.get("examples", [{}])[0])]}
+        example[name] = json.dumps(model.model_json_schema().get("examples", [{}])[0])
+        properties[name] = {"type": "string", "description": "JSON", "examples": [example[name]]}
     content: dict[str, Any] = {
         "multipart/form-data": {
-            "schema": {"type": "object", "required": list(files), "properties": properties},
+            "schema": {
+                "type": "object",
+                "required": [name for name in files if name not in optional],
+                "properties": properties,
+            },
+            "example": example,
         }
     }
     if also is not None:

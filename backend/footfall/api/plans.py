@@ -7,7 +7,7 @@ from fastapi import Response
 from footfall.api.access import OneSession, product
 from footfall.api.jobs import accepted
 from footfall.api.routing import Routes
-from footfall.api.schemas import PlanOrder
+from footfall.api.schemas import PlanOrder, settings_value
 from footfall.planning.step.problem import PlanResult, StepSettings
 
 router = Routes(tags=["plans"])
@@ -16,7 +16,7 @@ router = Routes(tags=["plans"])
 @router.post("/sessions/{session}/plans", status_code=202)
 def order_plan(live: OneSession, order: PlanOrder, response: Response) -> dict[str, Any]:
     """Plan a step, as a job. Its result is a PlanResult even where the answer is no."""
-    settings = None if order.settings is None else StepSettings(**order.settings.model_dump())
+    settings = settings_value(StepSettings, order.settings)
     target = None if order.target is None else (order.target[0], order.target[1])
     return accepted(live.plan_step(live.robot.require_leg(order.leg), target, settings), response)
 

@@ -187,6 +187,8 @@ class _Connection:
             raise InvalidTelemetry("the first message of a rover is hello")
         _, snapshot = decode_images(content, live.robot.leg_count)
         live.take_images(snapshot)
+        for reason in snapshot.left_out.values():
+            self._refuse(reason)
 
     def _take_text(self, text: str, at: float) -> None:
         legs = None if self._hello is None else self._hello.legs

@@ -1,19 +1,28 @@
 """What requests may contain. Strict: no unknown members, no booleans or texts where numbers belong, no NaN."""
 
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
+from functools import cache
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 from annotated_types import Len
 from pydantic import BaseModel, ConfigDict, Field, Strict, create_model
 
 from footfall.core.value import Value
 from footfall.maps.layers import MapSettings
+from footfall.maps.quality_settings import QualitySettings
+from footfall.planning.stance.find_problem import FindShiftSettings
+from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.stance.shift import BodyShift
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.commands import COMMAND_NAMES
 from footfall.sequence.edit import EDIT_KINDS
 from footfall.terrain.clear import Area
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.settings import BlendSettings, TerrainSettings
+
+_V = TypeVar("_V", bound=Value)
 
 LONGEST_TEXT = 2000
 
@@ -35,29 +44,71 @@ def _examples(*examples: dict[str, Any]) -> ConfigDict:
     return ConfigDict(json_schema_extra={"examples": list(examples)})
 
 
+@cache
 def settings_model(settings: type[Value]) -> type[Strictly]:
-    """A request model with the fields, types and defaults of a settings value, which stays their only source."""
+    """A request model with the fields, types and defaults of a settings value, which stays their only source.
+
+    A field that is a settings value itself becomes a model of its own.
+    """
     hints = get_type_hints(settings)
     members: dict[str, Any] = {}
     for f in fields(settings):  # type: ignore[arg-type]
+        hint = hints[f.name]
         default = ... if f.default is MISSING else f.default
-        members[f.name] = (_accepting_lists(hints[f.name]), default)
+        if isinstance(f.default, Value):
+            default = Field(default_factory=settings_model(hint))
+        elif f.default_factory is not MISSING:
+            default = Field(default_factory=f.default_factory)
+        members[f.name] = (_accepting_lists(hint), default)
     doc = (settings.__doc__ or "").strip()
     return create_model(settings.__name__, __base__=Strictly, __doc__=doc, **members)
 
 
 def _accepting_lists(hint: Any) -> Any:
+    if isinstance(hint, type) and issubclass(hint, Value):
+        return settings_model(hint)
+    # JSON has no arrays of numpy
+    if get_origin(hint) is np.ndarray:
+        return list[float]
     # JSON has no tuples; only the container is relaxed, its numbers stay strict
     if get_origin(hint) is tuple:
         return Annotated[hint, Strict(False)]
+    if get_origin(hint) is Mapping:
+        name, one = get_args(hint)
+        return dict[name, _accepting_lists(one)]
     if get_origin(hint) in (Union, UnionType):
         return Union[tuple(_accepting_lists(one) for one in get_args(hint))]  # noqa: UP007
     return hint
 
 
+def settings_value(settings: type[_V], given: BaseModel | None) -> _V | None:
+    """The settings value that a request holds, or None where it holds none. Raises what the value's check does."""
+    if given is None:
+        return None
+    hints = get_type_hints(settings)
+    members: dict[str, Any] = {}
+    for name in type(given).model_fields:
+        member = getattr(given, name)
+        if isinstance(member, BaseModel):
+            member = settings_value(hints[name], member)
+        elif isinstance(member, list):
+            member = np.array(member, np.float64) if _holds_array(hints[name]) else tuple(member)
+        members[name] = member
+    return settings(**members)
+
+
+def _holds_array(hint: Any) -> bool:
+    return get_origin(hint) is np.ndarray or any(_holds_array(one) for one in get_args(hint))
+
+
 StepSettingsModel = settings_model(StepSettings)
 MapSettingsModel = settings_model(MapSettings)
 TerrainSettingsModel = settings_model(TerrainSettings)
+QualitySettingsModel = settings_model(QualitySettings)
+FindShiftSettingsModel = settings_model(FindShiftSettings)
+BodyMoveSettingsModel = settings_model(BodyMoveSettings)
+BodyShiftModel = settings_model(BodyShift)
+BlendSettingsModel = settings_model(BlendSettings)
 
 
 class NewSession(Strictly):
@@ -124,6 +175,15 @@ class Calibration(Strictly):
     T_site_base: Matrix4 | None = None
 
 
+class PhotographOptions(Strictly):
+    """How uploaded pairs become a terrain. cameras: only these pairs; with_rover: the rover's own cameras took them."""
+
+    model_config = _examples({"settings": {"matcher": "3way"}, "cameras": ["front"]}, {"with_rover": True})
+    settings: TerrainSettingsModel | None = None  # type: ignore[valid-type]
+    cameras: Annotated[list[Name], Len(1, 64)] | None = None
+    with_rover: bool = False
+
+
 class BuildTerrain(Strictly):
     """Rebuild the ground from the session's images."""
 
@@ -162,10 +222,21 @@ class TerrainOptions(Strictly):
         return {**listed, "center": listed["center"] or None}
 
 
+class BlendOptions(Strictly):
+    """How to read an uploaded terrain, as ``options`` of an upload, and how to lay it under the present one."""
+
+    model_config = _examples({"read": {"center": [354000.0, 7200000.0]}, "settings": {"level": True, "reach": 20.0}})
+    read: TerrainOptions = Field(default_factory=TerrainOptions)
+    settings: BlendSettingsModel | None = None  # type: ignore[valid-type]
+
+
 class MapOrder(Strictly):
     """Compute the map layers for one leg."""
 
-    model_config = _examples({"leg": 2, "settings": {"conservative": False}})
+    model_config = _examples(
+        {"leg": 2, "settings": {"conservative": False}},
+        {"leg": 2, "settings": {"friction": True, "balance": {"friction": 0.5, "gravity": 3.71}}},
+    )
     leg: Leg
     settings: MapSettingsModel | None = None  # type: ignore[valid-type]
 
@@ -194,6 +265,43 @@ class PlanOrder(Strictly):
     leg: Leg
     target: Vector2 | None = None
     settings: StepSettingsModel | None = None  # type: ignore[valid-type]
+
+
+class SuggestionOrder(Strictly):
+    """The best footfalls on the current maps of a leg; ``towards``: goal direction (east, north) or null."""
+
+    model_config = _examples({"leg": 2, "count": 5, "separation": 0.3, "towards": [1.0, 0.0]})
+    leg: Leg
+    count: Annotated[int, Field(ge=1, le=50)] = 5
+    separation: Annotated[float, Field(ge=0)] = 0.3
+    towards: Vector2 | None = None
+    settings: QualitySettingsModel | None = None  # type: ignore[valid-type]
+
+
+class ShiftOrder(Strictly):
+    """Which shift of the chassis makes a footfall possible? target null means the chosen footfall."""
+
+    model_config = _examples({"leg": 2, "target": [1.6, 3.1]})
+    leg: Leg
+    target: Vector2 | None = None
+    settings: FindShiftSettingsModel | None = None  # type: ignore[valid-type]
+
+
+class WhatIfOrder(BodyShiftModel):  # type: ignore[valid-type,misc]
+    """What if the chassis stood elsewhere, its feet where they are? What is left out of the shift is 0.
+
+    dx, dy, dz along the axes of the site [m]; droll, dpitch, dyaw about those of the chassis [rad].
+    """
+
+    model_config = _examples({"dx": 0.05, "dz": -0.1}, {"dz": -0.2, "dyaw": 0.2})
+
+
+class BodyMoveOrder(Strictly):
+    """Move the chassis over its standing feet."""
+
+    model_config = _examples({"shift": {"dx": 0.05, "dz": -0.1}})
+    shift: BodyShiftModel  # type: ignore[valid-type]
+    settings: BodyMoveSettingsModel | None = None  # type: ignore[valid-type]
 
 
 class NewSequence(Strictly):

@@ -2,25 +2,33 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal, cast
+from threading import Lock
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from fastapi import Request, Response
+from fastapi import Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import OneSession, product, session_path
 from footfall.api.jobs import accepted
 from footfall.api.multipart import file_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routing import Routes
-from footfall.api.schemas import BuildTerrain, ClearTerrain, TerrainOptions
-from footfall.io.terrain_files import read_terrain, write_terrain
+from footfall.api.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
+from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
+from footfall.session.job import Job
 from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
-from footfall.terrain.settings import TerrainSettings
+from footfall.terrain.settings import BlendSettings, TerrainSettings
+from footfall.terrain.simplified import simplified
+from footfall.terrain.views import CollisionView, collision_view
 
 router = Routes(tags=["terrains"])
 
 Extension = Literal["npz", "tif", "asc", "ply", "obj", "stl", "off"]
+MeshExtension = Literal["ply", "obj", "stl", "off"]
+
+_one_at_a_time = Lock()
+"""The library that simplifies keeps its mesh in a global."""
 
 
 @router.post(
@@ -43,7 +51,7 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await request.body(), BuildTerrain)
-    settings = None if order.settings is None else TerrainSettings(**order.settings.model_dump())
+    settings = settings_value(TerrainSettings, order.settings)
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 
 
@@ -69,8 +77,30 @@ def about_terrain(dem: Dem) -> dict[str, Any]:
         "lowest": float(dem.heights[known].min()),
         "highest": float(dem.heights[known].max()),
         "texture": dem.texture is not None,
+        "remembers": dem.remembers,
+        "sources": list(dem.sources),
+        "left_out": dict(dem.left_out),
         "parents": dem.provenance.parents,
     }
+
+
+@router.post(
+    "/sessions/{session}/terrains/blend",
+    status_code=202,
+    openapi_extra=multipart_doc({"file": "terrain known from elsewhere, such as a GeoTIFF"}, {"options": BlendOptions}),
+)
+async def blend(live: OneSession, request: Request, response: Response) -> dict[str, Any]:
+    """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
+    async with request.form(max_files=1, max_fields=1) as form:
+        name, content = await file_of(form, "file")
+        options = json_of(form, "options", BlendOptions)
+    return accepted(await run_in_threadpool(_blend, live, name, content, options), response)
+
+
+def _blend(live: LiveSession, name: str, content: bytes, options: BlendOptions) -> Job:
+    settings = settings_value(BlendSettings, options.settings)
+    with on_disk(name, content) as path:
+        return live.blend_terrain(read_terrain(path, **options.read.arguments()), settings, source=name)
 
 
 @router.post("/sessions/{session}/terrains/undo")
@@ -85,6 +115,32 @@ def clear(live: OneSession, order: ClearTerrain, response: Response) -> dict[str
     digest = live.clear_terrain(order.area())
     response.headers["Location"] = session_path(live, "terrains", digest)
     return about_terrain(cast(Dem, live.get(digest)))
+
+
+@router.get("/sessions/{session}/terrains/{digest}/collision.{extension}", response_class=Response)
+def download_collision_mesh(
+    live: OneSession,
+    digest: str,
+    extension: MeshExtension,
+    raise_by: Annotated[float, Query(description="heights go up by this [m]")] = 0.15,
+    buffer: Annotated[float, Query(description="what stands grows by this [m]")] = 0.0,
+    tolerance: Annotated[float, Query(description="most height error of the mesh [m]")] = 0.01,
+) -> Response:
+    """The terrain as collision checks may see it: grown, raised, with fewer triangles. The map stays as it is.
+
+    The mesh lies nowhere below that ground, and above it by no more than the header Footfall-Height-Error says [m].
+    """
+    dem = product(live, digest, Dem, live.state.dem)
+    view = collision_view(dem, CollisionView(raise_by, buffer))
+    with _one_at_a_time:
+        made = simplified(view, tolerance)
+    headers = {
+        "Content-Disposition": f'attachment; filename="collision-{dem.digest[:8]}.{extension}"',
+        "Footfall-Height-Error": f"{made.error:.6g}",
+        "Footfall-Triangles": f"{len(made.mesh.triangles)} of {made.triangles_before}",
+    }
+    content = encode_collision_mesh(made, f".{extension}")
+    return Response(content, media_type="application/octet-stream", headers=headers)
 
 
 @router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response)

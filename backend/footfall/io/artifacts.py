@@ -25,6 +25,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 # Where each value lives, so that a file can be read before anything else imported its class. Values of
 # the layers above register themselves: only they read files that hold them.
 HOMES: dict[str, tuple[str, ...]] = {
+    "footfall.balance.settings": ("BalanceSettings",),
     "footfall.balance.torques": ("TorqueCheck",),
     "footfall.core.grid": ("GridGeometry",),
     "footfall.core.mesh": ("Mesh",),
@@ -33,7 +34,22 @@ HOMES: dict[str, tuple[str, ...]] = {
         "MapSettings",
         "MapStack",
     ),
+    "footfall.maps.quality_settings": ("QualitySettings",),
     "footfall.maps.traversability": ("Traversability",),
+    "footfall.planning.stance.find_problem": (
+        "FindShiftSettings",
+        "ShiftResult",
+    ),
+    "footfall.planning.stance.move": (
+        "BodyMovePlan",
+        "BodyMoveResult",
+        "BodyMoveSettings",
+    ),
+    "footfall.planning.stance.shift": (
+        "BodyShift",
+        "PredictedState",
+        "ShiftRefused",
+    ),
     "footfall.planning.step.problem": (
         "Check",
         "Footfall",
@@ -78,17 +94,25 @@ HOMES: dict[str, tuple[str, ...]] = {
         "StopAckMessage",
         "StopMessage",
     ),
+    "footfall.telemetry.photographs": (
+        "PhotographedPair",
+        "Photographs",
+    ),
     "footfall.telemetry.state": (
         "RobotState",
         "TelemetryFrame",
     ),
     "footfall.terrain.align": ("Alignment",),
-    "footfall.terrain.blend": ("BlendSettings",),
+    "footfall.terrain.bundle_adjustment": ("Refinement",),
     "footfall.terrain.clear": ("Area",),
     "footfall.terrain.dem": ("Dem",),
     "footfall.terrain.epipolar": ("PairAlignment",),
     "footfall.terrain.grid_depth": ("CellSamples",),
-    "footfall.terrain.settings": ("TerrainSettings",),
+    "footfall.terrain.settings": (
+        "BlendSettings",
+        "TerrainSettings",
+    ),
+    "footfall.terrain.simplified": ("SimplifiedMesh",),
     "footfall.terrain.views": ("CollisionView",),
     "footfall.terrain.visibility": ("DepthView",),
 }

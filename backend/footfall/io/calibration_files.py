@@ -26,15 +26,33 @@ _CAMERA_KEYS = ("image_size", "intrinsics", "model", "distortion", "T_base_camer
 
 def read_calibration(path: str | Path) -> tuple[PairCalibration, ...]:
     """All pairs of a FootFall calibration file, in order. Raises InvalidImages naming the file, pair and field."""
+    found, left_out = read_usable_calibrations(path)
+    for reason in left_out.values():
+        raise InvalidImages(reason)
+    return tuple(found.values())
+
+
+def read_usable_calibrations(path: str | Path) -> tuple[dict[str, PairCalibration], dict[str, str]]:
+    """The pairs of a FootFall calibration file by name, and what is wrong with each other one.
+
+    Raises InvalidImages, naming the file, where it is no such file.
+    """
     path = Path(path)
-    raw = _parsed(path)
+    raw = parsed_file(path)
     if raw.get("format") != FORMAT or raw.get("version") != VERSION:
         raise InvalidImages(f"{path.name}: needs `format: {FORMAT}` and `version: {VERSION}` (see docs/calibration.md)")
-    _only(raw, ("format", "version", "pairs"), path.name)
+    only(raw, ("format", "version", "pairs"), path.name)
     pairs = raw.get("pairs")
     if not isinstance(pairs, dict) or not pairs:
         raise InvalidImages(f"{path.name}: `pairs` must hold at least one pair by its name")
-    return tuple(_pair(f"{path.name}, pair {name}", name, body) for name, body in pairs.items())
+    found: dict[str, PairCalibration] = {}
+    left_out: dict[str, str] = {}
+    for name, body in pairs.items():
+        try:
+            found[name] = _pair(f"{path.name}, pair {name}", name, body)
+        except InvalidImages as err:
+            left_out[name] = err.message
+    return found, left_out
 
 
 def read_camera_info(
@@ -68,7 +86,7 @@ class _Info:
 
     def __init__(self, path: Path) -> None:
         self.where = path.name
-        raw = _parsed(path)
+        raw = parsed_file(path)
         self.width = _whole(_either(raw, self.where, "image_width", "width"), f"{self.where}: image_width")
         self.height = _whole(_either(raw, self.where, "image_height", "height"), f"{self.where}: image_height")
         self.K = self._matrix(raw, (3, 3), "camera_matrix", "K", "k")
@@ -97,17 +115,17 @@ class _Info:
     def _matrix(self, raw: dict[str, Any], shape: tuple[int, int] | None, *names: str) -> NDArray[np.float64]:
         body = _either(raw, self.where, *names)
         data = body.get("data") if isinstance(body, dict) else body
-        return _numbers(data, shape, f"{self.where}: {names[0]}")
+        return numbers(data, shape, f"{self.where}: {names[0]}")
 
 
 def _pair(where: str, name: str, body: Any) -> PairCalibration:
     if not isinstance(body, dict):
         raise InvalidImages(f"{where}: needs `left` and `right`", pair=name)
-    _only(body, ("left", "right"), where)
+    only(body, ("left", "right"), where)
     for side in ("left", "right"):
         if not isinstance(body.get(side), dict):
             raise InvalidImages(f"{where}: the calibration of the {side} camera is missing", pair=name)
-        _only(body[side], _CAMERA_KEYS, f"{where}, {side}")
+        only(body[side], _CAMERA_KEYS, f"{where}, {side}")
     if "T_left_camera" in body["left"]:
         raise InvalidImages(f"{where}, left: T_left_camera belongs to the right camera", pair=name)
     given = [key for key in ("T_base_camera", "T_left_camera") if key in body["right"]]
@@ -115,8 +133,8 @@ def _pair(where: str, name: str, body: Any) -> PairCalibration:
         raise InvalidImages(f"{where}, right: needs its pose, either T_base_camera or T_left_camera", pair=name)
     T_left = LEVEL_FORWARD
     if "T_base_camera" in body["left"]:
-        T_left = _pose(body["left"]["T_base_camera"], f"{where}, left: T_base_camera")
-    T_right = _pose(body["right"][given[0]], f"{where}, right: {given[0]}")
+        T_left = pose_from(body["left"]["T_base_camera"], f"{where}, left: T_base_camera")
+    T_right = pose_from(body["right"][given[0]], f"{where}, right: {given[0]}")
     if given[0] == "T_left_camera":
         T_right = T_left @ T_right
     left = _camera(f"{where}, left", f"{name} left", body["left"], T_left)
@@ -129,9 +147,9 @@ def _camera(where: str, name: str, body: dict[str, Any], T_base_camera: NDArray[
     if not isinstance(size, list) or len(size) != 2:
         raise InvalidImages(f"{where}: image_size must be [width, height]")
     width, height = (_whole(one, f"{where}: image_size") for one in size)
-    fx, fy, cx, cy = _numbers(_either(body, where, "intrinsics"), (1, 4), f"{where}: intrinsics [fx, fy, cx, cy]")[0]
+    fx, fy, cx, cy = numbers(_either(body, where, "intrinsics"), (1, 4), f"{where}: intrinsics [fx, fy, cx, cy]")[0]
     model = _either(body, where, "model")
-    distortion = _numbers(body.get("distortion", []), None, f"{where}: distortion")
+    distortion = numbers(body.get("distortion", []), None, f"{where}: distortion")
     return _model(where, name, (width, height), (fx, fy, cx, cy), model, distortion, T_base_camera)
 
 
@@ -151,7 +169,8 @@ def _model(
         raise InvalidImages(f"{where}: {err.message}", **err.details) from err
 
 
-def _parsed(path: Path) -> dict[str, Any]:
+def parsed_file(path: Path) -> dict[str, Any]:
+    """The mapping that a small YAML file holds. Raises InvalidImages naming the file."""
     if not path.is_file():
         raise InvalidImages(f"there is no calibration file {path}")
     if path.stat().st_size > _MOST_BYTES:
@@ -164,7 +183,8 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise InvalidImages(f"{path.name}: {err.message}", **err.details) from err
 
 
-def _only(raw: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+def only(raw: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    """Raise InvalidImages for keys that are not ``known``."""
     strange = [key for key in raw if key not in known]
     if strange:
         raise InvalidImages(f"{where}: {', '.join(strange)} is unknown here; known are {', '.join(known)}")
@@ -183,7 +203,7 @@ def _whole(number: Any, where: str) -> int:
     return number
 
 
-def _numbers(given: Any, shape: tuple[int, int] | None, where: str) -> NDArray[np.float64]:
+def numbers(given: Any, shape: tuple[int, int] | None, where: str) -> NDArray[np.float64]:
     """Finite numbers of a list or a list of rows; ``shape`` None: one row of any length."""
     flat: list[Any] = []
     for one in given if isinstance(given, list) else [None]:
@@ -199,8 +219,9 @@ def _numbers(given: Any, shape: tuple[int, int] | None, where: str) -> NDArray[n
     return np.array(flat, float).reshape(shape)
 
 
-def _pose(given: Any, where: str) -> NDArray[np.float64]:
-    T = _numbers(given, (4, 4), where)
+def pose_from(given: Any, where: str) -> NDArray[np.float64]:
+    """A pose, (4, 4), its rotation made exact. Raises InvalidImages, saying ``where``."""
+    T = numbers(given, (4, 4), where)
     if not np.allclose(T[3], [0.0, 0.0, 0.0, 1.0], atol=1e-9):
         raise InvalidImages(f"{where}: the last row must be 0 0 0 1")
     return transform(_rotation(T[:3, :3], where), T[:3, 3])

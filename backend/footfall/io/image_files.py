@@ -13,7 +13,8 @@ from footfall.telemetry.images import Camera, ImagePair
 MAX_PIXELS = 50_000_000
 """Largest accepted image."""
 
-_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm")
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm")
+_FORMATS = ("PNG", "JPEG", "TIFF", "PPM")
 
 
 def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:
@@ -22,7 +23,7 @@ def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:
     Raises InvalidImages, naming it, where the content is damaged, no image, too large, or of more than 8 bits.
     """
     try:
-        with Image.open(io.BytesIO(content)) as image:
+        with Image.open(io.BytesIO(content), formats=_FORMATS) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise InvalidImages(f"{name} has {image.width} × {image.height} pixels; the limit is {MAX_PIXELS}")
             if image.mode not in ("1", "L", "LA", "P", "RGB", "RGBA"):
@@ -46,8 +47,8 @@ def encode_png(image: NDArray[np.uint8]) -> bytes:
 def read_image(path: str | Path) -> NDArray[np.uint8]:
     """Grey image, (height, width) uint8, from a file. Raises InvalidImages naming the file."""
     path = Path(path)
-    if path.suffix.lower() not in _SUFFIXES:
-        raise InvalidImages(f"{path.name} is no image file that FootFall reads ({', '.join(_SUFFIXES)})")
+    if path.suffix.lower() not in IMAGE_ENDINGS:
+        raise InvalidImages(f"{path.name} is no image file that FootFall reads ({', '.join(IMAGE_ENDINGS)})")
     if not path.is_file():
         raise InvalidImages(f"there is no image file {path}")
     return decode_image(path.read_bytes(), path.name)

@@ -4,8 +4,11 @@
 
     4 bytes   length of the header, big-endian
     header    UTF-8 JSON: {"type": "images", "id", "state", "pairs": [{"name", "time", "T_site_base",
-              "camera_left", "camera_right", "left_bytes", "right_bytes"}]}
+              "camera_left", "camera_right", "left_bytes", "right_bytes"}]}, and "time_right" where it is not "time"
     PNGs      left and right of each pair in order, grey, 8 bit
+
+A pair that can't be used (no image of one camera, a wrong size, a pose that is not finite) is left out by its name;
+the others are kept. Only what makes the frame itself unreadable refuses all of it.
 """
 
 import io
@@ -26,6 +29,9 @@ from footfall.telemetry.link import MAX_BINARY_FRAME, camera_from, camera_object
 MAX_HEADER = 1 << 20
 """Longest header [bytes]."""
 
+LONGEST_NAME = 64
+"""Of a pair [characters]."""
+
 _LENGTH = struct.Struct(">I")
 
 
@@ -40,6 +46,7 @@ def encode_images(request_id: str, snapshot: Snapshot) -> bytes:
             {
                 "name": pair.name,
                 "time": pair.time,
+                **({} if pair.time_right is None else {"time_right": pair.time_right}),
                 "T_site_base": pair.T_site_base.tolist(),
                 "camera_left": camera_object(pair.camera_left),
                 "camera_right": camera_object(pair.camera_right),
@@ -53,7 +60,10 @@ def encode_images(request_id: str, snapshot: Snapshot) -> bytes:
 
 
 def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]:
-    """Request id and snapshot of a binary frame. Raises InvalidTelemetry or InvalidImages saying what is wrong."""
+    """Request id and snapshot of a binary frame; pairs that can't be used stand in its ``left_out``.
+
+    Raises InvalidTelemetry where the frame can't be read, InvalidImages, with each reason, where no pair is left.
+    """
     if len(frame) > MAX_BINARY_FRAME:
         raise InvalidTelemetry(f"a binary frame has at most {MAX_BINARY_FRAME} bytes", bytes=len(frame))
     if len(frame) < _LENGTH.size:
@@ -62,44 +72,62 @@ def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]
     if length > min(MAX_HEADER, len(frame) - _LENGTH.size):
         raise InvalidTelemetry("the header is longer than its frame, or than 1 MiB", header=length, bytes=len(frame))
     start = _LENGTH.size + length
-    fields = Fields(parse_object(frame[_LENGTH.size : start]), "images")
+    fields = Fields(parse_object(frame[_LENGTH.size : start], finite=False), "images")
     fields.choice("type", ("images",))
     request_id = fields.identifier()
     state = state_from(fields.object("state"), legs)
     bodies = fields.objects("pairs")
     fields.end()
-    pairs = []
-    for body in bodies:
-        pair, start = _pair(Fields(body, "image pair"), frame, start)
-        pairs.append(pair)
+    pairs: list[ImagePair] = []
+    left_out: dict[str, str] = {}
+    for number, body in enumerate(bodies):
+        name = body.get("name")
+        name = name if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME else f"number {number + 1}"
+        left, right, start = _files(body, frame, start, name)
+        try:
+            if name in left_out or any(pair.name == name for pair in pairs):
+                name = f"number {number + 1}"
+                raise InvalidImages("another pair of the frame has this name", pair=name)
+            pairs.append(_pair(body, left, right))
+        except InvalidInput as err:
+            left_out[name] = f"pair {name}: {err.message.removeprefix(f'pair {name}: ')}"
     if start != len(frame):
         raise InvalidTelemetry(f"{len(frame) - start} bytes follow the last image of the frame")
-    return request_id, Snapshot(state, tuple(pairs))
+    if left_out and not pairs:
+        raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
+    return request_id, Snapshot(state, tuple(pairs), left_out)
 
 
-def _pair(fields: Fields, frame: bytes, start: int) -> tuple[ImagePair, int]:
-    name = fields.text("name", longest=64)
-    camera_left, camera_right = camera_from(fields.object("camera_left")), camera_from(fields.object("camera_right"))
-    time, T_site_base = fields.number("time"), fields.array("T_site_base", (4, 4))
-    middle = start + fields.whole("left_bytes", least=1)
-    end = middle + fields.whole("right_bytes", least=1)
-    fields.end()
+def _files(body: dict[str, Any], frame: bytes, start: int, name: str) -> tuple[bytes, bytes, int]:
+    """Both PNGs of a pair, empty where a camera gave none, and where the next pair's begin."""
+    fields = Fields(body, "image pair")
+    middle = start + fields.whole("left_bytes")
+    end = middle + fields.whole("right_bytes")
     if end > len(frame):
         raise InvalidTelemetry(f"the images of pair {name} are cut short", announced=end, bytes=len(frame))
-    try:
-        return ImagePair(
-            name=name,
-            time=time,
-            left=_pixels(frame[start:middle], camera_left),
-            right=_pixels(frame[middle:end], camera_right),
-            camera_left=camera_left,
-            camera_right=camera_right,
-            T_site_base=T_site_base,
-        ), end
-    except InvalidImages:
-        raise
-    except InvalidInput as err:
-        raise InvalidImages(f"pair {name}: {err.message}", **err.details) from err
+    return frame[start:middle], frame[middle:end], end
+
+
+def _pair(body: dict[str, Any], left: bytes, right: bytes) -> ImagePair:
+    # a rover that does not say when the right image was taken means: at the same time
+    fields = Fields({"time_right": body.get("time"), **body}, "image pair")
+    name = fields.text("name", longest=LONGEST_NAME)
+    camera_left, camera_right = camera_from(fields.object("camera_left")), camera_from(fields.object("camera_right"))
+    time, time_right = fields.number("time"), fields.number("time_right")
+    T_site_base = fields.array("T_site_base", (4, 4))
+    for counted in ("left_bytes", "right_bytes"):
+        fields.whole(counted)
+    fields.end()
+    return ImagePair(
+        name=name,
+        time=time,
+        left=_pixels(left, camera_left, "left"),
+        right=_pixels(right, camera_right, "right"),
+        camera_left=camera_left,
+        camera_right=camera_right,
+        T_site_base=T_site_base,
+        time_right=None if time_right == time else time_right,
+    )
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:
@@ -108,7 +136,9 @@ def _png(image: NDArray[np.uint8]) -> bytes:
     return out.getvalue()
 
 
-def _pixels(png: bytes, camera: Camera) -> NDArray[np.uint8]:
+def _pixels(png: bytes, camera: Camera, side: str) -> NDArray[np.uint8]:
+    if not png:
+        raise InvalidImages(f"the {side} camera gave no image")
     try:
         # the size is looked at before any pixel is unpacked, so a bomb stays packed
         with warnings.catch_warnings():

@@ -4,13 +4,15 @@
 ``.tif .tiff``  GeoTIFF: first band, projected or local coordinates in metres, north up
 ``.asc``        ESRI ASCII grid, coordinates in metres
 ``.npz``        NumPy arrays ``heights`` (rows, cols; row 0 south), ``resolution``, ``x0``, ``y0``
-                [m, centre of cell (0, 0)], and ``texture`` (uint8) if there is one
+                [m, centre of cell (0, 0)], and ``texture`` (uint8) if there is one; of a terrain that
+                remembers also ``variance``, ``count``, ``time``, ``source`` and ``sources`` (JSON, as bytes)
 ``.ply .obj``   mesh, z up, rasterised from above; it must be a surface
 ``.off .stl``
 ``.png``        grey image of 8 or 16 bit, north up, with stated ``size`` and ``height_range``
 =============== =========================================================================
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.resample import resample
+from footfall.terrain.simplified import SimplifiedMesh
 
 MAX_FILE_BYTES = 1_000_000_000
 """Larger files are refused unread."""
@@ -117,7 +120,8 @@ def encode_terrain(dem: Dem, ending: str) -> bytes:
     """Content of a terrain file of the kind that ``ending`` (such as ".tif") names.
 
     Grids keep every float32 height exactly. Meshes hold the triangulation, so known cells that no fully
-    known 2 × 2 block contains are lost. Only npz keeps a texture.
+    known 2 × 2 block contains are lost. npz and PLY (as the vertices' colour) keep a texture; GeoTIFF and npz keep
+    how sure the heights are, from when, and from where.
     """
     _check_ending(ending, f"a terrain file {ending}", WRITABLE)
     if ending in _MESHES:
@@ -138,12 +142,25 @@ def write_terrain(dem: Dem, path: str | Path) -> None:
     path.write_bytes(encode_terrain(dem, path.suffix.lower()))
 
 
+def encode_collision_mesh(made: SimplifiedMesh, ending: str) -> bytes:
+    """Content of a mesh file of the kind that ``ending`` names."""
+    _check_ending(ending, f"a mesh file {ending}", _MESHES)
+    return terrain_mesh_files.encode_mesh(made.mesh, ending, made.tolerance)
+
+
+def write_collision_mesh(made: SimplifiedMesh, path: str | Path) -> None:
+    """Write a simplified mesh; the ending of the name says which kind of file."""
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
+    path.write_bytes(encode_collision_mesh(made, path.suffix.lower()))
+
+
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:
-    grid = dem.geometry
-    x0, y0, cell = grid.x0 * scale, grid.y0 * scale, grid.resolution * scale
-    heights = dem.heights.astype(np.float64) * scale if scale != 1.0 else dem.heights
-    dem = from_heights(heights, cell, x0, y0, dem.name, texture=dem.texture)
+    if scale != 1.0:
+        dem = _scaled(dem, scale)
     _check_metres(dem)
+    cell = dem.geometry.resolution
     if resolution is not None and abs(cell - resolution) > 1e-9 * resolution:
         dem = resample(dem, resolution)
     if center is None or center is False:
@@ -157,7 +174,19 @@ def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tup
         if point.shape != (2,) or not np.isfinite(point).all():
             raise InvalidTerrain(f"center must be True or a point (x, y) in metres, not {center!r}")
         moved = west - point[0], south - point[1]
-    return from_heights(dem.heights, grid.resolution, *moved, dem.name, texture=dem.texture)
+    return replace(dem, geometry=replace(grid, x0=float(moved[0]), y0=float(moved[1])))
+
+
+def _scaled(dem: Dem, scale: float) -> Dem:
+    grid = dem.geometry
+    heights = dem.heights.astype(np.float64) * scale
+    scaled = from_heights(
+        heights, grid.resolution * scale, grid.x0 * scale, grid.y0 * scale, dem.name, texture=dem.texture
+    )
+    if dem.variance is None:
+        return scaled
+    variance = dem.variance * np.float32(scale**2)
+    return replace(scaled, variance=variance, count=dem.count, time=dem.time, source=dem.source, sources=dem.sources)
 
 
 def _check_metres(dem: Dem) -> None:

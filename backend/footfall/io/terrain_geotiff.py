@@ -21,6 +21,7 @@ from rasterio.transform import Affine
 from scipy.special import erf
 
 from footfall.core.errors import InvalidTerrain
+from footfall.core.grid import GridGeometry
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 
@@ -36,7 +37,7 @@ BANDS = (
 WITHIN = 0.05
 """Of "certainty" [m]."""
 
-_SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
+SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
 
 def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> Dem:
@@ -139,8 +140,6 @@ def write_geotiff(dem: Dem) -> bytes:
     Float32 and one band, or, of a terrain that remembers, float64 and all bands of the module's docstring.
     """
     grid = dem.geometry
-    cell = grid.resolution
-    west, _, _, north = grid.bounds
     bands = memory_bands(dem) if dem.remembers else [dem.heights]
     profile = {
         "driver": "GTiff",
@@ -149,8 +148,8 @@ def write_geotiff(dem: Dem) -> bytes:
         "count": len(bands),
         "dtype": bands[0].dtype.name,
         "nodata": float("nan"),
-        "transform": Affine(cell, 0, west - cell / 2, 0, -cell, north + cell / 2),
-        "crs": CRS.from_wkt(_SITE_CRS),
+        "transform": north_up(grid),
+        "crs": CRS.from_wkt(SITE_CRS),
         "compress": "deflate",
         "predictor": 3,
     }
@@ -162,6 +161,13 @@ def write_geotiff(dem: Dem) -> bytes:
             if len(bands) > 1:
                 target.update_tags(SOURCES=json.dumps(dem.sources))
         return bytes(memory.read())
+
+
+def north_up(grid: GridGeometry) -> Affine:
+    """Column and row, from the north-west corner, to site x and y [m]."""
+    cell = grid.resolution
+    west, _, _, north = grid.bounds
+    return Affine(cell, 0, west - cell / 2, 0, -cell, north + cell / 2)
 
 
 def memory_bands(dem: Dem) -> list[Any]:

@@ -1,10 +1,13 @@
 """Terrain as plain grids: ESRI ASCII grid, npz, grey picture. GeoTIFF has its own module."""
 
 import io
+import json
 import struct
 import warnings
 import zipfile
 import zlib
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -14,6 +17,8 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 from footfall.terrain.resample import square_cells
 
+_MEMORY = ("variance", "count", "time", "source")
+_LONGEST_SOURCES = 1 << 16
 _ASC_NODATA = -9999.0
 _ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "nodata_value")
 
@@ -89,7 +94,7 @@ def write_asc(dem: Dem) -> bytes:
 
 
 def read_npz(content: bytes, name: str) -> Dem:
-    """The arrays ``heights``, ``resolution``, ``x0``, ``y0`` and, if there, ``texture``."""
+    """The arrays ``heights``, ``resolution``, ``x0``, ``y0`` and, if there, ``texture`` and the memory layers."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             _check_npz_size(archive, name)
@@ -97,11 +102,22 @@ def read_npz(content: bytes, name: str) -> Dem:
             heights = arrays["heights"]
             resolution, x0, y0 = (float(arrays[key][()]) for key in ("resolution", "x0", "y0"))
             texture = arrays["texture"] if "texture" in arrays.files else None
+            memory: dict[str, Any] = {}
+            if all(key in arrays.files for key in (*_MEMORY, "sources")):
+                memory = {key: arrays[key] for key in _MEMORY}
+                memory["sources"] = _sources(arrays["sources"])
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, RuntimeError) as err:
         raise InvalidTerrain(
             f"{name} can't be read: an npz terrain holds heights, resolution, x0 and y0 as plain numbers ({err})"
         ) from err
-    return from_heights(heights, resolution, x0, y0, name, texture=texture)
+    return replace(from_heights(heights, resolution, x0, y0, name, texture=texture), **memory)
+
+
+def _sources(text: np.ndarray) -> tuple[str, ...]:
+    names = json.loads(text.tobytes().decode())
+    if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
+        raise ValueError("sources is no list of names")
+    return tuple(names)
 
 
 def _check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
@@ -113,6 +129,8 @@ def _check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
             shape, _, dtype = read(stream)
         if len(shape) == 2:
             check_cell_count(*shape)
+        elif member == "sources.npy" and len(shape) == 1 and dtype == np.uint8 and shape[0] <= _LONGEST_SOURCES:
+            continue
         elif shape not in ((), (1,)) or dtype.itemsize > 64:
             raise ValueError(f"{member} has the shape {shape}")
 
@@ -127,6 +145,9 @@ def write_npz(dem: Dem) -> bytes:
     }
     if dem.texture is not None:
         arrays["texture"] = dem.texture
+    if dem.remembers:
+        arrays |= {key: getattr(dem, key) for key in _MEMORY}
+        arrays["sources"] = np.frombuffer(json.dumps(dem.sources).encode(), np.uint8)
     out = io.BytesIO()
     np.savez_compressed(out, **arrays)
     return out.getvalue()

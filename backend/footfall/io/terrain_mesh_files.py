@@ -36,19 +36,30 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
 
 
 def write_mesh(dem: Dem, ending: str) -> bytes:
-    """The triangulation as ``.ply``, ``.obj``, ``.off`` or ``.stl``.
+    """The triangulation as ``.ply``, ``.obj``, ``.off`` or ``.stl``; PLY with the texture as colours of the vertices.
 
     Raises InvalidTerrain where no triangle is left, or float32 files would blur the map.
     """
     mesh = triangulate(dem)
     if not len(mesh.triangles):
         raise InvalidTerrain("the terrain has no 2 × 2 block of known cells, so it has no triangles to write")
+    colors = None
+    if dem.texture is not None and ending == ".ply":
+        row, col = dem.geometry.cell(mesh.vertices[:, 0], mesh.vertices[:, 1])
+        grey = dem.texture[row, col]
+        colors = np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=1)
+    return encode_mesh(mesh, ending, dem.geometry.resolution, colors)
+
+
+def encode_mesh(mesh: Mesh, ending: str, finest: float, colors: np.ndarray | None = None) -> bytes:
+    """Any mesh as a file. finest: length that must not blur [m]; colors: (vertices, 4) uint8 RGBA."""
     # PLY and STL hold float32
     reach = float(np.abs(mesh.vertices[:, :2]).max())
-    if ending in (".ply", ".stl") and reach * 2.0**-23 > 0.01 * dem.geometry.resolution:
+    if ending in (".ply", ".stl") and reach * 2.0**-23 > 0.01 * finest:
         raise InvalidTerrain(
-            f"{ending} keeps seven digits, too few for cells of {dem.geometry.resolution:g} m at {reach:.0f} m from "
+            f"{ending} keeps seven digits, too few for cells of {finest:g} m at {reach:.0f} m from "
             "the origin; move the map to the origin, or write .obj or .off"
         )
-    out = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False).export(file_type=ending[1:])
+    solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, vertex_colors=colors, process=False)
+    out = solid.export(file_type=ending[1:])
     return out.encode("ascii") if isinstance(out, str) else bytes(out)

@@ -5,7 +5,9 @@ Three answers in turn: a *certificate* of freedom (conservative: what it certifi
 """
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,13 +103,24 @@ class LegCollisions:
         spec = robot.description.legs[leg]
         radius = float(np.linalg.norm(spec.hip_offset)) + spec.thigh + spec.shank + spec.foot + _MORE_THAN_LEG
         args = robot, state.posture, leg, state.T_site_base
-        self.scene = NamingScene(*args, crop(ground, hip[:2], radius), clearance, raise_terrain)
+        self._meshes = lambda: NamingScene(*args, crop(ground, hip[:2], radius), clearance, raise_terrain)
         self._overlap = LegOverlap(*args, ground.heights, ground.geometry, clearance, raise_terrain)
         self._certified = certified
         self.most_checks = most_checks
         meshes = robot_meshes(robot.description)
         turned = ("knee_roll", "ankle_pitch", "ankle_roll", "wheel")
         self.half_turn_alike = all(_half_turn_alike(np.asarray(meshes[part].vertices)) for part in turned)
+
+    @cached_property
+    def scene(self) -> NamingScene:
+        """The exact meshes; they take the longest to build, so they are built when first needed."""
+        return self._meshes()
+
+    def sketch(self) -> "LegCollisions":
+        """The same checks without meshes: at once, and what only meshes tell is UNSURE."""
+        quick = copy(self)
+        quick.most_checks = 0
+        return quick
 
     def decide(
         self,

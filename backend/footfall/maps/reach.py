@@ -6,7 +6,7 @@ fitted in a disc of the wheel's radius that must be known, the leg must be free 
 with the wheel raised straight above it.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,22 +110,19 @@ def reach(
     collisions: LegCollisions | None = None,
     lift: float = LIFT,
     stride: int = 1,
-    without: int = 0,
 ) -> Reach:
     """Solve the leg for a wheel standing upright on every known cell within the leg's length.
 
     collisions: checks for this robot, state and leg; without them no cell is FREE: those with a solution are UNSURE.
     lift [m]: how far above the footfall the leg must be free too.
-    stride, without: only cells whose row and column are multiples of ``stride`` but not both of ``without``, so that
-    ``joined(reach(…, stride=4), reach(…, without=4))`` is ``reach(…)``, save where the collisions' bound on mesh checks
-    leaves cells unsure.
+    stride: only cells whose row and column are multiples of it.
     """
     leg = robot.require_leg(leg)
-    if stride < 1 or without < 0:
-        raise InvalidInput("stride must be 1 or more and without 0 or more", stride=stride, without=without)
+    if stride < 1:
+        raise InvalidInput("stride must be 1 or more", stride=stride)
     if not 0 < lift < np.inf:
         raise InvalidInput("lift must be above zero [m]", lift=lift)
-    rows, cols, contacts, normals, unknown = _ground(robot, dem, state, leg, stride, without)
+    rows, cols, contacts, normals, unknown = _ground(robot, dem, state, leg, stride)
     progress(0.2, "normals fitted")
     found = _solved(robot, state, leg, contacts, normals)
     progress(0.3, "inverse kinematics")
@@ -167,22 +164,6 @@ def reach(
         lift=lift,
         sink=robot.description.clearances.wheel_sink,
     )
-
-
-def joined(first: Reach, second: Reach) -> Reach:
-    """Two answers for different cells of one map as one, row by row."""
-    order = np.lexsort((np.append(first.cols, second.cols), np.append(first.rows, second.rows)))
-    arrays: dict = {}
-    for field in fields(Reach):
-        a, b = getattr(first, field.name), getattr(second, field.name)
-        if field.name == "unknown":
-            both = np.concatenate([a, b])
-            arrays["unknown"] = both[np.lexsort((both[:, 1], both[:, 0]))]
-        elif field.name == "checks":
-            arrays["checks"] = a + b
-        else:
-            arrays[field.name] = np.concatenate([a, b])[order] if isinstance(a, np.ndarray) else a
-    return Reach(**arrays)
 
 
 @dataclass(frozen=True)
@@ -240,7 +221,7 @@ def _solved(robot: Robot, state: RobotState, leg: int, contacts: Array, normals:
 
 
 def _ground(
-    robot: Robot, dem: Dem, state: RobotState, leg: int, stride: int, without: int
+    robot: Robot, dem: Dem, state: RobotState, leg: int, stride: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, NDArray[np.int64]]:
     """rows, cols, contacts and normals of the known cells in range that are asked for, and the unknown ones (m, 2)."""
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
@@ -253,8 +234,6 @@ def _ground(
     points = np.stack([x, y, dem.heights[rows, cols].astype(np.float64)], axis=-1)
     row, col = np.arange(rows.start, rows.stop)[:, None], np.arange(cols.start, cols.stop)
     asked = (row % stride == 0) & (col % stride == 0)
-    if without:
-        asked &= (row % without != 0) | (col % without != 0)
     # a distance to an unknown height is NaN and never in range
     asked &= np.linalg.norm(points - hip, axis=-1) <= length
     upright, share = cell_normals(dem, robot.wheel_radius, rows, cols)

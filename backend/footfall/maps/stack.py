@@ -14,7 +14,7 @@ from footfall.maps import reach_classes
 from footfall.maps.choice import stack_quality
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.leg_collisions import LegCollisions, leg_collisions
-from footfall.maps.reach import Reach, joined, leg_length, reach
+from footfall.maps.reach import Reach, leg_length, reach
 from footfall.maps.stability import Stance, geometric, stance_without, with_friction
 from footfall.maps.standing import contacts
 from footfall.maps.traversability import Traversability, traversability
@@ -51,7 +51,8 @@ def compute_maps(
     Layers of numbers hold NaN where the ground is unknown or what they say has no meaning ("footing" tells why). Cells
     beyond the leg's length have 0 solutions. The same input gives the same digest, with preview or without.
 
-    preview: called with the same maps on every fourth cell before the fine ones are made.
+    preview: called with maps of every fourth cell before the fine ones are made; what takes exact collision checks is
+    unsure there.
     Raises InvalidInput for a leg that does not exist or a state of another robot.
     """
     settings = settings or MapSettings()
@@ -66,13 +67,11 @@ def compute_maps(
     checks = _collisions(robot, dem, state, leg, settings)
     made = _Made(robot, dem, state, leg, settings, stance, ground)
     arguments = robot, dem, state, leg
-    if preview is None:
-        reached = reach(*arguments, part(progress, 0.1, 0.7), checks, settings.lift)
-    else:
-        coarse = reach(*arguments, part(progress, 0.1, 0.2), checks, settings.lift, stride=COARSE)
+    if preview is not None:
+        quick = None if checks is None else checks.sketch()
+        coarse = reach(*arguments, part(progress, 0.1, 0.2), quick, settings.lift, stride=COARSE)
         preview(made.stack(coarse, COARSE, part(progress, 0.2, 0.25)))
-        fine = reach(*arguments, part(progress, 0.25, 0.7), checks, settings.lift, without=COARSE)
-        reached = joined(coarse, fine)
+    reached = reach(*arguments, part(progress, 0.25, 0.7), checks, settings.lift)
     stack = made.stack(reached, 1, part(progress, 0.7, 1.0))
     progress(1.0, "maps")
     return stack

@@ -12,6 +12,9 @@ from footfall.session.event import Event
 OPEN_STATES = ("sent", "received", "started")
 """States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""
 
+TERRAIN_KINDS = ("terrain", "photographs", "blend", "clear")
+"""Products that become the session's terrain."""
+
 
 @value
 class ProductRecord(Value):
@@ -69,6 +72,8 @@ class SessionState(Value):
     robot, state, snapshot, dem, plan, sequence: digests; None until there is one.
     maps: leg (as text) → digest of its latest map stack.
     told_state: ``state`` as it was told, before it was moved onto the map.
+    what_if: the state that ``state`` was shifted from, where that is what would be if the chassis stood elsewhere; None
+        where ``state`` is how the rover stands. shift, body_move: the latest answers about moves of the chassis.
     terrain_history: the terrains before ``dem``, oldest first, for undo.
     sequence_history: the sequences before ``sequence``, oldest first, for undo.
     runs: how often a sequence was sent.
@@ -86,6 +91,9 @@ class SessionState(Value):
     plan_status: str | None = None
     plan_reason: str = ""
     told_state: str | None = None
+    what_if: str | None = None
+    shift: str | None = None
+    body_move: str | None = None
     terrain_history: tuple[str, ...] = ()
     sequence: str | None = None
     sequence_history: tuple[str, ...] = ()
@@ -153,11 +161,17 @@ def _unchanged(state: SessionState, event: Event, payload: Payload) -> SessionSt
 
 
 def _state_frozen(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, state=payload["digest"], told_state=payload["digest"])
+    return replace(state, state=payload["digest"], told_state=payload["digest"], what_if=None)
+
+
+def _what_if_ended(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    if state.what_if is None or state.what_if != payload["digest"]:
+        raise ValueError("it ends a what-if that was not there")
+    return replace(state, state=state.what_if, what_if=None)
 
 
 def _snapshot_taken(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, snapshot=payload["digest"], state=payload["state"], told_state=payload["state"])
+    return replace(state, snapshot=payload["digest"], state=payload["state"], told_state=payload["state"], what_if=None)
 
 
 def _terrain_loaded(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -172,15 +186,21 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     kind, digest = payload["kind"], payload["digest"]
     record = ProductRecord(kind, payload["parents"], payload["settings"])
     state = replace(state, products={**state.products, digest: record})
-    if kind in ("terrain", "clear"):
+    if kind in TERRAIN_KINDS:
         if state.told_state is not None and payload.get("from_state") == state.told_state:
             # the rover is still planned for from where the images were taken: as that pose is on the map
-            state = replace(state, state=payload["state"])
+            state = replace(state, state=payload["state"], what_if=None)
         return _on_terrain(state, digest)
     if kind == "maps":
         return replace(state, maps={**state.maps, str(payload["leg"]): digest})
     if kind == "plan":
         return replace(state, plan=digest, plan_status=payload["status"], plan_reason=payload["reason"])
+    if kind == "what_if":
+        return replace(state, state=digest, what_if=payload["parents"]["state"])
+    if kind == "shift":
+        return replace(state, shift=digest)
+    if kind == "body_move":
+        return replace(state, body_move=digest)
     if kind == "sequence":
         return replace(state, sequence=digest, sequence_history=())
     if kind == "edit":
@@ -275,6 +295,7 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "link_fault": _unchanged,
     "link_lost": _unchanged,
     "state_frozen": _state_frozen,
+    "what_if_ended": _what_if_ended,
     "snapshot_taken": _snapshot_taken,
     "terrain_loaded": _terrain_loaded,
     "terrain_undone": _terrain_undone,

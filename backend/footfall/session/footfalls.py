@@ -4,8 +4,19 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from footfall.maps.layers import NO_SOLUTION, OUT_OF_RANGE, REACHABLE_STABLE, REACHABLE_UNSTABLE, UNKNOWN, MapStack
+from footfall.maps.layers import (
+    COLLISION,
+    NO_SOLUTION,
+    OUT_OF_RANGE,
+    REACHABLE_STABLE,
+    REACHABLE_UNSTABLE,
+    UNKNOWN,
+    UNSURE,
+    MapStack,
+)
+from footfall.maps.reach_classes import hindrance_text
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import height_at, normal_at
 
@@ -15,14 +26,46 @@ FOOTING_NAMES = {
     REACHABLE_UNSTABLE: "reachable but unstable",
     REACHABLE_STABLE: "reachable and stable",
     OUT_OF_RANGE: "out of range",
+    COLLISION: "in collision",
+    UNSURE: "reachable, not cleared",
 }
 
 _REASONS = {
     UNKNOWN: "the ground around the cell is not known well enough to judge it",
     NO_SOLUTION: "the leg has no joint solution that puts its wheel there",
-    REACHABLE_UNSTABLE: "the leg can reach it, but the rover would not stand stably on it",
+    REACHABLE_UNSTABLE: "the leg can reach it, but the rover would not stand stably",
     OUT_OF_RANGE: "it is farther away than the leg is long",
+    COLLISION: "the leg can reach it, but would collide there or where it starts to lower the wheel",
+    UNSURE: "joint angles exist; whether the leg can get there freely only a plan can tell",
 }
+
+
+def decisive(maps: MapStack) -> NDArray[np.generic]:
+    """The footing that decides: with friction where that was computed, else the geometric one."""
+    return maps.layers.get("footing_friction", maps.layers["footing"])
+
+
+def _margins(maps: MapStack) -> tuple[str, str]:
+    """Names of the margins that the footing asks for: the geometric one, and the one with friction."""
+    suffix = "_conservative" if maps.stability == "conservative" else ""
+    return "margin" + suffix, "margin_friction" + suffix
+
+
+def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
+    """What exactly speaks against a cell, with its size; empty where nothing more is known."""
+    if footing in (NO_SOLUTION, COLLISION):
+        return hindrance_text(int(maps.layers["hindrance"][row, col]))
+    if footing != REACHABLE_UNSTABLE:
+        return ""
+    geometric, with_friction = _margins(maps)
+    texts = {
+        geometric: f"{maps.stability} margin {{:.3f}} m",
+        "margin_lifted": "margin while the leg is in the air {:.3f} m",
+        with_friction: "margin with friction {:.3f} m",
+        "torque_ratio": "{:.2f} of a torque limit",
+    }
+    amounts = {text: float(maps.layers[name][row, col]) for name, text in texts.items() if name in maps.layers}
+    return ", ".join(text.format(amount) for text, amount in amounts.items() if math.isfinite(amount))
 
 
 def judge_footfall(
@@ -31,7 +74,7 @@ def judge_footfall(
     """Answer for a footfall of ``leg`` at x, y [m]: plain JSON, None for what is not known.
 
     acceptable: False where something speaks against it, None where nothing is known for or against;
-    reasons: in words. margin [m] as in the maps.
+    reasons: in words. margin [m]: the one that decides, with friction where that was computed.
     """
     reasons: list[str] = []
     z = float(height_at(dem, x, y))
@@ -53,14 +96,16 @@ def judge_footfall(
         reasons.append(f"the maps for leg {leg} were made from an older terrain or state")
     elif maps.geometry.contains(x, y):
         row, col = (int(i) for i in maps.geometry.cell(x, y))
-        footing = int(maps.layers["footing"][row, col])
-        found = float(maps.layers["margin"][row, col])
+        footing = int(decisive(maps)[row, col])
+        geometric, with_friction = _margins(maps)
+        found = float(maps.layers.get(with_friction, maps.layers[geometric])[row, col])
         margin = found if math.isfinite(found) else None
-        if known:
+        if known and footing != UNSURE:
             acceptable = footing == REACHABLE_STABLE
         if footing in _REASONS:
             text = _REASONS[footing]
-            reasons.append(text if margin is None or acceptable else f"{text} ({maps.stability} margin {margin:.3f} m)")
+            detail = _detail(maps, footing, row, col)
+            reasons.append(f"{text} ({detail})" if detail else text)
     return {
         "leg": leg,
         "x": x,

@@ -2,147 +2,24 @@
 
 import heapq
 import itertools
-import logging
 import multiprocessing
 import threading
 import time
-import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, Self
 
-from footfall.core.errors import Cancelled, Conflict, FootFallError, NotFound, WorkerLost
+from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
+from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records
 from footfall.session.recipes import make
 from footfall.session.worker import work
 
 CANCEL_GRACE = 1.0
 """A worker that has not stopped this long after it was asked to is killed [s]."""
-
-KEPT = 200
-"""Ended jobs that can still be asked for."""
-
-OnDone = Callable[["Job", Any], str]
-OnChange = Callable[["Job"], None]
-
-
-class Job:
-    """One piece of work. Attributes are written by the pool only and may be read from any thread.
-
-    state: "queued", "running", "done", "failed" or "cancelled"; fraction: 0…1; text: what is being done.
-    result: digest of the product once done; error: why there is none.
-    """
-
-    def __init__(self, kind: str, session: str, on_done: OnDone | None, on_change: OnChange | None) -> None:
-        self.id = uuid.uuid4().hex[:12]
-        self.kind = kind
-        self.session = session
-        self.state = "queued"
-        self.fraction = 0.0
-        self.text = "waiting for a worker"
-        self.result: str | None = None
-        self.error: FootFallError | None = None
-        self.cancel_asked = threading.Event()
-        self.unqueue: Callable[[], bool] = lambda: False
-        self._ended = threading.Event()
-        self._on_done = on_done
-        self._on_change = on_change
-
-    def cancel(self) -> None:
-        """Ask the work to stop; an ended job stays as it is."""
-        self.cancel_asked.set()
-        if self.unqueue():
-            self.end(error=Cancelled("cancelled before it started"))
-
-    @property
-    def ended(self) -> bool:
-        """Whether the job is done, failed or cancelled."""
-        return self._ended.is_set()
-
-    def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end; whether it came within ``timeout`` [s]."""
-        return self._ended.wait(timeout)
-
-    def finish(self, timeout: float | None = None) -> str:
-        """Wait for the end; the digest of the product ("" where nothing named it).
-
-        Raises the job's error, Conflict on a time-out.
-        """
-        if not self.wait(timeout):
-            raise Conflict(f"the {self.kind} job is still {self.state} after {timeout} s", job=self.id)
-        if self.error is not None:
-            raise self.error
-        return self.result or ""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain JSON for the interface."""
-        error = self.error
-        return {
-            "id": self.id,
-            "session": self.session,
-            "kind": self.kind,
-            "state": self.state,
-            "fraction": self.fraction,
-            "text": self.text,
-            "result": self.result,
-            "error": None
-            if error is None
-            else {"kind": error.kind, "message": error.message, "details": error.details},
-        }
-
-    def report(self, fraction: float, text: str) -> None:
-        """For the pool: the job is running and so far."""
-        self.state, self.fraction, self.text = "running", min(max(fraction, self.fraction), 1.0), text
-        self._changed()
-
-    def end(self, product: Any = None, error: FootFallError | None = None) -> None:
-        """For the pool: the job ended with a product or an error."""
-        if error is None:
-            try:
-                self.result = self._on_done(self, product) if self._on_done else getattr(product, "digest", None)
-                self.state, self.fraction, self.text = "done", 1.0, "done"
-            except FootFallError as err:
-                error = err
-            except Exception as err:
-                logging.getLogger(__name__).exception("a finished %s job could not be recorded", self.kind)
-                error = FootFallError(f"the product could not be recorded: {type(err).__name__}: {err}")
-        if error is not None:
-            self.error = error
-            self.state = "cancelled" if isinstance(error, Cancelled) else "failed"
-            self.text = error.message
-        self._ended.set()
-        self._changed()
-
-    def _changed(self) -> None:
-        if self._on_change is not None:
-            try:
-                self._on_change(self)
-            except Exception:
-                logging.getLogger(__name__).exception("a listener to job %s failed", self.id)
-
-
-class _Records:
-    """The jobs that can be asked for by id: all that run, and the latest that ended."""
-
-    def __init__(self) -> None:
-        self._jobs: dict[str, Job] = {}
-        self._guard = threading.Lock()
-
-    def add(self, job: Job) -> None:
-        with self._guard:
-            self._jobs[job.id] = job
-            ended = [one.id for one in self._jobs.values() if one.ended]
-            for old in ended[: max(0, len(ended) - KEPT)]:
-                del self._jobs[old]
-
-    def get(self, job_id: str) -> Job:
-        with self._guard:
-            if job_id not in self._jobs:
-                raise NotFound(f"there is no job {job_id}", job=job_id)
-            return self._jobs[job_id]
 
 
 class InlineJobs:
@@ -150,7 +27,7 @@ class InlineJobs:
 
     def __init__(self, recipes: str = "footfall.session.recipes") -> None:
         self._recipes = import_module(recipes).RECIPES
-        self._records = _Records()
+        self._records = Records()
 
     def submit(
         self,
@@ -160,25 +37,24 @@ class InlineJobs:
         on_done: OnDone | None = None,
         on_change: OnChange | None = None,
         *,
+        on_preview: OnPreview | None = None,
         session: str = "",
         urgent: bool = False,
     ) -> Job:
         """Do the work; the job has ended when this returns."""
-        job = Job(kind, session, on_done, on_change)
+        job = Job(kind, session, on_done, on_change, on_preview)
         self._records.add(job)
-
-        def progress(fraction: float, text: str) -> None:
-            job.report(fraction, text)
-            if job.cancel_asked.is_set():
-                raise Cancelled("cancelled")
-
         try:
-            product = make(self._recipes, kind, parents, settings, progress)
+            product = make(self._recipes, kind, parents, settings, _Here(job))
         except FootFallError as err:
             job.end(error=err)
         else:
             job.end(product)
         return job
+
+    def adopt(self, job: Job) -> None:
+        """Keep the record of a job that needs no work."""
+        self._records.add(job)
 
     def get(self, job_id: str) -> Job:
         """Raises NotFound."""
@@ -196,6 +72,22 @@ class InlineJobs:
         self.close()
 
 
+class _Here:
+    """The progress of a job in the caller's thread, as seen by its recipe."""
+
+    def __init__(self, job: Job) -> None:
+        self.job = job
+
+    def __call__(self, fraction: float, text: str) -> None:
+        self.job.report(fraction, text)
+        if self.job.cancel_asked.is_set():
+            raise Cancelled("cancelled")
+
+    def preview(self, product: Value) -> None:
+        """See :func:`footfall.core.progress.preview_of`."""
+        self.job.preview(product)
+
+
 class Jobs:
     """A pool of worker processes; close it, or use it as a context manager.
 
@@ -209,7 +101,7 @@ class Jobs:
         """``warm``: start the processes now, not with the first job."""
         self._recipes = recipes
         self._limit = queue_limit
-        self._records = _Records()
+        self._records = Records()
         self._queue: list[tuple[int, int, Job, tuple[Any, ...]]] = []
         self._order = itertools.count()
         self._wake = threading.Condition()
@@ -228,6 +120,7 @@ class Jobs:
         on_done: OnDone | None = None,
         on_change: OnChange | None = None,
         *,
+        on_preview: OnPreview | None = None,
         session: str = "",
         urgent: bool = False,
     ) -> Job:
@@ -235,10 +128,11 @@ class Jobs:
 
         on_done(job, product): called in a pool thread before the job counts as done; returns the digest;
         what it raises fails the job. on_change(job): called there at every progress and at the end.
+        on_preview(job, product): called there with coarse forms of the product, where its recipe makes any.
 
         Raises Conflict where the queue is full or the pool closed.
         """
-        job = Job(kind, session, on_done, on_change)
+        job = Job(kind, session, on_done, on_change, on_preview)
         sent = {name: (value.digest, value) for name, value in parents.items()}
         asked = None if settings is None else (settings.digest, settings)
         with self._wake:
@@ -252,6 +146,10 @@ class Jobs:
             self._records.add(job)
             self._wake.notify()
         return job
+
+    def adopt(self, job: Job) -> None:
+        """Keep the record of a job that needs no work."""
+        self._records.add(job)
 
     def get(self, job_id: str) -> Job:
         """Raises NotFound."""
@@ -319,6 +217,8 @@ class Jobs:
                     match pipe.recv():
                         case ("progress", fraction, text):
                             job.report(fraction, text)
+                        case ("preview", product):
+                            job.preview(product)
                         case ("done", product):
                             return product, None
                         case ("failed", error):

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
 from footfall.core.value import Value
-from footfall.maps.layers import MapSettings, MapStack
 from footfall.planning.step.problem import Footfall, PlanResult, StepSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.commanding import Commanding
 from footfall.session.fold import SessionState
-from footfall.session.footfalls import judge_footfall
+from footfall.session.footing import FootingSession
 from footfall.session.gate import (
     POSE_TOLERANCE,
     STALE_AFTER,
@@ -35,31 +34,30 @@ from footfall.session.gate import (
     pose_difference,
     worst_joint,
 )
-from footfall.session.jobs import InlineJobs, Job, Jobs
+from footfall.session.job import Job
+from footfall.session.jobs import InlineJobs, Jobs
 from footfall.session.link import RoverLink, Send
-from footfall.session.recorded import RecordedSession, ViewState, present
-from footfall.session.remembered import map_below, on_map
-from footfall.session.requests import ExportRequest, MapRequest, StepRequest
+from footfall.session.recorded import ViewState, present
+from footfall.session.remembered import on_map
+from footfall.session.requests import ExportRequest, StepRequest
 from footfall.session.store import SessionStore
 from footfall.session.summary import summary
+from footfall.session.terrains import SHORT_JOB
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame
-from footfall.terrain.clear import Area
 from footfall.terrain.dem import Dem
-from footfall.terrain.settings import TerrainSettings
 
 _V = TypeVar("_V", bound=Value)
 
-SHORT_JOB = 120.0
-"""How long making, editing and exporting a sequence are waited for [s]."""
 STILL_TOLERANCE = 1e-4
 """A rover whose joints [rad] and chassis [m] differ by less has not moved."""
 
 
-class LiveSession(RecordedSession):
+class LiveSession(FootingSession):
     """A session with its rover, products and commands; see the module's docstring. Made by
-    :class:`footfall.session.registry.Sessions`; thread-safe as :class:`RecordedSession` says.
+    :class:`footfall.session.registry.Sessions`; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
     """
 
     def __init__(self, store: SessionStore, jobs: Jobs | InlineJobs) -> None:
@@ -124,8 +122,10 @@ class LiveSession(RecordedSession):
         self._require_robot(snapshot.state)
         # packing nine pairs takes long; telemetry and acknowledgements must not wait for it
         digest, state = self.put(snapshot), self.put(snapshot.state)
-        names = [pair.name for pair in snapshot.pairs]
-        self._journal.record("snapshot_taken", {"digest": digest, "state": state, "pairs": names})
+        payload = {"digest": digest, "state": state, "pairs": [pair.name for pair in snapshot.pairs]}
+        if snapshot.left_out:
+            payload["left_out"] = dict(snapshot.left_out)
+        self._journal.record("snapshot_taken", payload)
         return digest
 
     def take_complaint(self, text: str, *, message_id: str = "", about_rover: bool = False) -> None:
@@ -212,58 +212,6 @@ class LiveSession(RecordedSession):
         return {"ok": False, "joint": joint, "difference": difference, "reason": reason}
 
     # -- products ------------------------------------------------------------------------------
-
-    def load_terrain(self, dem: Dem, source: str = "") -> str:
-        """Use a terrain that came from elsewhere. Returns its digest."""
-        with self._journal.lock:
-            digest = self.put(dem)
-            self._journal.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
-        return digest
-
-    def build_terrain(self, settings: TerrainSettings | None = None) -> Job:
-        """Rebuild the ground from the latest snapshot and merge it into the map. Raises Conflict without a snapshot."""
-        settings, state = settings or TerrainSettings(), self.state
-        snapshot = present(state.snapshot, "there are no images yet; request them from the rover")
-        parents = {"robot": self.robot_digest, "snapshot": snapshot}
-        below = map_below(state, snapshot, settings, self._shelf)
-        return self._workshop.submit("terrain", parents if below is None else {**parents, "map": below}, settings)
-
-    def clear_terrain(self, area: Area) -> str:
-        """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
-        dem = present(self.state.dem, "there is no terrain yet")
-        return self._workshop.submit("clear", {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
-
-    def undo_terrain(self) -> str:
-        """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""
-        with self._journal.lock:
-            if not self.state.terrain_history:
-                raise Conflict("there is no earlier terrain to go back to")
-            digest = self.state.terrain_history[-1]
-            self._journal.record("terrain_undone", {"digest": digest})
-        return digest
-
-    def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
-        """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
-        self._require_leg(leg)
-        parents = self._ground()
-        return self._workshop.submit("maps", parents, MapRequest(leg, settings or MapSettings()), leg=leg)
-
-    def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
-        """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s."""
-        self._require_leg(leg)
-        answer = self.footfall_answer(Footfall(leg, float(x), float(y)))
-        self._journal.record("footfall_chosen", answer)
-        return answer
-
-    def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:
-        """What terrain and maps say of a footfall now; see :func:`~footfall.session.footfalls.judge_footfall`."""
-        state = self.state
-        dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
-        made = state.maps.get(str(footfall.leg))
-        maps = None if made is None else self._shelf.typed(MapStack, made)
-        current = state.maps_current(footfall.leg)
-        radius = self.description.wheel_radius
-        return judge_footfall(dem, radius, footfall.leg, footfall.x, footfall.y, maps, current)
 
     def plan_step(
         self, leg: int | None = None, target: tuple[float, float] | None = None, settings: StepSettings | None = None
@@ -355,10 +303,9 @@ class LiveSession(RecordedSession):
     # -- inside --------------------------------------------------------------------------------
 
     def _ground(self) -> dict[str, str]:
-        """Parents of everything that is computed for a rover on a terrain."""
-        dem = present(self.state.dem, "there is no terrain yet; load one, or build one from images")
-        state = self.state.state or self.snapshot_state()
-        return {"robot": self.robot_digest, "dem": dem, "state": state}
+        if self.state.state is None and self.state.dem is not None:
+            self.snapshot_state()
+        return super()._ground()
 
     def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Posture and T_site_base that the present sequence, or else the present plan, starts from."""

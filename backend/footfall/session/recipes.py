@@ -11,9 +11,9 @@ from importlib import import_module
 from typing import Any
 
 from footfall.core.errors import InvalidInput
-from footfall.core.progress import Progress
+from footfall.core.progress import Progress, preview_of
 from footfall.core.value import Value
-from footfall.session.requests import ExportRequest, MapRequest, StepRequest
+from footfall.session.requests import BodyMoveRequest, ExportRequest, MapRequest, ShiftRequest, StepRequest
 
 Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
 
@@ -23,6 +23,22 @@ def terrain(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Va
     from footfall.terrain.build import build_terrain
 
     return build_terrain(parents["robot"], parents["snapshot"], settings, progress=progress, map=parents.get("map"))
+
+
+def photographs(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
+    """photographs and, where their rover is to be taken out, robot and state; TerrainSettings → Dem."""
+    from footfall.terrain.photographs import terrain_from_photographs
+
+    robot, state = parents.get("robot"), parents.get("state")
+    return terrain_from_photographs(parents["photographs"], settings, progress, robot, state)
+
+
+def blend(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
+    """dem and the external one that goes under it; BlendSettings → Dem."""
+    from footfall.terrain.blend import blend
+
+    progress(0.0, "laying the terrain under the map")
+    return blend(parents["dem"], parents["external"], settings)
 
 
 def clear(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
@@ -37,7 +53,8 @@ def maps(parents: Mapping[str, Any], settings: MapRequest, progress: Progress) -
     from footfall.maps.stack import compute_maps
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return compute_maps(robot, dem, state, settings.leg, settings.settings, progress=progress)
+    preview = preview_of(progress)
+    return compute_maps(robot, dem, state, settings.leg, settings.settings, progress=progress, preview=preview)
 
 
 def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) -> Value:
@@ -50,6 +67,33 @@ def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) 
     return plan_step(
         robot, dem, state, chosen.leg, target, planner=how.planner, seed=how.seed, settings=how, progress=progress
     )
+
+
+def what_if(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
+    """robot, dem, state; BodyShift → PredictedState. Raises InvalidInput where the feet can't stay where they are."""
+    from footfall.planning.stance.shift import ShiftRefused, shifted_state
+
+    found = shifted_state(parents["robot"], parents["dem"], parents["state"], settings)
+    if isinstance(found, ShiftRefused):
+        raise InvalidInput(found.reason, leg=found.leg, joint=found.joint, excess=found.excess)
+    return found
+
+
+def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
+    """robot, dem, state; ShiftRequest → ShiftResult."""
+    from footfall.planning.stance.find_shift import find_shift
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    chosen = settings.footfall
+    return find_shift(robot, dem, state, chosen.leg, (chosen.x, chosen.y), settings.settings, progress)
+
+
+def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: Progress) -> Value:
+    """robot, dem, state; BodyMoveRequest → BodyMoveResult."""
+    from footfall.planning.stance.body_move import plan_body_move
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return plan_body_move(robot, dem, state, settings.shift, settings.settings, progress)
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
@@ -78,9 +122,14 @@ def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progre
 
 RECIPES: Mapping[str, Recipe] = {
     "terrain": terrain,
+    "photographs": photographs,
+    "blend": blend,
     "clear": clear,
     "maps": maps,
     "plan": plan,
+    "what_if": what_if,
+    "shift": shift,
+    "body_move": body_move,
     "sequence": sequence,
     "edit": edit,
     "export": export,
@@ -90,10 +139,12 @@ RECIPES: Mapping[str, Recipe] = {
 def preload() -> None:
     """Import what the recipes need, before the first job waits for it."""
     for module in (
-        "footfall.terrain.build",
+        "footfall.terrain.photographs",
+        "footfall.terrain.blend",
         "footfall.terrain.clear",
         "footfall.maps.stack",
         "footfall.planning.step.plan",
+        "footfall.planning.stance.find_shift",
         "footfall.sequence.edit",
         "footfall.io.exports",
     ):

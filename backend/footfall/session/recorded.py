@@ -10,7 +10,8 @@ from footfall.io.bundles import write_zip
 from footfall.maps.layers import LAYERS
 from footfall.session.event import Event
 from footfall.session.fold import SessionState
-from footfall.session.jobs import InlineJobs, Job, Jobs
+from footfall.session.job import Job
+from footfall.session.jobs import InlineJobs, Jobs
 from footfall.session.journal import Journal
 from footfall.session.recipes import built_robot
 from footfall.session.shelf import Shelf

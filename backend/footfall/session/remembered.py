@@ -26,7 +26,7 @@ def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, she
 def _without(state: SessionState, snapshot: str) -> str | None:
     digest = base = state.dem
     while digest is not None and (made := state.products.get(digest)) is not None:
-        if made.kind == "clear":
+        if made.kind in ("clear", "blend"):
             digest = made.parents["dem"]
         else:
             digest = made.parents.get("map")

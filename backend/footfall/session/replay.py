@@ -14,6 +14,8 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle, read_bundle
+from footfall.planning.stance.find_problem import ShiftResult
+from footfall.planning.stance.move import BodyMoveResult
 from footfall.planning.step.problem import PlanResult, Status
 from footfall.session.compare import differences
 from footfall.session.event import event_of
@@ -178,7 +180,7 @@ class _Replayed:
         timed_out = [
             when
             for when, result in (("when it was recorded", recorded), ("in this replay", product))
-            if isinstance(result, PlanResult) and result.status is Status.TIME_LIMIT
+            if isinstance(result, (PlanResult, ShiftResult, BodyMoveResult)) and result.status is Status.TIME_LIMIT
         ]
         if timed_out:
             # How far a search comes in its time depends on the machine and on what else runs there.

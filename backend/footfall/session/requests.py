@@ -3,6 +3,9 @@
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
 from footfall.maps.layers import MapSettings
+from footfall.planning.stance.find_problem import FindShiftSettings
+from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.stance.shift import BodyShift
 from footfall.planning.step.problem import Footfall, StepSettings
 
 
@@ -24,6 +27,22 @@ class StepRequest(Value):
 
     footfall: Footfall
     settings: StepSettings
+
+
+@value
+class ShiftRequest(Value):
+    """The shift of the chassis that makes a footfall possible."""
+
+    footfall: Footfall
+    settings: FindShiftSettings
+
+
+@value
+class BodyMoveRequest(Value):
+    """A move of the chassis over its standing feet."""
+
+    shift: BodyShift
+    settings: BodyMoveSettings
 
 
 @value

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from footfall.core.value import Value
+from footfall.planning.stance.shift import BodyShift, PredictedState
 from footfall.terrain.dem import Dem
 
 if TYPE_CHECKING:
@@ -21,10 +22,14 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "robot": {"name": state.robot_name, "digest": state.robot},
         "events": len(session.events()),
         "state": state.state,
+        "what_if": _what_if(session),
+        "shift": state.shift,
+        "body_move": state.body_move,
         "snapshot": state.snapshot,
         "pairs": _pairs(session),
         "dem": state.dem,
         "terrain": _terrain(session),
+        "can_undo_terrain": bool(state.terrain_history),
         "maps": dict(state.maps),
         "maps_current": {leg: state.maps_current(int(leg)) for leg in state.maps},
         "footfall": None if state.footfall is None else fields_of(state.footfall),
@@ -43,6 +48,14 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "plan_matches_rover": session.plan_matches_rover(),
         "unrecorded": session.unrecorded,
     }
+
+
+def _what_if(session: "LiveSession") -> dict[str, Any] | None:
+    """The shift that the planning state has against how the rover stands; None where that is what it is."""
+    if session.state.what_if is None or session.state.state is None:
+        return None
+    shifted = cast(PredictedState, session.get(session.state.state))
+    return fields_of(cast(BodyShift, shifted.provenance.settings))
 
 
 def _pairs(session: "LiveSession") -> list[str]:
@@ -68,6 +81,7 @@ def _terrain(session: "LiveSession") -> dict[str, Any] | None:
         "resolution": geometry.resolution,
         "bounds": list(geometry.bounds),
         "known": float(np.isfinite(dem.heights).mean()),
+        "left_out": dict(dem.left_out),
         "time": made,
     }
 

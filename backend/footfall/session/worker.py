@@ -1,7 +1,8 @@
 """The worker process: takes one job at a time from its pipe, makes the product, sends it back.
 
 Messages to the worker: ("job", id, kind, {name: (digest, value)}, (digest, value) | None) and ("cancel", id).
-Messages from it: ("progress", fraction, text), ("done", product), ("failed", error). A closed pipe ends it.
+Messages from it: ("progress", fraction, text), ("preview", product), ("done", product), ("failed", error). A closed
+pipe ends it.
 """
 
 import contextlib
@@ -69,3 +70,7 @@ class _Reporter:
             if self.pipe.recv() == ("cancel", self.job):
                 raise Cancelled("cancelled")
         self.pipe.send(("progress", float(fraction), str(text)))
+
+    def preview(self, product: Value) -> None:
+        """See :func:`footfall.core.progress.preview_of`."""
+        self.pipe.send(("preview", product))

@@ -1,11 +1,13 @@
 """Products of a session: each is asked for by the digests of its parents, made by a job, stored and logged."""
 
+from dataclasses import dataclass
 from typing import Any, cast
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import Cancelled, Conflict
 from footfall.core.value import Value
 from footfall.planning.step.problem import PlanResult
-from footfall.session.jobs import InlineJobs, Job, Jobs
+from footfall.session.job import Job
+from footfall.session.jobs import InlineJobs, Jobs
 from footfall.session.journal import Journal
 from footfall.session.remembered import on_map
 from footfall.session.shelf import Shelf
@@ -14,6 +16,15 @@ from footfall.telemetry.images import Snapshot
 from footfall.terrain.dem import Dem
 
 KEPT_JOBS = 50
+
+
+@dataclass(frozen=True)
+class Preview:
+    """A coarse form of a product that a job is making, and the digests of what it is made from."""
+
+    job: Job
+    parents: dict[str, str]
+    product: Value
 
 
 class Workshop:
@@ -27,11 +38,17 @@ class Workshop:
         self._store = store
         self._jobs: list[Job] = []
         self._map_jobs: dict[int, Job] = {}
+        self._previews: dict[int, Preview] = {}
+        self._made: dict[tuple[Any, ...], str] = {}
 
     @property
     def jobs(self) -> list[Job]:
         """The session's latest jobs, newest last."""
         return list(self._jobs)
+
+    def preview(self, leg: int) -> Preview | None:
+        """Coarse maps of a leg while the real ones are on their way."""
+        return self._previews.get(leg)
 
     def submit(
         self,
@@ -42,9 +59,14 @@ class Workshop:
         urgent: bool = False,
         **about: Any,
     ) -> Job:
-        """Have a product made; ``about`` goes into its event. Newer maps of a leg cancel older ones on their way."""
+        """Have a product made; ``about`` goes into its event. What a cancelled job still makes is dropped.
+
+        Newer maps of a leg cancel older ones on their way. Maps that were made before from the same parents with the
+        same settings are taken as they are.
+        """
         asked = None if settings is None else self._shelf.put(settings)
         payload = {"kind": kind, "parents": parents, "settings": asked, **about}
+        request = (kind, *sorted(parents.items()), asked)
 
         def done(job: Job, product: Value | bytes) -> str:
             if isinstance(product, bytes):
@@ -55,14 +77,32 @@ class Workshop:
                 # where the snapshot was taken, on this map: what is planned from
                 snapshot = cast(Snapshot, values["snapshot"])
                 payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
+            if isinstance(product, Dem) and product.left_out:
+                payload["left_out"] = dict(product.left_out)
             if isinstance(product, PlanResult):
                 payload.update(status=product.status.value, reason=product.reason)
-            self._journal.record("product", {**payload, "digest": digest})
+            with self._journal.lock:
+                if job.cancel_asked.is_set():
+                    raise Cancelled("cancelled when it was nearly done")
+                state = self._journal.state
+                if kind == "what_if" and parents["state"] != (state.what_if or state.state):
+                    raise Conflict("another state was frozen while the shift was computed; ask again")
+                self._journal.record("product", {**payload, "digest": digest})
+                if kind == "maps":
+                    self._made[request] = digest
             return digest
+
+        def previewed(job: Job, product: Value) -> None:
+            with self._journal.lock:
+                if not job.cancel_asked.is_set():
+                    self._previews[about["leg"]] = Preview(job, parents, product)
+                    self._journal.tell("preview", preview={"leg": about["leg"]})
 
         def changed(job: Job) -> None:
             if job.state == "failed" and job.error is not None:
                 self._journal.record_anyway("job_failed", {**payload, "reason": job.error.message})
+            if job.ended:
+                self._drop_preview(job)
             self._journal.tell("job", job=job.as_dict())
 
         values = {name: self._shelf.get(digest) for name, digest in parents.items()}
@@ -70,13 +110,41 @@ class Workshop:
             if self._journal.closed:
                 raise Conflict("the session is closed")
             if kind == "maps" and about["leg"] in self._map_jobs:
-                self._map_jobs[about["leg"]].cancel()
-            job = self._pool.submit(kind, values, settings, done, changed, session=self._session, urgent=urgent)
+                older = self._map_jobs[about["leg"]]
+                older.cancel()
+                self._drop_preview(older)
+            if request in self._made:
+                job = Job(kind, self._session, lambda job, digest: self._again(payload, digest), changed)
+                self._pool.adopt(job)
+                job.end(self._made[request])
+            else:
+                job = self._pool.submit(
+                    kind,
+                    values,
+                    settings,
+                    done,
+                    changed,
+                    on_preview=previewed,
+                    session=self._session,
+                    urgent=urgent,
+                )
             if kind == "maps":
                 self._map_jobs[about["leg"]] = job
             self._jobs = [*self._jobs[-KEPT_JOBS + 1 :], job]
             self._journal.tell("job", job=job.as_dict())
         return job
+
+    def _drop_preview(self, job: Job) -> None:
+        """Forget what a job showed of its product."""
+        with self._journal.lock:
+            for leg in [leg for leg, preview in self._previews.items() if preview.job is job]:
+                del self._previews[leg]
+                self._journal.tell("preview", preview={"leg": leg})
+
+    def _again(self, payload: dict[str, Any], digest: str) -> str:
+        """A product that is there already becomes the present one once more."""
+        self._journal.record("product", {**payload, "digest": digest})
+        return digest
 
     def close(self) -> None:
         """Cancel what is on its way and wait for it."""

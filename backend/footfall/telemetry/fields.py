@@ -13,10 +13,13 @@ MAX_TEXT = 2000
 """Longest accepted text field [characters]."""
 
 
-def parse_object(text: str | bytes) -> dict[str, Any]:
-    """A JSON object. Raises InvalidTelemetry for other JSON, NaN, infinities and names given twice."""
+def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
+    """A JSON object. Raises InvalidTelemetry for other JSON, names given twice, and NaN and infinities.
+
+    finite: False lets those through, for :class:`Fields` to refuse where they are read.
+    """
     try:
-        parsed = json.loads(text, parse_constant=_no_constant, object_pairs_hook=_unique)
+        parsed = json.loads(text, parse_constant=_no_constant if finite else float, object_pairs_hook=_unique)
     except (ValueError, RecursionError) as err:
         raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}") from err
     if not isinstance(parsed, dict):

@@ -1,5 +1,8 @@
 """Camera models and stereo pairs. Images are rectified: the right camera lies along +x of the left."""
 
+from collections.abc import Mapping
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +41,7 @@ class Camera(Value):
 class ImagePair(Value):
     """One rectified stereo pair, grey, (height, width) uint8 each.
 
+    time: when the left image was taken [s]; time_right: the right one, None where it is known to be the same moment.
     T_site_base: pose of the chassis when the pair was taken.
     """
 
@@ -48,6 +52,7 @@ class ImagePair(Value):
     camera_left: Camera
     camera_right: Camera
     T_site_base: NDArray[np.float64]
+    time_right: float | None = None
 
     def check(self) -> None:
         for side, image, camera in (("left", self.left, self.camera_left), ("right", self.right, self.camera_right)):
@@ -69,10 +74,11 @@ class ImagePair(Value):
 
 @value
 class Snapshot(Value):
-    """All pairs taken at one state of the rover."""
+    """All pairs taken at one state of the rover. left_out: pairs that came but can't be used, by name, and why."""
 
     state: RobotState
     pairs: tuple[ImagePair, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     def check(self) -> None:
         if not self.pairs:

@@ -4,39 +4,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.errors import InvalidInput, InvalidTerrain
+from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import Provenance
 from footfall.terrain import lattice
 from footfall.terrain.dem import Dem
+from footfall.terrain.settings import BlendSettings
 from footfall.terrain.surface import height_at
-
-
-@value
-class BlendSettings(Value):
-    """deviation: standard deviation of the external heights [m]; time: when they were measured [s since 1970].
-
-    seam: width of the transition outside of the local map [m]; reach: the result extends this far to each side of
-    the local map's centre [m], or over the local map only, when 0.
-    """
-
-    deviation: float = 0.5
-    time: float = 0.0
-    seam: float = 1.0
-    reach: float = 0.0
-
-    def check(self) -> None:
-        if not (0 < self.deviation < np.inf and 0 < self.seam < np.inf and 0 <= self.reach < np.inf):
-            raise InvalidInput("blending needs a deviation and a seam above zero, and a reach of at least zero [m]")
-        if not np.isfinite(self.time):
-            raise InvalidInput("the time of the external terrain must be finite [s since 1970]")
 
 
 def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> Dem:
     """The local map where it is known, the external terrain elsewhere, without a step between them.
 
     The difference of the two at the nearest local cell fades out over the seam, by 1 − 3t² + 2t³. In the seam the
-    variance goes from the local one to that of the external terrain. Sources gain the external terrain's name.
+    variance goes from the local one to that of the external terrain, its own where it has one. Sources gain the
+    external terrain's name. The external terrain is sampled at the local cells, on the surface of its triangles.
     Raises InvalidTerrain where the local map has no memory layers or the two don't overlap.
     """
     settings = settings or BlendSettings()
@@ -46,13 +28,16 @@ def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> D
     heights = lattice.laid_onto(grid, local.heights, local.geometry, np.nan).astype(np.float64)
     known = np.isfinite(heights)
     under = height_at(external, grid.xs[None, :], grid.ys[:, None])
-    if not (known & np.isfinite(under)).any():
+    common = known & np.isfinite(under)
+    if not common.any():
         raise InvalidTerrain(f"{external.name!r} has no known ground under the local map, so there is no seam to fit")
-    nearest, share = _seam(known & np.isfinite(under), grid.resolution, settings.seam)
+    raised = float(np.median((heights - under)[common])) if settings.level else 0.0
+    under += raised
+    nearest, share = _seam(common, grid.resolution, settings.seam)
     filled = ~known & np.isfinite(under)
     difference = np.where(known, heights - under, 0.0).ravel()[nearest]
     variance = lattice.laid_onto(grid, local.variance, local.geometry, np.nan).astype(np.float64)
-    blended = share * variance.ravel()[nearest] + (1.0 - share) * settings.deviation**2
+    blended = share * variance.ravel()[nearest] + (1.0 - share) * _variance(external, grid, settings.deviation)
     sources = local.sources if external.name in local.sources else (*local.sources, external.name)
 
     def layer(name: str, other: NDArray | float) -> NDArray:
@@ -63,7 +48,7 @@ def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> D
     return Dem(
         heights=np.where(filled, under + share * difference, heights).astype(np.float32),
         geometry=grid,
-        name=f"{local.name}, over {external.name}",
+        name=f"{local.name}, over {external.name}" + (f" raised by {raised:.3f} m" if settings.level else ""),
         provenance=Provenance({"local": local.digest, "external": external.digest}, settings),
         texture=None if local.texture is None else layer("texture", 0),
         variance=np.where(filled, blended, variance).astype(np.float32),
@@ -74,6 +59,17 @@ def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> D
         viewpoint=local.viewpoint,
         correction=local.correction,
     )
+
+
+def _variance(external: Dem, grid: GridGeometry, deviation: float) -> NDArray[np.float64] | float:
+    """Of the external heights [m²], on the cells of the grid: its own where it says so."""
+    if external.variance is None:
+        return deviation**2
+    row, col = external.geometry.cell(*np.meshgrid(grid.xs, grid.ys))
+    rows, cols = external.geometry.shape
+    found = external.variance[np.clip(row, 0, rows - 1), np.clip(col, 0, cols - 1)].astype(np.float64)
+    # beside a hole the nearest cell may be unknown where the surface is not
+    return np.where(np.isfinite(found), found, deviation**2)
 
 
 def _grid(grid: GridGeometry, reach: float) -> GridGeometry:

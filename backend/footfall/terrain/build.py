@@ -1,6 +1,8 @@
 """Stereo images to terrain: match every pair, take the robot out, lay the depths onto one grid, fuse."""
 
 import math
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,10 +19,14 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain import stereo
 from footfall.terrain.align import align
 from footfall.terrain.dem import Dem
+from footfall.terrain.edge_on import without_edge_on
 from footfall.terrain.epipolar import align_pair
 from footfall.terrain.fuse import despike, fuse
 from footfall.terrain.grid_depth import CellSamples, grid_depth, site_points
+from footfall.terrain.leg_errors import LegError
 from footfall.terrain.memory import merge
+from footfall.terrain.posture_fit import fit_posture
+from footfall.terrain.rectify import require_simultaneous
 from footfall.terrain.selfmask import robot_mask
 from footfall.terrain.settings import TerrainSettings
 from footfall.terrain.visibility import DepthView
@@ -39,50 +45,77 @@ def build_terrain(
     into it; the result's ``correction`` says how it was moved. Raises InvalidImages where it does not fit.
     Ground that no pair saw stays unknown. A right camera that is turned a little is corrected first, see
     :mod:`footfall.terrain.epipolar`. That, and pairs that can't be used (black, swapped, not matching, badly
-    calibrated) and are left out, stand in the Dem's ``name``; raises InvalidImages, with the reason of each, where
-    none is left.
+    calibrated, not of one moment) and are left out, stand in the Dem's ``name``, in full in its ``left_out``; raises
+    InvalidImages, with the reason of each, where none is left.
     """
     settings = settings or TerrainSettings()
     if snapshot.state.robot != robot.name:
         raise InvalidImages(
             f"the snapshot is of robot {snapshot.state.robot!r}, not of {robot.name!r}: its body could not be removed"
         )
+    matched, name, left_out = match_pairs(snapshot.pairs, settings, progress, snapshot.left_out)
+    state, errors = snapshot.state, None
+    if settings.fit_legs:
+        fit = fit_posture(robot, state.posture, matched)
+        progress(0.7, fit.text)
+        state, errors = replace(state, posture=fit.posture), fit.errors
+    for pair, disparity in matched:
+        without_robot(disparity, pair, robot, state, settings, errors)
+    parents = {"snapshot": snapshot.digest, "robot": robot.digest}
+    center = snapshot.state.T_site_base[:3, 3]
+    if map is None or not settings.keep:
+        geometry = grid_around(float(center[0]), float(center[1]), settings)
+        samples = all_samples(matched, np.eye(4), geometry, settings, progress)
+        dem = dem_of(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance(parents, settings))
+        dem = replace(dem, viewpoint=tuple(float(c) for c in center))
+    else:
+        dem = _onto(map, matched, center, settings, name, progress)
+        dem = replace(dem, provenance=Provenance({**parents, "map": map.digest}, settings))
+    dem = replace(dem, left_out=left_out)
+    progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
+    return dem
+
+
+def match_pairs(
+    pairs: Sequence[ImagePair],
+    settings: TerrainSettings,
+    progress: Progress = no_progress,
+    left_out: Mapping[str, str] | None = None,
+) -> tuple[list[tuple[ImagePair, NDArray[np.float32]]], str, dict[str, str]]:
+    """Disparities of all pairs that can be used, what to call their map, and why each other pair was left out.
+
+    left_out: pairs that could not be used before, with the reasons. Raises InvalidImages where no pair is left.
+    """
     matched: list[tuple[ImagePair, NDArray[np.float32]]] = []
-    left_out: dict[str, str] = {}
-    brief: list[str] = []
+    reasons = dict(left_out or {})
+    brief = [f"{name} ({_briefly(name, reason)})" for name, reason in reasons.items()]
     told: list[str] = []
-    for i, pair in enumerate(snapshot.pairs):
-        progress(0.7 * i / len(snapshot.pairs), f"matching {pair.name}")
+    for i, pair in enumerate(pairs):
+        progress(0.7 * i / len(pairs), f"matching {pair.name}")
         try:
+            require_simultaneous(pair.name, pair.time, pair.time_right, settings.max_skew)
             pair, alignment = align_pair(pair)
             disparity = stereo.disparity(pair, settings)
         except InvalidImages as err:
-            left_out[pair.name] = err.message
-            brief.append(f"{pair.name} ({err.details['brief']})" if "brief" in err.details else pair.name)
+            reasons[pair.name] = err.message
+            brief.append(f"{pair.name} ({err.details.get('brief') or _briefly(pair.name, err.message)})")
             continue
         if alignment.corrected or not alignment.checked:
             told.append(alignment.text)
-        without_robot(disparity, pair, robot, snapshot.state, settings)
         matched.append((pair, disparity))
     if not matched:
-        raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
+        raise InvalidImages("no image pair can be used: " + "; ".join(reasons.values()), pairs=reasons)
     name = "images, 1 pair" if len(matched) == 1 else f"images, {len(matched)} pairs"
     if told:
         name += f", {', '.join(told)}"
     if brief:
         name += f", without {', '.join(brief)}"
-    parents = {"snapshot": snapshot.digest, "robot": robot.digest}
-    center = snapshot.state.T_site_base[:3, 3]
-    if map is None or not settings.keep:
-        geometry = grid_around(float(center[0]), float(center[1]), settings)
-        samples = _all_samples(matched, np.eye(4), geometry, settings, progress)
-        dem = _dem(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance(parents, settings))
-        dem = replace(dem, viewpoint=tuple(float(c) for c in center))
-    else:
-        dem = _onto(map, matched, center, settings, name, progress)
-        dem = replace(dem, provenance=Provenance({**parents, "map": map.digest}, settings))
-    progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
-    return dem
+    return matched, name, reasons
+
+
+def _briefly(pair: str, reason: str) -> str:
+    """The first clause of why a pair was left out."""
+    return re.split(r"[;:,(]", reason.removeprefix(f"pair {pair}: "))[0].strip()
 
 
 def _onto(
@@ -102,9 +135,9 @@ def _onto(
     correction = found.correction @ before
     corrected = frames.apply(correction, center)
     geometry = grid_around(float(corrected[0]), float(corrected[1]), settings)
-    samples = _all_samples(matched, correction, geometry, settings, progress)
+    samples = all_samples(matched, correction, geometry, settings, progress)
     name = f"{name}, {found.text}"
-    new = _dem(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance({}))
+    new = dem_of(samples, [pair for pair, _ in matched], geometry, settings, name, Provenance({}))
     new = replace(new, viewpoint=tuple(float(c) for c in corrected), correction=correction)
     progress(0.97, found.text)
     views = tuple(depth_view(pair, disparity, settings, correction) for pair, disparity in matched)
@@ -125,13 +158,14 @@ def depth_view(
     )
 
 
-def _all_samples(
+def all_samples(
     matched: list[tuple[ImagePair, NDArray[np.float32]]],
     correction: NDArray[np.float64],
     geometry: GridGeometry,
     settings: TerrainSettings,
     progress: Progress,
 ) -> list[CellSamples]:
+    """What each pair says of the cells of a grid, its points moved by p_map = correction @ p_site."""
     samples = []
     for i, (pair, disparity) in enumerate(matched):
         progress(0.72 + 0.2 * i / len(matched), f"gridding {pair.name}")
@@ -146,7 +180,7 @@ def _sparse_points(
     """Every few pixels a point of the site (n, 3), and its standard deviation (n,) [m]."""
     points, deviations = [], []
     for pair, disparity in matched:
-        found, depth = _points(pair, disparity, settings, correction)
+        found, depth = site_points_of(pair, disparity, settings, correction)
         part = np.zeros(depth.shape, bool)
         part[:: _every(pair), :: _every(pair)] = True
         part &= np.isfinite(depth)
@@ -158,28 +192,6 @@ def _sparse_points(
 def _every(pair: ImagePair) -> int:
     """So that each pair gives about as many points."""
     return max(1, round(pair.camera_left.width / 80))
-
-
-def terrain_from_pair(
-    pair: ImagePair, settings: TerrainSettings | None = None, center: tuple[float, float] | None = None
-) -> Dem:
-    """The ground seen by one pair that shows no robot, in the site frame of its ``T_site_base``.
-
-    center: of the map, site [m]; by default the middle of what the pair sees. Raises InvalidImages.
-    """
-    settings = settings or TerrainSettings()
-    disparity = stereo.disparity(pair, settings)
-    if center is None:
-        points, _ = _points(pair, disparity, settings)
-        seen = points[:2, np.isfinite(points[2])]
-        if seen.shape[1] == 0:
-            raise InvalidImages(f"pair {pair.name}: nothing lies within {settings.max_range} m", pair=pair.name)
-        center = float(np.median(seen[0])), float(np.median(seen[1]))
-    geometry = grid_around(*center, settings)
-    samples = [_samples(pair, disparity, geometry, settings, np.eye(4))]
-    return _dem(
-        samples, [pair], geometry, settings, f"image pair {pair.name}", Provenance({"pair": pair.digest}, settings)
-    )
 
 
 def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
@@ -196,19 +208,37 @@ def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
 
 
 def without_robot(
-    disparity: NDArray[np.float32], pair: ImagePair, robot: Robot, state: RobotState, settings: TerrainSettings
+    disparity: NDArray[np.float32],
+    pair: ImagePair,
+    robot: Robot,
+    state: RobotState,
+    settings: TerrainSettings,
+    errors: Sequence[LegError] | None = None,
 ) -> None:
-    """Set to NaN, in place, pixels that show the robot in either image of the pair."""
+    """Set to NaN, in place, pixels that show the robot in either image of the pair; errors: of each leg's posture."""
     extra = settings.block_size // 2 + 1
-    in_left = robot_mask(robot, state, pair.camera_left, settings.mask_margin, extra)
-    in_right = robot_mask(robot, state, pair.camera_right, settings.mask_margin, extra)
+    far = math.sqrt(settings.coarse_step * pair.camera_left.fx * pair.baseline)
+    in_left, in_right = (
+        robot_mask(
+            robot,
+            state,
+            camera,
+            settings.mask_margin,
+            extra,
+            errors=errors,
+            fitted_margin=settings.fitted_margin,
+            far=far,
+            far_px=settings.coarse_px,
+        )
+        for camera in (pair.camera_left, pair.camera_right)
+    )
     rows, cols = np.nonzero(np.isfinite(disparity))
     partner = np.clip(np.rint(cols - disparity[rows, cols]).astype(np.int64), 0, disparity.shape[1] - 1)
     hidden = in_left[rows, cols] | in_right[rows, partner]
     disparity[rows[hidden], cols[hidden]] = np.nan
 
 
-def _points(
+def site_points_of(
     pair: ImagePair,
     disparity: NDArray[np.float32],
     settings: TerrainSettings,
@@ -239,13 +269,13 @@ def _samples(
     settings: TerrainSettings,
     correction: NDArray[np.float64],
 ) -> CellSamples:
-    points, depth = _points(pair, disparity, settings, correction)
-    known = np.where(np.isfinite(depth), disparity, np.float32(np.nan))
+    points, depth = site_points_of(pair, disparity, settings, correction)
+    known = np.where(np.isfinite(depth), without_edge_on(disparity, pair, settings.least_angle), np.float32(np.nan))
     deviation = _deviation(pair, depth, settings)
     return grid_depth(points, known, deviation, pair.left, geometry, settings.max_jump, settings.max_edge)
 
 
-def _dem(
+def dem_of(
     samples: list[CellSamples],
     pairs: list[ImagePair],
     geometry: GridGeometry,
@@ -253,6 +283,7 @@ def _dem(
     name: str,
     provenance: Provenance,
 ) -> Dem:
+    """One map of the samples of all pairs. Raises InvalidImages where none of them lies on the grid."""
     fused = fuse(samples, geometry, settings.gate)
     heights = despike(fused.heights, settings.despike, settings.min_neighbours)
     known = np.isfinite(heights)

@@ -1,5 +1,8 @@
 """The digital elevation map: heights on a grid, unknown where nothing was seen."""
 
+from collections.abc import Mapping
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +33,7 @@ class Dem(Value):
     sources: names of cameras or other origins.
     viewpoint: where the chassis stood at the newest snapshot (x, y, z), site [m], or None.
     correction: (4, 4), what moved the newest snapshot's points onto the map: p_map = correction @ p_site; or None.
+    left_out: image pairs of the newest snapshot that could not be used, by name, and why.
     """
 
     heights: NDArray[np.float32]
@@ -44,6 +48,7 @@ class Dem(Value):
     sources: tuple[str, ...] = ()
     viewpoint: tuple[float, ...] | None = None
     correction: NDArray[np.float64] | None = None
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def remembers(self) -> bool:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Value, value
+from footfall.terrain.grid_kernel import cover_cells
 
 
 @value
@@ -55,50 +56,14 @@ def grid_depth(
     width) of the depth [m], proportional to z²/(f·B); grey: (height, width).
     max_jump: largest difference of disparity within a triangle [px]; max_edge: longest side from above [m].
     """
-    rows, cols = disparity.shape
-    gx = ((points[0] - geometry.x0) / geometry.resolution).ravel()
-    gy = ((points[1] - geometry.y0) / geometry.resolution).ravel()
-    pixel = np.arange(rows * cols).reshape(rows, cols)
-    a, b, c, d = (p.ravel() for p in (pixel[:-1, :-1], pixel[:-1, 1:], pixel[1:, :-1], pixel[1:, 1:]))
-    triangles = np.concatenate([np.stack([a, c, b]), np.stack([b, c, d])], axis=1)
-    # NaN comparisons are false, so that triangles with an unknown corner fall out here
-    corner = disparity.ravel()[triangles]
-    triangles = triangles[:, corner.max(axis=0) - corner.min(axis=0) <= max_jump]
-    x, y = gx[triangles], gy[triangles]
-    x_low, x_high, y_low, y_high = x.min(axis=0), x.max(axis=0), y.min(axis=0), y.max(axis=0)
-    longest = max_edge / geometry.resolution
-    col0, col1 = np.maximum(np.ceil(x_low), 0), np.minimum(np.floor(x_high), geometry.cols - 1)
-    row0, row1 = np.maximum(np.ceil(y_low), 0), np.minimum(np.floor(y_high), geometry.rows - 1)
-    keep = (col0 <= col1) & (row0 <= row1) & (x_high - x_low <= longest) & (y_high - y_low <= longest)
-    triangles, x, y = triangles[:, keep], x[:, keep], y[:, keep]
-    col0, row0 = col0[keep].astype(np.int64), row0[keep].astype(np.int64)
-    width, height = col1[keep].astype(np.int64) - col0 + 1, row1[keep].astype(np.int64) - row0 + 1
-
-    # one entry for each cell centre inside each triangle's bounding box
-    count = width * height
-    of = np.repeat(np.arange(len(count)), count)
-    place = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
-    col = col0[of] + place % width[of]
-    row = row0[of] + place // width[of]
-    (x0, x1, x2), (y0, y1, y2) = x, y
-    area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        px, py = col - x0[of], row - y0[of]
-        w1 = (px * (y2 - y0)[of] - py * (x2 - x0)[of]) / area[of]
-        w2 = (py * (x1 - x0)[of] - px * (y1 - y0)[of]) / area[of]
-        w0 = 1.0 - w1 - w2
-        inside = (w0 >= 0) & (w1 >= 0) & (w2 >= 0)
-    of, row, col = of[inside], row[inside], col[inside]
-    weights = np.stack([w0[inside], w1[inside], w2[inside]])
-    corners = triangles[:, of]
-
-    def at_cell(image: NDArray) -> NDArray[np.float64]:
-        values = image.ravel()[corners]
-        return weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2]
-
-    return CellSamples(
-        cell=row * geometry.cols + col,
-        height=at_cell(points[2]),
-        variance=at_cell(deviation) ** 2,
-        grey=at_cell(grey),
+    cell, found = cover_cells(
+        (points[0] - geometry.x0) / geometry.resolution,
+        (points[1] - geometry.y0) / geometry.resolution,
+        disparity,
+        np.stack([points[2], deviation, grey.astype(np.float64)], axis=-1),
+        geometry.rows,
+        geometry.cols,
+        max_jump,
+        max_edge / geometry.resolution,
     )
+    return CellSamples(cell=cell, height=found[:, 0], variance=found[:, 1] ** 2, grey=found[:, 2])

@@ -50,7 +50,7 @@ def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -
         resolution = _natural_resolution(corners, east - west, north - south)
     grid = grid_over((west, south, east, north), resolution)
 
-    highest, lowest = _extremes(corners, normal, grid)
+    highest, lowest = extremes(corners, normal, grid)
     covered = np.isfinite(highest)
     if not covered.any():
         raise InvalidTerrain(
@@ -60,7 +60,7 @@ def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -
     if layered > MAX_LAYERED_SHARE:
         # centres on top of vertical steps have two heights too: look again off any pattern of the mesh
         aside = GridGeometry(west + 0.382 * resolution, south + 0.276 * resolution, resolution, grid.rows, grid.cols)
-        layered = _layered_share(corners, *_extremes(corners, normal, aside))
+        layered = _layered_share(corners, *extremes(corners, normal, aside))
     if layered > MAX_LAYERED_SHARE:
         raise InvalidTerrain(
             f"the mesh is not a surface: {layered:.0%} of its cells lie under another part of it "
@@ -72,7 +72,7 @@ def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -
     return Dem(heights, grid, name, Provenance(parents={}))
 
 
-def _extremes(corners: Array, normal: Array, grid: GridGeometry) -> tuple[Array, Array]:
+def extremes(corners: Array, normal: Array, grid: GridGeometry) -> tuple[Array, Array]:
     """Highest and lowest point of the mesh over each cell centre, flat; −inf and inf where there is none."""
     highest, lowest = np.full(grid.rows * grid.cols, -np.inf), np.full(grid.rows * grid.cols, np.inf)
     for cells, z in _covered_cells(corners, normal, grid):

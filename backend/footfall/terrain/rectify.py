@@ -10,13 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.core.errors import InvalidImages
-from footfall.core.frames import inverse, transform
+from footfall.core.errors import InvalidImages, InvalidInput
+from footfall.core.frames import inverse, require_transform, transform
 from footfall.telemetry.calibration import CameraModel, PairCalibration
 from footfall.telemetry.images import Camera, ImagePair
-
-MAX_SKEW = 0.02
-"""Both images must be taken within this time of each other [s]: a slow rover moves 1 mm."""
+from footfall.terrain.settings import MAX_SKEW
 
 FOCAL_RANGE = (0.2, 5.0)
 """A rectified focal length outside these shares of the lens's own means that the models can't be right."""
@@ -45,10 +43,11 @@ def rectify(
                 f"its calibration wants uint8 ({camera.height}, {camera.width})",
                 pair=name,
             )
-    require_simultaneous(name, time, time if time_right is None else time_right, max_skew)
-    T = np.eye(4) if T_site_base is None else np.asarray(T_site_base, float)
-    if T.shape != (4, 4) or not np.isfinite(T).all():
-        raise InvalidImages(f"pair {name}: the rover's pose must be 16 finite numbers (4 × 4)", pair=name)
+    require_simultaneous(name, time, time_right, max_skew)
+    try:
+        T = require_transform(np.eye(4) if T_site_base is None else T_site_base, "the rover's pose")
+    except InvalidInput as err:
+        raise InvalidImages(f"pair {name}: {err.message}", pair=name) from err
     turns, cameras = rectified_cameras(calibration)
     images = [
         _seen_through(image, model, R, camera)
@@ -56,12 +55,15 @@ def rectify(
             (left, right), (calibration.left, calibration.right), turns, cameras, strict=True
         )
     ]
-    return ImagePair(name, time, images[0], images[1], cameras[0], cameras[1], T)
+    return ImagePair(name, time, images[0], images[1], cameras[0], cameras[1], T, time_right)
 
 
-def require_simultaneous(name: str, time_left: float, time_right: float, max_skew: float = MAX_SKEW) -> None:
-    """Raise InvalidImages where the images of a pair were taken more than ``max_skew`` [s] apart."""
-    apart = abs(time_right - time_left)
+def require_simultaneous(name: str, time_left: float, time_right: float | None, max_skew: float) -> None:
+    """Raise InvalidImages where the images of a pair were taken more than ``max_skew`` [s] apart.
+
+    time_right: None where it is the same moment.
+    """
+    apart = 0.0 if time_right is None else abs(time_right - time_left)
     if not apart <= max_skew:
         raise InvalidImages(
             f"pair {name}: the images were taken {apart:.3f} s apart, {max_skew:.3f} s at most: not synchronised",

@@ -1,8 +1,9 @@
 """Which pixels show the robot itself: its meshes projected into the image, widened by what may be wrong with them.
 
-Encoders err and loaded legs sag, so no link is exactly where its joint angles say. Both are carried through the
-Jacobian of every point of a link into pixels: Σ_image = J_image J σ² Jᵀ J_imageᵀ for independent joint angles of
-standard deviation σ (first-order propagation: Hartley & Zisserman, *Multiple View Geometry*, 2004, §5.2.6).
+Encoders err and loaded legs sag, so no link is exactly where its joint angles say; where images show a leg, less is
+open (:mod:`footfall.terrain.posture_fit`). What remains is carried through the Jacobian of every point of a link into
+pixels: Σ_image = J_image J Σ Jᵀ J_imageᵀ for joint angles of covariance Σ (first-order propagation: Hartley &
+Zisserman, *Multiple View Geometry*, 2004, §5.2.6).
 """
 
 import math
@@ -14,12 +15,12 @@ from numpy.typing import NDArray
 
 from footfall.core import frames
 from footfall.core.mesh import Mesh
-from footfall.robot.description import JOINTS
-from footfall.robot.kinematics import leg_link_poses, link_poses, wheel_jacobian
+from footfall.robot.kinematics import leg_link_poses, link_poses
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
+from footfall.terrain.leg_errors import LegError, joint_axes, point_jacobians, told_errors
 
 NEAREST = 0.05
 """Triangles are cut off this close to the lens [m]."""
@@ -30,12 +31,6 @@ MAX_WIDENING = 40
 _FRACTION_BITS = 4
 _FAR_OUTSIDE = 2.0**20  # [px]; keeps the fixed-point numbers within 32 bits
 
-
-ENCODER_SD = math.radians(0.5)
-"""Standard deviation of a joint angle [rad]."""
-
-SAG = 0.03
-"""A loaded leg brings its wheel up to this much nearer to the chassis than its joint angles say [m]."""
 
 SIGMAS = 2.0
 """Errors up to this many standard deviations are covered."""
@@ -48,11 +43,24 @@ def robot_mask(
     margin: float = 0.03,
     extra_px: int = 3,
     *,
-    encoder_sd: float = ENCODER_SD,
-    sag: float = SAG,
+    errors: Sequence[LegError] | None = None,
+    fitted_margin: float = 0.01,
+    far: float = math.inf,
+    far_px: int = 0,
 ) -> NDArray[np.bool_]:
     """Pixels that may show the robot, (height, width), True on the robot; see :func:`robot_depths`."""
-    return robot_depths(robot, state, camera, margin, extra_px, encoder_sd=encoder_sd, sag=sag) > 0
+    depths = robot_depths(
+        robot,
+        state,
+        camera,
+        margin,
+        extra_px,
+        errors=errors,
+        fitted_margin=fitted_margin,
+        far=far,
+        far_px=far_px,
+    )
+    return depths > 0
 
 
 def robot_depths(
@@ -62,61 +70,58 @@ def robot_depths(
     margin: float = 0.03,
     extra_px: int = 3,
     *,
-    encoder_sd: float = ENCODER_SD,
-    sag: float = SAG,
+    errors: Sequence[LegError] | None = None,
+    fitted_margin: float = 0.01,
+    far: float = math.inf,
+    far_px: int = 0,
 ) -> NDArray[np.float32]:
     """Greatest depth at which each pixel may show the robot, (height, width) [m]: 0 where it never does.
 
     Infinite on the robot as its posture has it: what is matched there is the robot or wrong. Around that, each part
-    is widened by how far errors of the joint angles and the sag of its leg move it in the image, at least by
-    ``margin`` [m] at its nearest depth (shapes and camera poses are not exact), and by ``extra_px`` (matching smears
-    edges by half a block). In that rim, only what lies no deeper than the part can be the part: the ground behind
-    stays. encoder_sd: of each joint angle [rad]; sag: of a loaded leg's wheel [m].
+    is widened by how far errors of the joint angles move it in the image, at least by ``margin`` [m] at its nearest
+    depth (shapes and camera poses are not exact), and by ``extra_px`` (matching smears edges by half a block). In
+    that rim, only what lies no deeper than the part can be the part: the ground behind stays.
+
+    errors: of each leg; by default what encoders and sag do. fitted_margin: instead of ``margin``, for legs that
+    images showed [m]. far_px: by so much more is widened what lies further away than ``far`` [m] as a whole.
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
     R_camera_base = T_camera_base[:3, :3]
-    displaced = displacements(robot, state.posture, encoder_sd, sag)
-    parts, widths, deeper = [], [], []
-    for (mesh, T_base_part), (spread, bend) in zip(robot_parts(robot, state.posture), displaced, strict=True):
+    displaced = displacements(robot, state.posture, told_errors(robot, state.posture) if errors is None else errors)
+    parts, widths, deeper, margins = [], [], [], []
+    for (mesh, T_base_part), (spread, bend, fitted) in zip(robot_parts(robot, state.posture), displaced, strict=True):
         part = Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
         spread, bend = np.einsum("ij,njk->nik", R_camera_base, spread), bend @ R_camera_base.T
         parts.append(part)
-        widths.append(_moved_px(part, spread, bend, camera))
+        beyond = far_px if float(part.vertices[:, 2].min()) > far else 0
+        widths.append(_moved_px(part, spread, bend, camera) + beyond)
+        margins.append(fitted_margin if fitted else margin)
         along = SIGMAS * np.linalg.norm(spread[:, 2], axis=1) + np.abs(bend[:, 2])
-        deeper.append(max(float(along.max()), margin))
-    return mesh_depths(parts, camera, margin, extra_px, widths, deeper)
+        deeper.append(max(float(along.max()), margins[-1]))
+    return mesh_depths(parts, camera, margins, extra_px, widths, deeper)
 
 
 def displacements(
-    robot: Robot, posture: NDArray[np.float64], encoder_sd: float, sag: float
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    robot: Robot, posture: NDArray[np.float64], errors: Sequence[LegError]
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64], bool]]:
     """How far the vertices of every part of :func:`robot_parts`, in that order, may be from where the posture has them.
 
-    For each part: ``spread`` (n, 3, 6), what one standard deviation of each joint of its leg moves a vertex by, and
-    ``bend`` (n, 3), what the sag does [m], both in base. The chassis and what it carries stay: cameras ride on it.
-
-    A leg bends under a vertical force f at its wheel as springs in series do, in proportion to K⁻¹ Jᵀ f.
+    For each part: ``spread`` (n, 3, 6), what each independent error of its leg moves a vertex by at one standard
+    deviation, ``bend`` (n, 3), what the sag does [m], both in base, and whether images showed its leg. The chassis and
+    what it carries stay: cameras ride on it.
     """
-    found: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-    for leg, spec in enumerate(robot.description.legs):
-        poses = leg_link_poses(robot, posture[6 * leg : 6 * leg + 6], leg)
-        Ts_base_joint = [poses[name] for name in spec.link_names[:6]]
-        axes = np.array([T[:3, "xyz".index(axis)] for T, (_, axis) in zip(Ts_base_joint, JOINTS, strict=True)])
-        origins = np.array([T[:3, 3] for T in Ts_base_joint])
-        lift = wheel_jacobian(robot, posture, leg)[2]
-        bent = lift / robot.stiffness[6 * leg : 6 * leg + 6]
-        effect = float(lift @ bent)
-        # straight below its hip a leg of stiff joints can't sag
-        bent = bent * (sag / effect) if effect > 1e-12 else np.zeros(6)
+    found: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], bool]] = {}
+    for leg, (spec, error) in enumerate(zip(robot.description.legs, errors, strict=True)):
+        q_leg = posture[6 * leg : 6 * leg + 6]
+        poses, (axes, origins) = leg_link_poses(robot, q_leg, leg), joint_axes(robot, q_leg, leg)
         for place, name in enumerate(spec.link_names):
             if name not in robot.description.meshes:
                 continue
             points = frames.apply(poses[name], robot.description.meshes[name].vertices)
-            J = np.cross(axes[None], points[:, None] - origins[None]).transpose(0, 2, 1)
-            J[:, :, place + 1 :] = 0.0
-            found[name] = encoder_sd * J, J @ bent
+            J = point_jacobians(axes, origins, points, np.full(len(points), place))
+            found[name] = J @ error.factor, J @ error.bend, error.fitted
     names = [*robot.description.meshes, *([None] if robot.description.payload is not None else [])]
-    return [found[name] if name in found else (np.zeros((1, 3, 6)), np.zeros((1, 3))) for name in names]
+    return [found[name] if name in found else (np.zeros((1, 3, 6)), np.zeros((1, 3)), False) for name in names]
 
 
 def _moved_px(part: Mesh, spread: NDArray[np.float64], bend: NDArray[np.float64], camera: Camera) -> float:
@@ -152,21 +157,23 @@ def robot_parts(robot: Robot, posture: NDArray[np.float64]) -> list[tuple[Mesh, 
 def mesh_depths(
     parts: list[Mesh],
     camera: Camera,
-    margin: float,
+    margin: float | Sequence[float],
     extra_px: int,
     widths: Sequence[float] | None = None,
     deeper: Sequence[float] | None = None,
 ) -> NDArray[np.float32]:
     """As :func:`robot_depths` for any meshes in the camera frame.
 
-    widths: at least so wide is each widened [px]; deeper: so much deeper than it was drawn each may be [m].
+    margin: of all or of each [m]; widths: at least so wide is each widened [px]; deeper: so much deeper than it was
+    drawn each may be [m].
     """
     # drawn with a border all round, from which parts just outside the image widen into it
     border = MAX_WIDENING
     shape = (camera.height + 2 * border, camera.width + 2 * border)
     depths, core = np.zeros(shape, np.float32), np.zeros(shape, np.uint8)
     none = [0.0] * len(parts)
-    for part, width, more in zip(parts, widths or none, deeper or none, strict=True):
+    margins = np.broadcast_to(margin, len(parts))
+    for part, least, width, more in zip(parts, margins, widths or none, deeper or none, strict=True):
         polygons, nearest, farthest = _project(part, camera)
         if not polygons:
             continue
@@ -174,7 +181,7 @@ def mesh_depths(
         for polygon in polygons:
             cv2.fillConvexPoly(silhouette, polygon, 1, shift=_FRACTION_BITS)
         core |= silhouette
-        width = math.ceil(max(camera.fx * margin / nearest, width)) + extra_px
+        width = math.ceil(max(camera.fx * least / nearest, width)) + extra_px
         rim = _widened(silhouette, min(width, MAX_WIDENING)).astype(bool)
         depths[rim] = np.maximum(depths[rim], farthest + more)
     depths[core.astype(bool)] = np.inf

@@ -1,9 +1,14 @@
-"""How images are turned into terrain."""
+"""How images are turned into terrain, and terrain from elsewhere is laid under it."""
+
+import math
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
 
 MATCHERS = ("hh", "3way")
+
+MAX_SKEW = 0.02
+"""Both images of a pair must be taken within this time of each other [s]: a slow rover moves 1 mm."""
 
 
 @value
@@ -15,11 +20,19 @@ class TerrainSettings(Value):
     matcher: "hh" (eight directions, most accurate) or "3way" (about half the time).
     block_size: side of the compared patches [px], odd.
     min_range, max_range: depths that are searched for and kept [m].
+    max_skew: a pair whose images were taken further apart than this is left out [s].
     max_jump: neighbouring pixels whose disparities differ by more than this belong to two surfaces [px].
     max_edge: depth triangles with a longer side seen from above are left open [m].
+    least_angle: surfaces that a ray meets at less than this lead over a depth jump and are left open [rad].
     mask_margin: how wrong the robot's pose in its own images may be [m].
+    fit_legs: look in the images for where the legs really are, before they are taken out.
+    fitted_margin: instead of mask_margin, for legs that were found so [m].
+    coarse_step: where a pixel of disparity is worth more depth than this [m], ground beside the robot is not believed:
+        matching leads over from one to the other within a few pixels, and each is worth too much there.
+    coarse_px: that much further the robot is taken out there [px].
     gate: views of one cell that differ from the weighted median by more than this are left out [m].
-    despike: a cell that differs from the median of its 5 × 5 neighbours by more than this takes the median [m].
+    despike: a cell that differs from the median of its 5 × 5 neighbours by more than this, and more than they do, takes
+        the median [m].
     min_neighbours: known cells among those 25 (itself included) that a cell needs to be kept.
     disparity_deviation: standard deviation of a disparity [px]; heights get the variance (σ·z²/(f·B))².
     keep: merge into the map that there is; else start anew. Off by default: where a new obstacle hides ground from the
@@ -36,12 +49,18 @@ class TerrainSettings(Value):
     resolution: float = 0.02
     half_size: float = 4.0
     matcher: str = "hh"
-    block_size: int = 5
+    block_size: int = 3
     min_range: float = 1.0
     max_range: float = 8.0
+    max_skew: float = MAX_SKEW
     max_jump: float = 0.5
     max_edge: float = 0.1
+    least_angle: float = 0.2
     mask_margin: float = 0.03
+    fit_legs: bool = True
+    fitted_margin: float = 0.01
+    coarse_step: float = 0.125
+    coarse_px: int = 7
     gate: float = 0.05
     despike: float = 0.02
     min_neighbours: int = 8
@@ -68,10 +87,16 @@ class TerrainSettings(Value):
             raise InvalidInput("block_size is an odd number from 3 to 11", block_size=self.block_size)
         if not 0.05 <= self.min_range < self.max_range < 1000.0:
             raise InvalidInput("needs 0.05 m ≤ min_range < max_range < 1000 m")
+        if not 0 <= self.max_skew < math.inf:
+            raise InvalidInput("max_skew needs a finite number of at least zero [s]", max_skew=self.max_skew)
         if not (self.max_jump > 0 and self.max_edge > 0 and self.gate > 0 and self.despike > 0):
             raise InvalidInput("max_jump, max_edge, gate and despike need numbers above zero")
-        if not (0 <= self.mask_margin <= 1 and 0 <= self.min_neighbours <= 25):
-            raise InvalidInput("needs mask_margin 0…1 m and min_neighbours 0…25")
+        if not (0 <= self.mask_margin <= 1 and 0 <= self.fitted_margin <= 1 and 0 <= self.min_neighbours <= 25):
+            raise InvalidInput("needs mask_margin and fitted_margin 0…1 m and min_neighbours 0…25")
+        if not (0 < self.coarse_step < math.inf and 0 <= self.coarse_px <= 40):
+            raise InvalidInput("needs coarse_step above 0 m and coarse_px 0…40")
+        if not 0 <= self.least_angle <= 0.5:
+            raise InvalidInput("least_angle needs 0 to 0.5 rad (29°)", least_angle=self.least_angle)
         if not 0 < self.memory_half_size <= 1000:
             raise InvalidInput("memory_half_size needs 0 to 1000 m", memory_half_size=self.memory_half_size)
         above_zero = (self.disparity_deviation, self.see_through, self.clear_deviation, self.pose_shift, self.pose_turn)
@@ -83,3 +108,27 @@ class TerrainSettings(Value):
             raise InvalidInput("drift_per_hour and drift_per_metre need numbers of at least zero")
         if not (0 <= self.max_shift <= 1.0 and 0 <= self.max_turn <= 0.2):
             raise InvalidInput("needs max_shift 0…1 m and max_turn 0…0.2 rad (11°)")
+
+
+@value
+class BlendSettings(Value):
+    """deviation: standard deviation of the external heights where the terrain itself does not say [m].
+
+    time: when they were measured [s since 1970]. level: first raise all of the external terrain by the median
+    difference over the common ground: its heights count from another zero, such as an ellipsoid.
+
+    seam: width of the transition outside of the local map [m]; reach: the result extends this far to each side of
+    the local map's centre [m], or over the local map only, when 0.
+    """
+
+    deviation: float = 0.5
+    time: float = 0.0
+    level: bool = False
+    seam: float = 1.0
+    reach: float = 0.0
+
+    def check(self) -> None:
+        if not (0 < self.deviation < math.inf and 0 < self.seam < math.inf and 0 <= self.reach < math.inf):
+            raise InvalidInput("blending needs a deviation and a seam above zero, and a reach of at least zero [m]")
+        if not math.isfinite(self.time):
+            raise InvalidInput("the time of the external terrain must be finite [s since 1970]")

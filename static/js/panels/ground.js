@@ -3,27 +3,19 @@
 import { ROOT, get, post, put } from "../api.js";
 import { $, age, attempt, element } from "../dom.js";
 import { bind } from "../keys.js";
+import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
+import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
-
-const LAYERS = [
-  ["", "What the cameras saw"],
-  ["footing", "Where the leg may stand"],
-  ["goodness", "Traversability"],
-  ["certainty", "Share of ground known"],
-  ["height_sd", "Certainty of height"],
-  ["age", "Age"],
-  ["slope", "Slope"],
-  ["roughness", "Roughness"],
-  ["step", "Step"],
-  ["solutions", "Number of leg solutions"],
-  ["margin", "Stability margin"],
-];
+import { weights } from "./suggest.js";
 
 let legendFor = "";
 let imagesFor = "";
 
 export function start() {
-  $("layer").append(...LAYERS.map(([value, text]) => element("option", { value, textContent: text })));
+  subscribeToLayers(() => {
+    $("layer").replaceChildren(element("option", { value: "", textContent: "What the cameras saw" }), ...layerOptions());
+    $("layer").value = known.summary?.view.layer ?? "";
+  });
   $("layer").addEventListener("change", () => attempt(() => put("/sessions/current/view", { layer: $("layer").value || null })));
   $("legs").append(
     ...known.robot.legs.map((leg) =>
@@ -35,10 +27,14 @@ export function start() {
   $("build-terrain").addEventListener("click", buildTerrain);
   $("compute-maps").addEventListener("click", computeMaps);
   $("terrain-file").addEventListener("change", loadFile);
+  $("undo-terrain").addEventListener("click", undoTerrain);
+  $("clear-terrain").addEventListener("click", clearTerrain);
   known.robot.legs.forEach((leg) => bind(`${leg + 1}`, `Choose leg ${leg}`, () => choose(leg)));
   bind("I", "Take images", takeImages);
   bind("T", "Build terrain from the images", buildTerrain);
   bind("M", "Colour the ground for the leg", computeMaps);
+  bind("U", "Undo the latest change of the terrain", undoTerrain);
+  bind("C", "Clear the terrain around the footfall", clearTerrain);
   bind("L", "Next layer", nextLayer);
   subscribe(draw);
 }
@@ -47,21 +43,32 @@ const choose = (leg) => attempt(() => put("/sessions/current/view", { leg }));
 const takeImages = () => attempt(() => post("/sessions/current/images", {}));
 const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images" }));
 
+const undoTerrain = () => attempt(() => post("/sessions/current/terrains/undo", {}));
+
+const clearTerrain = () => attempt(() => {
+  const chosen = known.summary.footfall;
+  if (!chosen) throw new Error("Choose a footfall first: the ground around it is what is cleared.");
+  return post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
+});
+
 const computeMaps = () => attempt(async () => {
-  await post("/sessions/current/state", {}).catch((error) => {
-    // Without a rover the frozen state of the session is what there is to plan from.
-    if (!known.summary.state) throw error;
-  });
+  await freeze();
+  const friction = $("friction-aware").checked;
   await post("/sessions/current/maps", {
     leg: known.summary.view.leg,
-    settings: { conservative: $("conservative").checked },
+    settings: {
+      conservative: $("conservative").checked,
+      friction,
+      balance: { friction: Number($("friction").value), gravity: Number($("gravity").value) },
+      quality: { weights: weights() },
+    },
   });
-  await put("/sessions/current/view", { layer: "footing" });
+  await put("/sessions/current/view", { layer: friction ? "footing_friction" : "footing" });
 });
 
 function nextLayer() {
-  const index = LAYERS.findIndex(([value]) => value === $("layer").value);
-  $("layer").value = LAYERS[(index + 1) % LAYERS.length][0];
+  const names = ["", ...layerNames()];
+  $("layer").value = names[(names.indexOf($("layer").value) + 1) % names.length];
   $("layer").dispatchEvent(new Event("change"));
 }
 
@@ -90,6 +97,10 @@ function draw({ summary }) {
 function drawGround(summary) {
   const terrain = summary.terrain;
   const box = $("status-ground");
+  $("undo-terrain").disabled = !summary.can_undo_terrain;
+  $("clear-terrain").disabled = !terrain || !summary.footfall;
+  $("left-out").replaceChildren(...Object.entries(terrain?.left_out ?? {}).map(([pair, reason]) =>
+    element("li", { className: "doubt", textContent: `${pair} left out: ${reason}` })));
   if (!terrain) {
     box.dataset.state = "warn";
     box.textContent = "none";
@@ -112,7 +123,8 @@ async function drawLegend(summary) {
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;
   legendFor = wanted;
-  const rows = wanted ? (await get(`/sessions/current/maps/${maps}`)).layers[summary.view.layer].legend : [];
+  const layer = wanted ? (await get(`/sessions/current/maps/${maps}`)).layers[summary.view.layer] : { legend: [] };
+  const rows = layer?.legend ?? [{ text: "not computed: colour for the leg with friction", rgb: [134, 150, 178] }];
   if (wanted !== legendFor) return;
   $("legend").replaceChildren(
     ...rows.map(({ text, rgb }) => {

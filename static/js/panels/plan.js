@@ -3,6 +3,7 @@
 import { post, request } from "../api.js";
 import { $, attempt, element, fixed, toast } from "../dom.js";
 import { bind } from "../keys.js";
+import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 
 const NUMBERS = ["lift", "raise_terrain", "clearance", "least_margin", "radius", "milestones", "epsilon", "time_limit"];
@@ -18,9 +19,7 @@ export function start() {
 const plan = () => attempt(async () => {
   const chosen = known.summary.footfall;
   if (!chosen) throw new Error("Choose a footfall first: click on the ground.");
-  await post("/sessions/current/state", {}).catch((error) => {
-    if (!known.summary.state) throw error;
-  });
+  await freeze();
   const settings = { planner: $("planner").value, seed: Number($("seed").value), conservative: $("conservative").checked };
   for (const name of NUMBERS) settings[name] = Number($(`set-${name}`).value);
   await post("/sessions/current/plans", { leg: chosen.leg, target: [chosen.x, chosen.y], settings });

@@ -1,0 +1,110 @@
+"""The command ``footfall map``: where one leg could stand, as a text, a list of footfalls, a picture or a file."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from footfall import terminal
+from footfall.core.errors import InvalidInput
+from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
+from footfall.maps.suggest import MOST, Suggestions
+from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
+
+PICTURED = "footing"
+"""The layer that a picture or an array shows unless another is named."""
+
+
+def make_map(
+    terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
+    leg: LegNumber,
+    x: AtX = 0.0,
+    y: AtY = 0.0,
+    yaw: AtYaw = 0.0,
+    layer: Annotated[
+        str | None, typer.Option(help=f"Which layer goes into a .png or .npy; {PICTURED} unless named.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write all layers as .tif or .npz, or one as .png (north up) or .npy (row 0 south)."),
+    ] = None,
+    conservative: Conservative = False,
+    friction_aware: Annotated[
+        bool, typer.Option("--friction-aware", help="Make the layers with friction and torques too; takes seconds.")
+    ] = False,
+    friction: Annotated[
+        float | None, typer.Option(help="Coefficient between wheel and ground; asks for those layers, too.")
+    ] = None,
+    gravity: Annotated[str, typer.Option(help="earth, moon, mars, or a number [m/s²].")] = "earth",
+    count: Annotated[
+        int, typer.Option("--suggest", min=0, max=MOST, help="Name so many of the best footfalls, with reasons.")
+    ] = 0,
+    robot: RobotName = "athlete",
+    as_json: Json = False,
+) -> None:
+    """Map where one leg could stand, from a stance on a terrain."""
+    from footfall.balance.settings import BalanceSettings
+    from footfall.io.map_files import ONE, require_map_file, write_maps
+    from footfall.maps.choice import stack_quality
+    from footfall.maps.layers import MapSettings
+    from footfall.maps.stack import compute_maps
+    from footfall.maps.suggest import suggest
+
+    if out is not None:
+        if layer is None and out.suffix.lower() in ONE:
+            layer = PICTURED
+        require_map_file(out, layer)
+    elif layer is not None:
+        raise InvalidInput("--layer needs --out, the file that it goes into")
+    balance = BalanceSettings(gravity=_gravity(gravity))
+    if friction is not None:
+        balance = replace(balance, friction=friction)
+    settings = MapSettings(conservative=conservative, friction=friction_aware or friction is not None, balance=balance)
+    body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
+    with bar("maps") as progress:
+        stack = compute_maps(body, dem, state, leg, settings, progress)
+    best = suggest(stack_quality(body, dem, state, stack), count) if count else None
+    if out is not None:
+        write_maps(stack, out, layer)
+    _show(stack, best, as_json, out)
+
+
+def _gravity(text: str) -> float:
+    """Gravity [m/s²] of a place or a number. Raises InvalidInput, NotFound naming the places."""
+    from footfall.balance.settings import gravity_named
+
+    try:
+        return float(text)
+    except ValueError:
+        return gravity_named(text)
+
+
+def _show(stack: MapStack, best: Suggestions | None, as_json: bool, written: Path | None) -> None:
+    """How much of the ground the leg can use, and where best."""
+    cell = stack.geometry.resolution**2
+    footing = stack.layers.get("footing_friction", stack.layers["footing"])
+    area = {
+        name: float((footing == number).sum() * cell)
+        for name, number in (("stable", REACHABLE_STABLE), ("unstable", REACHABLE_UNSTABLE))
+    }
+    if as_json:
+        about: dict[str, Any] = {
+            "digest": stack.digest,
+            "leg": stack.leg,
+            "stability": stack.stability,
+            "layers": list(stack.layers),
+            "area_m2": area,
+            "written": None if written is None else str(written),
+        }
+        terminal.show(about if best is None else {**about, "suggestions": best})
+        return
+    typer.echo(
+        f"leg {stack.leg}: {area['stable']:.2f} m² reachable and stable, {area['unstable']:.2f} m² reachable only"
+    )
+    for rank, one in enumerate(best.footfalls if best is not None else (), 1):
+        typer.echo(f"{rank}. ({one.x:.2f}, {one.y:.2f}) m, {one.score:.2f} of 1: {'; '.join(one.reasons)}")
+    if best is not None and best.reason:
+        typer.echo(best.reason)
+    if written is not None:
+        typer.echo(f"written to {written}")

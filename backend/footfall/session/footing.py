@@ -1,0 +1,87 @@
+"""Where a leg may stand: maps, read-outs, suggestions, and the chosen footfall."""
+
+from typing import Any, cast
+
+from footfall.core.errors import Conflict
+from footfall.maps.choice import explain_at, stack_quality
+from footfall.maps.layers import MapSettings, MapStack
+from footfall.maps.quality import Quality
+from footfall.maps.quality_settings import QualitySettings
+from footfall.maps.suggest import Explanation, Suggestions, suggest
+from footfall.planning.step.problem import Footfall
+from footfall.session.footfalls import judge_footfall
+from footfall.session.job import Job
+from footfall.session.recorded import present
+from footfall.session.requests import MapRequest
+from footfall.session.stances import StanceSession
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+
+class FootingSession(StanceSession):
+    """The part of a session that maps and chooses footfalls; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
+        """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
+        self._require_leg(leg)
+        parents = self._ground()
+        return self._workshop.submit("maps", parents, MapRequest(leg, settings or MapSettings()), leg=leg)
+
+    def maps_shown(self, leg: int) -> MapStack | None:
+        """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made."""
+        state = self.state
+        if state.maps_current(leg):
+            return self._shelf.typed(MapStack, state.maps[str(leg)])
+        preview = self._workshop.preview(leg)
+        if preview is None or (preview.parents["dem"], preview.parents["state"]) != (state.dem, state.state):
+            return None
+        return cast(MapStack, preview.product)
+
+    def explain(self, maps: MapStack, x: float, y: float) -> Explanation:
+        """What every layer of maps of this session says of a point [m], and what decides. Raises InvalidInput."""
+        return explain_at(self._quality(maps, None, None), x, y)
+
+    def suggest(
+        self,
+        leg: int,
+        count: int = 5,
+        separation: float = 0.3,
+        towards: tuple[float, float] | None = None,
+        settings: QualitySettings | None = None,
+    ) -> Suggestions:
+        """The best footfalls on the current maps of a leg; see :func:`footfall.maps.suggest.suggest`.
+
+        Raises Conflict where there are no maps of the present terrain and state, InvalidInput.
+        """
+        self._require_leg(leg)
+        state = self.state
+        if not state.maps_current(leg):
+            raise Conflict(f"there are no maps of leg {leg} for the present terrain and state; compute them first")
+        maps = self._shelf.typed(MapStack, state.maps[str(leg)])
+        return suggest(self._quality(maps, settings, towards), count, separation)
+
+    def _quality(
+        self, maps: MapStack, settings: QualitySettings | None, towards: tuple[float, float] | None
+    ) -> Quality:
+        parents = maps.provenance.parents
+        dem, state = self._shelf.typed(Dem, parents["dem"]), self._shelf.typed(RobotState, parents["state"])
+        return stack_quality(self.robot, dem, state, maps, settings, towards)
+
+    def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
+        """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s."""
+        self._require_leg(leg)
+        answer = self.footfall_answer(Footfall(leg, float(x), float(y)))
+        self._journal.record("footfall_chosen", answer)
+        return answer
+
+    def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:
+        """What terrain and maps say of a footfall now; see :func:`~footfall.session.footfalls.judge_footfall`."""
+        state = self.state
+        dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
+        made = state.maps.get(str(footfall.leg))
+        maps = None if made is None else self._shelf.typed(MapStack, made)
+        current = state.maps_current(footfall.leg)
+        radius = self.description.wheel_radius
+        return judge_footfall(dem, radius, footfall.leg, footfall.x, footfall.y, maps, current)

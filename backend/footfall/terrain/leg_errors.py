@@ -1,0 +1,61 @@
+"""How wrong the joint angles of a leg may be: what its encoders and its sag do, or what is left of that after a fit."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.robot.description import JOINTS
+from footfall.robot.kinematics import leg_link_poses, wheel_jacobian
+from footfall.robot.model import Robot
+
+ENCODER_SD = math.radians(0.5)
+"""Standard deviation of a joint angle [rad]."""
+
+SAG = 0.03
+"""A loaded leg brings its wheel up to this much nearer to the chassis than its joint angles say [m]."""
+
+
+class LegError(NamedTuple):
+    """factor: (6, 6) [rad], its columns are independent errors of one standard deviation. bend: (6,) [rad], a bound.
+
+    fitted: whether images showed where the leg is.
+    """
+
+    factor: NDArray[np.float64]
+    bend: NDArray[np.float64]
+    fitted: bool = False
+
+
+def told_errors(
+    robot: Robot, posture: NDArray[np.float64], encoder_sd: float = ENCODER_SD, sag: float = SAG
+) -> list[LegError]:
+    """Of each leg: independent errors of its encoders [rad], and its wheel up to ``sag`` [m] nearer to the chassis.
+
+    A leg bends under a vertical force f at its wheel as springs in series do, in proportion to K⁻¹ Jᵀ f.
+    """
+    errors = []
+    for leg in robot.legs:
+        lift = wheel_jacobian(robot, posture, leg)[2]
+        bent = lift / robot.stiffness[6 * leg : 6 * leg + 6]
+        effect = float(lift @ bent)
+        # straight below its hip a leg of stiff joints can't sag
+        errors.append(LegError(encoder_sd * np.eye(6), bent * (sag / effect) if effect > 1e-12 else np.zeros(6)))
+    return errors
+
+
+def joint_axes(robot: Robot, q_leg: NDArray[np.float64], leg: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Axes and origins of a leg's joints in base, (6, 3) each."""
+    poses = leg_link_poses(robot, q_leg, leg)
+    Ts_base_joint = [poses[name] for name in robot.description.legs[leg].link_names[:6]]
+    axes = np.array([T[:3, "xyz".index(axis)] for T, (_, axis) in zip(Ts_base_joint, JOINTS, strict=True)])
+    return axes, np.array([T[:3, 3] for T in Ts_base_joint])
+
+
+def point_jacobians(
+    axes: NDArray[np.float64], origins: NDArray[np.float64], points: NDArray[np.float64], place: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """d(point) / d(joint angles), (n, 3, 6) [m/rad], for points (n, 3) of links number ``place`` (n,) from the hip."""
+    J = np.cross(axes[None], points[:, None] - origins[None]).transpose(0, 2, 1)
+    return np.where(np.arange(6)[None, None] <= place[:, None, None], J, 0.0)

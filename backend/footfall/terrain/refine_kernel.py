@@ -1,0 +1,86 @@
+"""Compiled: a plane of disparity fitted around every pixel, in one step of reweighted least squares."""
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+Image = NDArray[np.float32]
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def fit_planes(
+    start: Image,
+    error: Image,
+    slope: Image,
+    weight: Image,
+    found: Image,
+    planes: Image,
+    radius: int,
+    inverse_reach: float,
+    pull: float,
+) -> Image:
+    """Planes (3, height, width) as disparity at the pixel, its change per column and per row, one step better.
+
+    start: disparities that the right image was sampled at; error: its grey minus the left one there; slope: of the
+    right image along the row; weight: 1 / variance of the error, 0 = unknown; found: disparities so far. These five
+    with a border of ``radius`` on all sides, (height + 2 radius, width + 2 radius). planes: (3, height, width).
+    inverse_reach: 1 / px. pull: weight of start among the measurements [1/px²].
+
+    At neighbour q of a pixel the plane says disparity P(q); the right image, linearised, then differs from the left one
+    by r(q) = error(q) + slope(q) (start(q) − P(q)). Minimised in the three numbers of the plane is, over the window,
+    Σ weight ρ r² + pull (start − P)², the last at the pixel itself. ρ is Cauchy's weight of r, times the square of one
+    in found(q) − P(q): another surface is not followed.
+    """
+    height, width = planes.shape[1:]
+    better = np.empty_like(planes)
+    one, ridge = np.float32(1.0), np.float32(0.02)
+    narrow, toward = np.float32(inverse_reach), np.float32(pull)
+    for i in prange(height):
+        # whole rows at a time, so that the loops over columns become vector instructions
+        v = np.int64(i)
+        at, along, down = planes[0, v], planes[1, v], planes[2, v]
+        s, sx, sy = np.zeros(width, np.float32), np.zeros(width, np.float32), np.zeros(width, np.float32)
+        sxx, sxy, syy = np.zeros(width, np.float32), np.zeros(width, np.float32), np.zeros(width, np.float32)
+        t, tx, ty = np.zeros(width, np.float32), np.zeros(width, np.float32), np.zeros(width, np.float32)
+        for row in range(-radius, radius + 1):
+            y = np.float32(row)
+            for col in range(-radius, radius + 1):
+                x = np.float32(col)
+                first = radius + col
+                d = start[v + radius + row, first : first + width]
+                e = error[v + radius + row, first : first + width]
+                g = slope[v + radius + row, first : first + width]
+                w = weight[v + radius + row, first : first + width]
+                f = found[v + radius + row, first : first + width]
+                for u in range(width):
+                    plane = at[u] + along[u] * x + down[u] * y
+                    r = e[u] + g[u] * (d[u] - plane)
+                    off = (f[u] - plane) * narrow
+                    far = one + off * off
+                    a = w[u] * g[u] / (far * far * (one + r * r * w[u]))
+                    b = a * r
+                    a *= g[u]
+                    s[u] += a
+                    sx[u] += a * x
+                    sy[u] += a * y
+                    sxx[u] += a * x * x
+                    sxy[u] += a * x * y
+                    syy[u] += a * y * y
+                    t[u] += b
+                    tx[u] += b * x
+                    ty[u] += b * y
+        for u in range(width):
+            # a little is added to the slopes' part of the matrix: where texture tells nothing of them, they stay
+            extra = ridge * (sxx[u] + syy[u]) + np.float32(1e-6)
+            xx, yy, xy = sxx[u] + extra, syy[u] + extra, sxy[u]
+            c00, c01, c02 = xx * yy - xy * xy, xy * sy[u] - sx[u] * yy, sx[u] * xy - xx * sy[u]
+            s[u] += toward
+            t[u] += toward * (start[v + radius, u + radius] - at[u])
+            determinant = s[u] * c00 + sx[u] * c01 + sy[u] * c02
+            better[0, v, u], better[1, v, u], better[2, v, u] = at[u], along[u], down[u]
+            if determinant > np.float32(1e-9):
+                c11, c12, c22 = s[u] * yy - sy[u] * sy[u], sx[u] * sy[u] - s[u] * xy, s[u] * xx - sx[u] * sx[u]
+                better[0, v, u] += (c00 * t[u] + c01 * tx[u] + c02 * ty[u]) / determinant
+                better[1, v, u] += (c01 * t[u] + c11 * tx[u] + c12 * ty[u]) / determinant
+                better[2, v, u] += (c02 * t[u] + c12 * tx[u] + c22 * ty[u]) / determinant
+    return better

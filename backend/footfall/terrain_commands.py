@@ -1,0 +1,224 @@
+"""The commands ``footfall terrain …``: built from images, read, converted, blended, made ready for collision checks."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from footfall import terminal
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import part
+from footfall.terminal import Json, Pair, Reporting, bar
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
+    from footfall.telemetry.state import RobotState
+
+terrain_app = typer.Typer(
+    cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Terrain from images or files."
+)
+
+Scale = Annotated[float, typer.Option("--scale", help="Multiply all coordinates.")]
+
+
+@terrain_app.command("build")
+def build(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            help="Session folder or zip that holds images; or left and right image. Last, without --out: the file "
+            "to write.",
+            metavar="[BUNDLE | LEFT RIGHT] [OUT]",
+        ),
+    ] = None,
+    images: Annotated[
+        Path | None,
+        typer.Option(help="Folder of stereo pairs, NAME_left.png and NAME_right.png (docs/calibration.md)."),
+    ] = None,
+    calibration: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="With --images: FootFall's calibration file, or twice, left and right camera_info of ROS. With LEFT "
+            "RIGHT: JSON with focal_length, cx, cy [px], baseline [m], rectified."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="File to write; its ending decides the format.")
+    ] = None,
+    cameras: Annotated[str | None, typer.Option(help="With --images: only these pairs, such as front,rear.")] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="With --images: whose cameras they are; its body is taken out.")
+    ] = None,
+    state: Annotated[
+        Path | None, typer.Option(help="With --robot: how it stood, JSON as `state` in docs/rover-link.md.")
+    ] = None,
+    resolution: Annotated[float, typer.Option(help="Cell size [m].")] = 0.02,
+    half_size: Annotated[float, typer.Option(help="How far the map reaches to each side [m].")] = 4.0,
+    min_range: Annotated[float, typer.Option(help="Nearest ground that is looked for [m].")] = 1.0,
+    max_range: Annotated[float, typer.Option(help="Farthest ground that is looked for [m].")] = 8.0,
+    max_skew: Annotated[float, typer.Option(help="Most time between both images of a pair [s].")] = 0.02,
+    matcher: Annotated[str, typer.Option(help='"hh" or "3way".')] = "hh",
+    refine: Annotated[
+        bool, typer.Option("--refine", help="First turn cameras and pairs as all images together say.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Build the ground from a recorded session, one photographed pair, or a folder of calibrated pairs.
+
+    A pair that can't be used is left out, and named with the reason.
+    """
+    from footfall.io.pair_files import read_calibrated_pair
+    from footfall.io.photograph_files import read_photographs
+    from footfall.io.terrain_files import write_terrain
+    from footfall.recorded import Recorded
+    from footfall.terrain.build import build_terrain
+    from footfall.terrain.bundle_adjustment import refine as refine_pairs
+    from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
+    from footfall.terrain.settings import TerrainSettings
+
+    sources = list(files or [])
+    if out is None:
+        if not sources:
+            raise InvalidInput("say which file to write, with --out")
+        out = sources.pop()
+    if images is None and (cameras, robot, state) != (None, None, None):
+        raise InvalidInput("--cameras, --robot and --state belong to --images")
+    settings = TerrainSettings(
+        resolution=resolution,
+        half_size=half_size,
+        min_range=min_range,
+        max_range=max_range,
+        max_skew=max_skew,
+        matcher=matcher,
+    )
+    with bar("terrain") as progress:
+        match sources, images, calibration or []:
+            case [bundle], None, []:
+                session = Recorded(bundle)
+                snapshot = session.snapshot()
+                if refine:
+                    pairs, found = refine_pairs(snapshot.pairs, part(progress, 0.0, 0.3))
+                    snapshot, progress = replace(snapshot, pairs=pairs), part(progress, 0.3, 1.0)
+                    typer.echo(found.text, err=True)
+                dem = build_terrain(session.robot(), snapshot, settings, progress)
+            case [left, right], None, [one]:
+                if refine:
+                    raise InvalidInput("--refine is for several pairs: one has nothing to be compared with")
+                dem = terrain_from_pairs([read_calibrated_pair(left, right, one)], settings, progress)
+            case [], Path(), [_, *_] as given:
+                body, stood = _in_view(robot, state)
+                names = None if cameras is None else cameras.split(",")
+                pose = None if stood is None else stood.T_site_base
+                photographs = read_photographs(images, given, names, pose)
+                dem = terrain_from_photographs(photographs, settings, progress, body, stood, refine)
+            case _:
+                raise InvalidInput("give BUNDLE, or LEFT RIGHT with --calibration, or --images with --calibration")
+    write_terrain(dem, out)
+    terminal.show_terrain(dem, as_json, out)
+
+
+def _in_view(robot: str | None, state: Path | None) -> "tuple[Robot | None, RobotState | None]":
+    """The robot that the images show and how it stood; both or neither."""
+    from footfall.io.robot_files import load_robot
+    from footfall.telemetry.fields import parse_object
+    from footfall.telemetry.link import state_from
+
+    if robot is None and state is None:
+        return None, None
+    if robot is None or state is None:
+        raise InvalidInput("--robot needs --state, how it stood, and --state needs --robot")
+    body = load_robot(robot)
+    return body, state_from(parse_object(state.read_bytes()), body.leg_count)
+
+
+@terrain_app.command("info")
+def info(
+    path: Annotated[Path, typer.Argument(help="Terrain file.")],
+    scale: Scale = 1.0,
+    resolution: Annotated[float | None, typer.Option(help="Cell size [m], for meshes.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Say what a terrain file holds."""
+    from footfall.io.terrain_files import read_terrain
+
+    terminal.show_terrain(read_terrain(path, scale=scale, resolution=resolution), as_json)
+
+
+@terrain_app.command("convert")
+def convert(
+    source: Annotated[Path, typer.Argument(help="Terrain file to read.")],
+    out: Annotated[Path, typer.Argument(help="Terrain file to write; its ending decides the format.")],
+    scale: Scale = 1.0,
+    resolution: Annotated[float | None, typer.Option(help="Cell size [m].")] = None,
+    center: Annotated[bool, typer.Option("--center", help="Move the middle to (0, 0).")] = False,
+    size: Annotated[Pair | None, typer.Option(help="East and north extent of an image [m].")] = None,
+    height_range: Annotated[Pair | None, typer.Option(help="Heights of black and white [m].")] = None,
+    as_json: Json = False,
+) -> None:
+    """Read one terrain format and write another."""
+    from footfall.io.terrain_files import read_terrain, write_terrain
+
+    dem = read_terrain(
+        source,
+        scale=scale,
+        resolution=resolution,
+        center=center or None,
+        size=size,
+        height_range=height_range,
+    )
+    write_terrain(dem, out)
+    terminal.show_terrain(dem, as_json, out)
+
+
+@terrain_app.command("blend")
+def blend(
+    local: Annotated[Path, typer.Argument(help="Map from images: GeoTIFF or npz that says how sure it is.")],
+    external: Annotated[Path, typer.Argument(help="Ground known from elsewhere, such as a GeoTIFF from orbit.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Terrain file to write; its ending decides the format.")],
+    deviation: Annotated[float, typer.Option(help="How unsure EXTERNAL is where it does not say so itself [m].")] = 0.5,
+    time: Annotated[float, typer.Option(help="When EXTERNAL was measured [s since 1970].")] = 0.0,
+    seam: Annotated[float, typer.Option(help="Width of the transition [m].")] = 1.0,
+    reach: Annotated[float, typer.Option(help="Reach of the result from the middle of LOCAL [m]; 0: as LOCAL.")] = 0.0,
+    level: Annotated[bool, typer.Option("--level", help="First raise EXTERNAL to LOCAL: its zero is another.")] = False,
+    origin: Annotated[Pair | None, typer.Option(help="East and north of the site in EXTERNAL [m].")] = None,
+    scale: Annotated[float, typer.Option(help="Multiply all coordinates of EXTERNAL.")] = 1.0,
+    as_json: Json = False,
+) -> None:
+    """Lay ground known from elsewhere under a map, without a step between them."""
+    from footfall.io.terrain_files import read_terrain, write_terrain
+    from footfall.terrain.blend import blend as run
+    from footfall.terrain.settings import BlendSettings
+
+    settings = BlendSettings(deviation=deviation, time=time, level=level, seam=seam, reach=reach)
+    dem = run(read_terrain(local), read_terrain(external, scale=scale, center=origin), settings)
+    write_terrain(dem, out)
+    terminal.show_terrain(dem, as_json, out)
+
+
+@terrain_app.command("collision")
+def collision(
+    path: Annotated[Path, typer.Argument(help="Terrain file.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Mesh to write: .ply, .obj, .stl or .off.")],
+    raise_by: Annotated[float, typer.Option("--raise", help="Heights go up by this [m].")] = 0.15,
+    buffer: Annotated[float, typer.Option(help="What stands grows by this [m].")] = 0.0,
+    tolerance: Annotated[float, typer.Option(help="Most height error of the simplified mesh [m].")] = 0.01,
+    as_json: Json = False,
+) -> None:
+    """Write the ground as collision checks may see it: grown, raised, with fewer triangles.
+
+    The mesh lies nowhere below that ground, and above it by no more than the error that is printed, which is measured.
+    """
+    from footfall.io.terrain_files import read_terrain, write_collision_mesh
+    from footfall.terrain.simplified import simplified
+    from footfall.terrain.views import CollisionView, collision_view
+
+    made = simplified(collision_view(read_terrain(path), CollisionView(raise_by, buffer)), tolerance)
+    write_collision_mesh(made, out)
+    count = len(made.mesh.triangles)
+    if as_json:
+        about = {"triangles": count, "triangles_before": made.triangles_before, "error": made.error}
+        terminal.show({**about, "tolerance": tolerance, "written": str(out)})
+        return
+    typer.echo(f"{count} of {made.triangles_before} triangles, at most {1e3 * made.error:.2f} mm above the ground")
+    typer.echo(f"written to {out}")

@@ -1,0 +1,30 @@
+"""The whole rover as it would stand after a shift of its chassis, see-through, beside how it does stand."""
+
+import viser
+
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall_ui.scene.robot import GHOST, RobotDrawing
+
+
+class WhatIfDrawing:
+    """A see-through copy of the rover, made when first needed and hidden outside a what-if."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._drawing: RobotDrawing | None = None
+
+    def show(self, robot: Robot, state: RobotState) -> None:
+        if self._drawing is None:
+            self._drawing = RobotDrawing(self._server, robot, "what-if", color=GHOST, opacity=0.35)
+        self._drawing.place(state.posture, state.T_site_base)
+
+    def hide(self) -> None:
+        if self._drawing is not None:
+            self._drawing.hide()
+
+    def remove(self) -> None:
+        """Forget the copy: another robot may come."""
+        if self._drawing is not None:
+            self._drawing.remove()
+            self._drawing = None

@@ -1,0 +1,138 @@
+// Map: two layers side by side, seen from above, with what every layer says of the point under the pointer.
+
+import { ROOT, get, post } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { bind } from "../keys.js";
+import { layerOptions, subscribeToLayers } from "../layers.js";
+import { known, subscribe } from "../store.js";
+
+const SIDES = ["left", "right"];
+const FIRST = { left: "footing", right: "footing_friction" };
+const PATIENCE = 120; // ms between two read-outs while the pointer moves
+
+let about = null; // what the server says of the shown maps: geometry, layers
+let aboutFor = "";
+let asked = 0; // of the latest read-out that was asked for
+let waiting = 0;
+let cursor = null; // [x, y] under the pointer [m]
+
+const pictures = { left: null, right: null };
+
+export function start() {
+  for (const side of SIDES) {
+    const canvas = $(`map-${side}`);
+    $(`map-layer-${side}`).addEventListener("change", () => loadPicture(side));
+    canvas.addEventListener("pointermove", (event) => readOut(place(canvas, event)));
+    canvas.addEventListener("pointerleave", () => { cursor = null; paint(); });
+    canvas.addEventListener("click", (event) => chooseAt(place(canvas, event)));
+  }
+  subscribeToLayers(() => SIDES.forEach((side) => {
+    const shown = $(`map-layer-${side}`).value || FIRST[side];
+    $(`map-layer-${side}`).replaceChildren(...layerOptions());
+    $(`map-layer-${side}`).value = shown;
+  }));
+  bind("V", "Show the map from above", () => { $("panel-map").open = !$("panel-map").open; });
+  $("panel-map").addEventListener("toggle", () => draw(known));
+  subscribe(draw);
+}
+
+const chooseAt = ([x, y]) => attempt(() => post("/sessions/current/footfalls", { leg: known.summary.view.leg, x, y }));
+
+function place(canvas, event) {
+  const box = canvas.getBoundingClientRect();
+  const { x0, y0, resolution, rows, cols } = about.geometry;
+  return [
+    x0 + resolution * (((event.clientX - box.left) / box.width) * cols - 0.5),
+    y0 + resolution * ((1 - (event.clientY - box.top) / box.height) * rows - 0.5),
+  ];
+}
+
+async function draw({ summary }) {
+  if (!summary || !$("panel-map").open) return;
+  const leg = summary.view.leg;
+  const wanted = summary.maps_current?.[leg] ? summary.maps[leg] : "";
+  $("map-note").hidden = Boolean(wanted);
+  $("map-note").textContent = summary.maps[leg] && !wanted
+    ? `The maps of leg ${leg} are out of date and hidden. Colour for leg ${leg} again.`
+    : `There are no maps of leg ${leg} yet. Colour for leg ${leg} first.`;
+  $("map-sides").hidden = !wanted;
+  if (wanted !== aboutFor) {
+    aboutFor = wanted;
+    about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
+    if (about) SIDES.forEach(loadPicture);
+  }
+  paint();
+}
+
+function loadPicture(side) {
+  const layer = $(`map-layer-${side}`).value || FIRST[side];
+  pictures[side] = null;
+  if (!about?.layers[layer]) {
+    paint();
+    return;
+  }
+  const image = new Image();
+  image.onload = () => {
+    pictures[side] = image;
+    paint();
+  };
+  image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/maps/${about.digest}/${layer}.png`;
+}
+
+function paint() {
+  if (!about) return;
+  const { rows, cols } = about.geometry;
+  for (const side of SIDES) {
+    const canvas = $(`map-${side}`);
+    canvas.width = cols;
+    canvas.height = rows;
+    const pen = canvas.getContext("2d");
+    if (pictures[side]) pen.drawImage(pictures[side], 0, 0, cols, rows);
+    else {
+      pen.fillStyle = "#e8edf3";
+      pen.font = `${Math.round(cols / 16)}px system-ui, sans-serif`;
+      pen.fillText("not computed", cols / 20, rows / 2);
+    }
+    if (known.summary.footfall) mark(pen, [known.summary.footfall.x, known.summary.footfall.y], "#ffffff");
+    if (cursor) mark(pen, cursor, "#ffc94d");
+  }
+}
+
+function mark(pen, [x, y], color) {
+  const { x0, y0, resolution, rows, cols } = about.geometry;
+  const u = (x - x0) / resolution + 0.5;
+  const v = rows - ((y - y0) / resolution + 0.5);
+  const size = cols / 40;
+  for (const [width, style] of [[cols / 120, "#000000"], [cols / 240, color]]) {
+    pen.lineWidth = width;
+    pen.strokeStyle = style;
+    pen.beginPath();
+    pen.moveTo(u - size, v);
+    pen.lineTo(u + size, v);
+    pen.moveTo(u, v - size);
+    pen.lineTo(u, v + size);
+    pen.stroke();
+  }
+}
+
+function readOut(at) {
+  cursor = at;
+  paint();
+  clearTimeout(waiting);
+  waiting = setTimeout(async () => {
+    const mine = ++asked;
+    const [x, y] = at;
+    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${x.toFixed(4)}&y=${y.toFixed(4)}`));
+    if (answer && mine === asked) showPoint(answer);
+  }, PATIENCE);
+}
+
+export function showPoint(answer) {
+  $("map-read").replaceChildren(
+    element("p", {
+      className: answer.refused ? "no" : "yes",
+      textContent: `(${fixed(answer.x, 2)}, ${fixed(answer.y, 2)}) m: ${answer.verdict}`,
+    }),
+    element("ul", {}, ...answer.lines.map((line) => element("li", { textContent: line }))),
+  );
+}

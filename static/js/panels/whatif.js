@@ -1,0 +1,97 @@
+// What if the chassis stood elsewhere over the same feet: shown as the state that is planned from, and marked as such.
+
+import { get, post, put, request } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { bind } from "../keys.js";
+import { known, subscribe } from "../store.js";
+
+const FIELDS = [
+  ["dx", "East [m]", 1], ["dy", "North [m]", 1], ["dz", "Up [m]", 1],
+  ["droll", "Roll [°]", Math.PI / 180], ["dpitch", "Pitch [°]", Math.PI / 180], ["dyaw", "Yaw [°]", Math.PI / 180],
+];
+
+let answered = { shift: "", body_move: "" };
+
+export function start() {
+  $("what-if-fields").append(...FIELDS.map(([name, text]) =>
+    element("label", { textContent: text }, element("input", { id: `shift-${name}`, type: "number", step: "any", value: "0" }))));
+  $("what-if-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    show();
+  });
+  $("what-if-end").addEventListener("click", end);
+  $("find-shift").addEventListener("click", find);
+  $("plan-body-move").addEventListener("click", check);
+  bind("W", "What if the chassis stood elsewhere", () => { $("panel-what-if").open = !$("panel-what-if").open; });
+  bind("H", "Find a chassis shift for the footfall", find);
+  subscribe(draw);
+}
+
+const shift = () => Object.fromEntries(FIELDS.map(([name, , unit]) => [name, Number($(`shift-${name}`).value) * unit]));
+
+function write(wanted) {
+  for (const [name, , unit] of FIELDS) $(`shift-${name}`).value = String(Number((wanted[name] / unit).toFixed(4)));
+}
+
+async function show() {
+  let answer;
+  try {
+    answer = await put("/sessions/current/what-if", shift());
+  } catch (error) {
+    say(error.message, "no");
+    return;
+  }
+  say(`Planning as if the chassis stood there. Largest wheel force ${fixed(Math.max(...answer.wheel_forces.map((force) => force[2])), 0)} N, predicted.`, "doubt");
+}
+
+const end = () => attempt(async () => {
+  await request("DELETE", "/sessions/current/what-if");
+  say("");
+});
+
+const find = () => attempt(async () => {
+  const chosen = known.summary.footfall;
+  if (!chosen) throw new Error("Choose the footfall first that a shift is to make possible.");
+  $("panel-what-if").open = true;
+  say("Looking for a shift…");
+  await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y] });
+});
+
+const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift() }));
+
+function say(text, className = "") {
+  $("what-if-answer").replaceChildren(element("p", { className, textContent: text }));
+}
+
+const told = (wanted) => FIELDS.filter(([name]) => Math.abs(wanted[name]) > 1e-6)
+  .map(([name, text, unit]) => `${text.replace(/ \[.*/, "").toLowerCase()} ${fixed(wanted[name] / unit, unit === 1 ? 3 : 1)}${unit === 1 ? " m" : "°"}`).join(", ");
+
+async function draw({ summary }) {
+  if (!summary) return;
+  $("what-if-end").disabled = !summary.what_if;
+  $("status-what-if-box").hidden = !summary.what_if;
+  if (summary.what_if) $("status-what-if").textContent = `chassis ${told(summary.what_if) || "unmoved"}`;
+  if (summary.shift && summary.shift !== answered.shift) {
+    answered.shift = summary.shift;
+    const answer = await get(`/sessions/current/shifts/${summary.shift}`);
+    if (answer.shift) write(answer.shift);
+    const moved = answer.shift ? told(answer.shift) : "";
+    const text = moved ? `A shift makes it possible: ${moved}. ${answer.reason}` : answer.reason;
+    showAnswer(answer, text);
+  }
+  if (summary.body_move && summary.body_move !== answered.body_move) {
+    answered.body_move = summary.body_move;
+    const answer = await get(`/sessions/current/body-moves/${summary.body_move}`);
+    showAnswer(answer, answer.plan ? `The chassis can go there through ${answer.plan.waypoints.length} postures of all legs.` : answer.reason);
+  }
+}
+
+function showAnswer(answer, text) {
+  $("what-if-answer").replaceChildren(
+    element("p", { className: answer.status === "found" ? "yes" : "no", textContent: text }),
+    element("ul", {}, ...answer.checks.map((one) => element("li", {
+      className: one.holds ? "yes" : "no",
+      textContent: `${one.name}${one.margin === null ? "" : ` ${fixed(one.margin)} ${one.unit}`} ${one.where}`,
+    }))),
+  );
+}

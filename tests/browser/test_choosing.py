@@ -1,0 +1,156 @@
+"""Choosing a footfall on the page: layers side by side, suggestions, what-if of the chassis, clear and undo."""
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.support.server import Running, until
+
+pytestmark = pytest.mark.browser
+SLOW = 90_000  # ms: software rendering draws one or two frames a second
+Keep = Callable[[str], None]
+
+
+def summary(served: Running) -> dict:
+    with served.client() as client:
+        return client.get("/sessions/current").json()
+
+
+def press(page: Page, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def coloured(page: Page, served: Running, leg: int) -> str:
+    """Ask for new maps of a leg; their digest."""
+    page.get_by_role("radio", name=f"Leg {leg}", exact=True).click()
+    until(lambda: summary(served)["view"]["leg"] == leg, "the chosen leg")
+    before = summary(served)["maps"].get(str(leg))
+    press(page, "Colour for leg")
+    until(lambda: summary(served)["maps"].get(str(leg)) != before, f"new maps of leg {leg}", 120)
+    return summary(served)["maps"][str(leg)]
+
+
+def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, look: Keep) -> None:
+    page.locator("#friction-aware").check()
+    digest = coloured(page, served, 2)
+    expect(page.locator("#legend")).to_contain_text("collides", timeout=SLOW)
+    press(page, "Suggest footfalls")
+    expect(page.locator("#suggestions li")).to_have_count(5, timeout=SLOW)
+    with served.client() as client:
+        held = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
+    listed = page.locator("#suggestions li").all_inner_texts()
+    for text, one in zip(listed, held, strict=True):
+        assert f"({one['x']:.2f}, {one['y']:.2f}) m" in text
+        assert one["reasons"][-1] in text
+    page.locator("#suggestions button").first.click()
+    until(lambda: summary(served)["footfall"]["x"] == held[0]["x"], "the suggested footfall")
+    assert summary(served)["footfall_answer"]["acceptable"]
+
+    page.locator("#panel-map summary").click()
+    sides = [page.locator("#map-left"), page.locator("#map-right")]
+    with served.client() as client:
+        about = client.get(f"/sessions/current/maps/{digest}").json()
+        pictures = [
+            client.get(f"/sessions/current/maps/{digest}/{name}.npy") for name in ("footing", "footing_friction")
+        ]
+    assert all(picture.status_code == 200 for picture in pictures)
+    for side in sides:
+        # a picture was drawn: not one flat colour
+        until(lambda s=side: s.evaluate(_COLOURS) > 2, "a picture of the layer", 30)
+    sides[0].scroll_into_view_if_needed()
+    box = sides[0].bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
+    read = page.locator("#map-read")
+    expect(read).to_contain_text("slope", timeout=SLOW)
+    told = re.search(r"\((-?[\d.]+), (-?[\d.]+)\) m", read.inner_text())
+    assert told is not None
+    grid = about["geometry"]
+    expected = grid["x0"] + grid["resolution"] * (0.4 * grid["cols"] - 0.5)
+    assert abs(float(told[1]) - expected) < 2 * grid["resolution"] + 0.01
+    look("side-by-side")
+
+
+_COLOURS = """canvas => {
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  const seen = new Set();
+  for (let i = 0; i < data.length; i += 4) seen.add(`${data[i]},${data[i + 1]},${data[i + 2]}`);
+  return seen.size;
+}"""
+
+
+def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -> None:
+    page.locator("#panel-what-if summary").click()
+    real = summary(served)["state"]
+    page.locator("#shift-dz").fill("-0.1")
+    press(page, "Show what if")
+    until(lambda: summary(served)["what_if"], "the what-if", 60)
+    assert summary(served)["what_if"]["dz"] == pytest.approx(-0.1)
+    expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m", timeout=SLOW)
+    # colours follow the shifted chassis, not the rover
+    coloured(page, served, 2)
+    with served.client() as client:
+        maps = client.get(f"/sessions/current/maps/{summary(served)['maps']['2']}").json()
+    assert maps["parents"]["state"] == summary(served)["state"] != real
+    look("what-if")
+    press(page, "Check the move")
+    expect(page.locator("#what-if-answer")).to_contain_text("contact drift", timeout=SLOW)
+    press(page, "Back to the rover")
+    until(lambda: summary(served)["what_if"] is None, "the end of the what-if")
+    expect(page.locator("#status-what-if-box")).to_be_hidden(timeout=SLOW)
+
+    page.locator("#shift-dz").fill("-1.9")
+    press(page, "Show what if")
+    expect(page.locator("#what-if-answer .no")).to_contain_text("leg", timeout=SLOW)
+    assert summary(served)["what_if"] is None
+    look("what-if-refused")
+
+
+def test_a_shift_is_found_for_a_footfall_out_of_reach(page: Page, served: Running, look: Keep) -> None:
+    with served.client() as client:
+        digest = coloured(page, served, 2)
+        grid = client.get(f"/sessions/current/maps/{digest}").json()["geometry"]
+        raw = client.get(f"/sessions/current/maps/{digest}/footing.npy").content
+    footing = np.frombuffer(raw[-grid["rows"] * grid["cols"] :], np.uint8).reshape(grid["rows"], grid["cols"])
+    y, x = np.meshgrid(
+        grid["y0"] + grid["resolution"] * np.arange(grid["rows"]),
+        grid["x0"] + grid["resolution"] * np.arange(grid["cols"]),
+        indexing="ij",
+    )
+    # just beyond the green, away from the chassis
+    green = footing == 3
+    beyond = (footing == 1) & (np.hypot(x, y) > np.hypot(x[green], y[green]).max())
+    away = np.array([np.hypot(x[green] - a, y[green] - b).min() for a, b in zip(x[beyond], y[beyond], strict=True)])
+    at = int(np.argmin(np.abs(away - 0.1)))
+    page.locator("#footfall-x").fill(f"{x[beyond][at]:.3f}")
+    page.locator("#footfall-y").fill(f"{y[beyond][at]:.3f}")
+    press(page, "Choose")
+    expect(page.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
+    page.locator("#panel-what-if summary").click()
+    press(page, "Find a shift for the footfall")
+    until(lambda: summary(served)["shift"], "an answer about shifts", 60)
+    with served.client() as client:
+        answer = client.get("/sessions/current/shifts/current").json()
+    shown = page.locator("#what-if-answer")
+    if answer["status"] == "found":
+        expect(shown).to_contain_text("A shift makes it possible", timeout=SLOW)
+        assert float(page.locator("#shift-dx").input_value()) == pytest.approx(answer["shift"]["dx"], abs=1e-3)
+    else:
+        expect(shown).to_contain_text(answer["reason"][:40], timeout=SLOW)
+    look("shift")
+
+
+def test_ground_is_cleared_and_comes_back(page: Page, served: Running) -> None:
+    before = summary(served)
+    assert before["footfall"] is not None
+    press(page, "Clear around footfall")
+    until(lambda: summary(served)["dem"] != before["dem"], "a cleared terrain", 60)
+    cleared = summary(served)
+    assert cleared["terrain"]["known"] < before["terrain"]["known"]
+    expect(page.locator("#footfall-answer")).to_contain_text("not known", timeout=SLOW)
+    page.locator("#h-ground").click()
+    page.keyboard.press("u")
+    until(lambda: summary(served)["dem"] == before["dem"], "the terrain before", 60)

@@ -1,0 +1,136 @@
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from footfall.terrain.refine import FARTHEST, refined
+from footfall.terrain.refine_kernel import fit_planes
+
+HEIGHT, WIDTH = 60, 90
+INSIDE = (slice(8, -8), slice(25, -8))
+V, U = np.mgrid[0:HEIGHT, 0:WIDTH].astype(float)
+
+
+def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Grey of a grained surface at any point: 40 waves, 5 px long and longer, no pattern that repeats."""
+    rng = np.random.default_rng(7)
+    wave, phase = rng.uniform(-1.2, 1.2, (40, 2)), rng.uniform(0.0, 2 * np.pi, 40)
+    return 120.0 + 6.0 * np.sin(wave @ np.stack([x.ravel(), y.ravel()]) + phase[:, None]).sum(axis=0).reshape(x.shape)
+
+
+def seen(grey: np.ndarray, noise: float = 0.0, seed: int = 0) -> np.ndarray:
+    noisy = grey + np.random.default_rng(seed).normal(0.0, noise, grey.shape)
+    return np.clip(np.rint(noisy), 0, 255).astype(np.uint8)
+
+
+def locked(truth: np.ndarray) -> np.ndarray:
+    """Disparities pulled to whole pixels by up to a fifth of one, as parabolas through three costs are."""
+    return (truth - 0.2 * np.sin(2 * np.pi * truth)).astype(np.float32)
+
+
+def slanted(d: float, along: float, down: float, gain: np.ndarray | float = 1.0, noise: float = 0.0):
+    """Both images of a surface whose disparity is a plane, and that plane (height, width)."""
+    # the point that the right image shows at column u is at x of the left one, where x − disparity(x, y) = u
+    x = (U + d + down * V) / (1.0 - along)
+    return seen(ground(U, V), noise, 1), seen(gain * ground(x, V), noise, 2), d + along * U + down * V
+
+
+@settings(max_examples=15)
+@given(d=st.floats(4.0, 9.0), along=st.floats(-0.1, 0.1), down=st.floats(-0.15, 0.15))
+def test_slanted_surfaces_come_out_to_a_small_fraction_of_a_pixel(d, along, down):
+    left, right, truth = slanted(d, along, down)
+    error = (refined(left, right, locked(truth)) - truth)[INSIDE]
+    assert np.median(np.abs(error)) < 0.02
+    assert np.quantile(np.abs(error), 0.99) < 0.1
+
+
+def test_noise_of_a_sensor_costs_little():
+    left, right, truth = slanted(7.3, 0.02, 0.1, noise=1.5)
+    error = (refined(left, right, locked(truth)) - truth)[INSIDE]
+    assert np.sqrt(np.mean(error**2)) < 0.06
+    assert abs(np.mean(error)) < 0.01
+
+
+@pytest.mark.parametrize("gain", [0.85, 1.15, 1.1 - 0.002 * U], ids=["darker", "brighter", "vignetted"])
+def test_brightness_of_the_right_image_does_not_matter(gain):
+    left, right, truth = slanted(7.3, 0.02, 0.1, gain)
+    error = (refined(left, right, locked(truth)) - truth)[INSIDE]
+    assert np.median(np.abs(error)) < 0.015
+
+
+def test_a_low_rise_is_neither_flattened_nor_widened():
+    """A square 1 px nearer than the ground around it, matched 0.3 px too low, as semi-global matching does."""
+    low, rise = 6.4, 1.0
+    square = (np.abs(V - 30) <= 6) & (np.abs(U - 50) <= 9)
+    truth = np.where(square, low + rise, low)
+    left, right = ground(U, V), np.full(U.shape, np.nan)
+    on_rise = (np.abs(V - 30) <= 6) & (np.abs(U + low + rise - 50) <= 9)
+    right = np.where(on_rise, ground(U + low + rise, V), ground(U + low, V))
+    start = (truth - 0.3 * square).astype(np.float32)
+    error = refined(seen(left, 1.0, 1), seen(right, 1.0, 2), start) - truth
+    well_inside = (np.abs(V - 30) <= 4) & (np.abs(U - 50) <= 7)
+    assert abs(np.median(error[well_inside])) < 0.05
+    beside = ~((np.abs(V - 30) <= 8) & (np.abs(U - 50) <= 12))
+    assert np.quantile(np.abs(error[INSIDE][beside[INSIDE]]), 0.95) < 0.1
+
+
+def test_unknown_stays_unknown_and_tells_its_neighbours_nothing(rng):
+    left, right, truth = slanted(7.3, 0.02, 0.1)
+    start = (truth + rng.uniform(-0.3, 0.3, truth.shape)).astype(np.float32)
+    start[rng.random(truth.shape) < 0.2] = np.nan
+    found = refined(left, right, start)
+    assert np.array_equal(np.isnan(found), np.isnan(start))
+    assert np.nanquantile(np.abs(found - truth)[INSIDE], 0.95) < 0.1
+
+
+def test_even_images_say_nothing():
+    blank = np.full((HEIGHT, WIDTH), 90, np.uint8)
+    start = np.full((HEIGHT, WIDTH), 5.25, np.float32)
+    assert np.array_equal(refined(blank, blank, start), start)
+
+
+def test_nothing_moves_further_than_allowed(rng):
+    left, right = (rng.integers(0, 256, (HEIGHT, WIDTH)).astype(np.uint8) for _ in range(2))
+    start = rng.uniform(3.0, 9.0, (HEIGHT, WIDTH)).astype(np.float32)
+    assert np.abs(refined(left, right, start) - start).max() <= FARTHEST + 1e-5
+
+
+def test_number_of_threads_does_not_matter():
+    left, right, truth = slanted(7.3, 0.02, 0.1, noise=1.5)
+    start = locked(truth)
+    before = numba.get_num_threads()
+    try:
+        results = []
+        for threads in range(1, before + 1):
+            numba.set_num_threads(threads)
+            results.append(refined(left, right, start))
+    finally:
+        numba.set_num_threads(before)
+    assert all(np.array_equal(results[0], other) for other in results[1:])
+
+
+def test_one_step_agrees_with_least_squares_pixel_by_pixel(rng):
+    radius, reach, pull, shape = 2, 0.7, 3.0, (6, 7)
+    wide = tuple(n + 2 * radius for n in shape)
+    start, nearby = rng.uniform(4.0, 6.0, (2, *wide))
+    error, slope = rng.normal(0.0, 4.0, wide), rng.normal(0.0, 8.0, wide)
+    weight = np.where(rng.random(wide) < 0.2, 0.0, rng.uniform(0.05, 0.3, wide))
+    planes = np.stack([rng.uniform(4.5, 5.5, shape), rng.uniform(-0.1, 0.1, shape), rng.uniform(-0.1, 0.1, shape)])
+    images = [a.astype(np.float32) for a in (start, error, slope, weight, nearby, planes)]
+    found = fit_planes(images[0], images[1], images[2], images[3], images[4], images[5], radius, 1.0 / reach, pull)
+    dy, dx = (a.ravel().astype(float) for a in np.mgrid[-radius : radius + 1, -radius : radius + 1])
+    for v in range(shape[0]):
+        for u in range(shape[1]):
+            window = (slice(v, v + 2 * radius + 1), slice(u, u + 2 * radius + 1))
+            d, e, g, w, f = (a[window].ravel() for a in (start, error, slope, weight, nearby))
+            plane = planes[:, v, u] @ np.stack([np.ones_like(dx), dx, dy])
+            r, off = e + g * (d - plane), f - plane
+            root = np.sqrt(w / (1.0 + r**2 * w)) / (1.0 + (off / reach) ** 2)
+            A = (root * g)[:, None] * np.stack([np.ones_like(dx), dx, dy], axis=1)
+            # the ridge on the two slopes, as two more rows
+            ridge = np.sqrt(0.02 * (A[:, 1:] ** 2).sum() + 1e-6)
+            A = np.vstack([A, [np.sqrt(pull), 0.0, 0.0], [0.0, ridge, 0.0], [0.0, 0.0, ridge]])
+            came_in = np.sqrt(pull) * (start[v + radius, u + radius] - planes[0, v, u])
+            step = np.linalg.lstsq(A, np.r_[root * r, came_in, 0.0, 0.0], rcond=None)[0]
+            assert np.allclose(found[:, v, u], planes[:, v, u] + step, atol=2e-4)
