@@ -83,6 +83,8 @@ _COLOURS = """canvas => {
 
 
 def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -> None:
+    page.get_by_role("radio", name="Leg 2", exact=True).click()
+    until(lambda: summary(served)["view"]["leg"] == 2, "the chosen leg")
     page.locator("#panel-what-if summary").click()
     real = summary(served)["state"]
     page.locator("#shift-dz").fill("-0.1")
@@ -91,7 +93,7 @@ def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -
     assert summary(served)["what_if"]["dz"] == pytest.approx(-0.1)
     expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m", timeout=SLOW)
     # colours follow the shifted chassis, not the rover
-    coloured(page, served, 2)
+    until(lambda: summary(served)["maps_current"].get("2"), "maps of the shifted chassis", 120)
     with served.client() as client:
         maps = client.get(f"/sessions/current/maps/{summary(served)['maps']['2']}").json()
     assert maps["parents"]["state"] == summary(served)["state"] != real
@@ -101,6 +103,8 @@ def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -
     press(page, "Back to the rover")
     until(lambda: summary(served)["what_if"] is None, "the end of the what-if")
     expect(page.locator("#status-what-if-box")).to_be_hidden(timeout=SLOW)
+    until(lambda: summary(served)["maps_current"].get("2"), "maps of the rover as it stands", 120)
+    assert summary(served)["state"] == real
 
     page.locator("#shift-dz").fill("-1.9")
     press(page, "Show what if")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from footfall.balance.forces import distribute
-from footfall.balance.support import margin
+from footfall.balance.support import margin, support_margin
 from footfall.balance.tip_over import tip_over
 from footfall.balance.torques import contact_points, torque_margin
 from footfall.core.errors import Cancelled, InvalidInput, NotFound
@@ -12,6 +12,7 @@ from footfall.core.frames import apply
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.maps import reach_classes
+from footfall.maps.binding import NOTHING, binding_text
 from footfall.maps.colors import FOOTING, PURPLE_GREEN, REACH, UNKNOWN_RGB, VIRIDIS, layer_legend, layer_rgb
 from footfall.maps.layers import (
     COLLISION,
@@ -55,7 +56,7 @@ def stack(athlete, dem, state):
     return compute_maps(athlete, dem, state, LEG, MapSettings(friction=True))
 
 
-CLASSES = ("footing", "footing_friction", "reach_class", "hindrance")
+CLASSES = ("footing", "footing_friction", "reach_class", "hindrance", "binding", "binding_lost")
 
 
 def hip(robot, state):
@@ -168,6 +169,10 @@ def test_margins_agree_with_one_cell_at_a_time(athlete, dem, state, stack, rng):
         feet, ups = np.vstack([fixed, found.contacts[i]]), np.vstack([normals, found.normals[i]])
         for name, conservative in (("margin", False), ("margin_conservative", True)):
             assert unsure[name][row, col] == pytest.approx(margin(feet, com[:2], conservative), abs=1e-5)
+        binds = support_margin(feet, com[:2]).feet
+        if binds is not None:
+            a, b = sorted([*others, LEG][foot] for foot in binds)
+            assert binding_text("binding", int(unsure["binding"][row, col])) == f"the edge between legs {a} and {b}"
         assert unsure["tip_energy"][row, col] == pytest.approx(tip_over(feet, com, athlete.mass).energy, rel=1e-4)
         assert (unsure["margin_friction"][row, col] > 1e-3) <= (distribute(feet, ups, com, athlete.mass) is not None)
         expected = torque_margin(athlete, q, state.T_site_base, [*others, LEG], ups)
@@ -270,6 +275,19 @@ def test_colours_tell_the_classes_apart(stack):
         colors = np.array([color for _, color in legend], float)
         apart = np.linalg.norm(colors[:, None] - colors, axis=2) + 1000 * np.eye(len(colors))
         assert apart.min() > 25
+
+
+def test_the_binding_feet_and_the_lost_leg_are_named_and_coloured(athlete, dem, state, stack):
+    strict = compute_maps(athlete, dem, state, LEG, MapSettings(conservative=True))
+    for maps, name in ((stack, "binding"), (strict, "binding"), (strict, "binding_lost")):
+        codes = maps.layers[name]
+        known = np.isfinite(maps.margin)
+        assert (codes[known] != NOTHING).all()
+        assert (codes[~known] == NOTHING).all()
+        legend = layer_legend(maps, name)
+        assert len(legend) == len({text for text, _ in legend}) == len({color for _, color in legend})
+        assert len(legend) == len(np.unique(codes))
+    assert (stack.layers["binding_lost"] == NOTHING).all()
 
 
 def test_what_stops_the_leg_is_named_and_coloured(stack):

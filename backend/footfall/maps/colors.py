@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import NotFound
-from footfall.maps import reach_classes
+from footfall.maps import binding, reach_classes
 from footfall.maps.layers import (
     BALANCE,
     COLLISION,
@@ -102,7 +102,18 @@ def hindrance_colors(codes: Iterable[int]) -> dict[int, tuple[str, Rgb]]:
 
 
 CLASSES = {"footing": FOOTING, "footing_friction": FOOTING, "reach_class": REACH}
-CLASS_LAYERS = (*CLASSES, "hindrance")
+BINDING_LAYERS = ("binding", "binding_lost")
+CLASS_LAYERS = (*CLASSES, "hindrance", *BINDING_LAYERS)
+
+
+def binding_colors(layer: str, codes: Iterable[int]) -> dict[int, tuple[str, Rgb]]:
+    """Class of the layers "binding" and "binding_lost" → text with its mark, colour, for the codes that occur."""
+    hues = iter(HUES * 4)
+    table = {binding.NOTHING: (f"· {binding.binding_text(layer, binding.NOTHING)}", OUT_OF_RANGE_RGB)}
+    for code in sorted(set(codes) - {binding.NOTHING}):
+        table[code] = (f"{code}: {binding.binding_text(layer, code)}", next(hues))
+    return table
+
 
 VIRIDIS = np.array(
     [
@@ -170,6 +181,8 @@ def class_colors(stack: MapStack, layer: str) -> dict[int, tuple[str, Rgb]]:
     """Class → text with its mark, colour, of a layer of classes."""
     if layer == "hindrance":
         return hindrance_colors(int(code) for code in np.unique(_layer(stack, layer)))
+    if layer in BINDING_LAYERS:
+        return binding_colors(layer, (int(code) for code in np.unique(_layer(stack, layer))))
     return CLASSES[layer]
 
 

@@ -61,6 +61,10 @@ LAYERS: Mapping[str, LayerInfo] = {
     "margin_conservative": LayerInfo(
         "m", "Margin, conservative polygon", "geometric: to what survives the loss of any one leg; + inside", BALANCE
     ),
+    "binding": LayerInfo(
+        "class", "Which feet bind the margin", "the edge that the geometric margin is measured to", BALANCE
+    ),
+    "binding_lost": LayerInfo("class", "Whose loss binds", "the leg whose loss gives the conservative margin", BALANCE),
     "margin_lifted": LayerInfo(
         "m",
         "Margin while the leg is in the air",

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.region_candidates import region_margins_for_candidates
 from footfall.balance.settings import BalanceSettings, loaded
-from footfall.balance.support import margins, margins_for_candidates
+from footfall.balance.support import bindings_for_candidates, margins
 from footfall.balance.tip_over_candidates import tip_energies_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
+from footfall.maps.binding import binding_feet, binding_loss
 from footfall.maps.reach import Reach
 from footfall.maps.standing import Contacts, contacts, standing
 from footfall.robot.model import Robot
@@ -59,13 +60,15 @@ def geometric(
     reached: Reach,
     balance: BalanceSettings,
     conservative: bool,
-) -> dict[str, Array]:
+) -> dict[str, NDArray]:
     """Layers of the support polygons for each cell of ``reached``, (n,) each; NaN where the leg has no posture.
 
     "margin", "margin_conservative" [m]: absolute stability margin with the leg standing there. "margin_lifted": that
     of the other feet's polygon (``conservative``: their conservative one) with the leg in the air above, as the step
-    planner asks. "tip_energy" [J]. The centre of mass is that of the present posture with the leg's new angles, and the
-    payload of ``balance``.
+    planner asks. "tip_energy" [J]. "binding", "binding_lost": uint8 codes of :mod:`footfall.maps.binding`, the feet
+    and the lost leg behind the margin that ``conservative`` asks for.
+
+    The centre of mass is that of the present posture with the leg's new angles, and the payload of ``balance``.
     """
     mass, coms = _coms(robot, state, leg, reached.postures, stance, balance)
     _, lifted = _coms(robot, state, leg, reached.above, stance, balance)
@@ -75,11 +78,15 @@ def geometric(
     in_air[above] = margins(stance.points, lifted[above, :2], conservative)
     energy = np.full(len(feet), np.nan)
     energy[there] = tip_energies_for_candidates(stance.points, feet[there], coms[there], mass, balance.gravity)
+    plain, strict = (bindings_for_candidates(stance.points, feet[:, :2], coms[:, :2], lost) for lost in (False, True))
+    decisive, legs = strict if conservative else plain, (*stance.legs, leg)
     return {
-        "margin": margins_for_candidates(stance.points, feet[:, :2], coms[:, :2], False),
-        "margin_conservative": margins_for_candidates(stance.points, feet[:, :2], coms[:, :2], True),
+        "margin": plain.margins,
+        "margin_conservative": strict.margins,
         "margin_lifted": in_air,
         "tip_energy": energy,
+        "binding": binding_feet(decisive.pairs, legs),
+        "binding_lost": binding_loss(decisive.lost, legs),
     }
 
 

@@ -9,8 +9,8 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
+from footfall.maps import binding, reach_classes
 from footfall.maps import layers as footing
-from footfall.maps import reach_classes
 from footfall.maps.choice import stack_quality
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.leg_collisions import LegCollisions, leg_collisions
@@ -144,7 +144,11 @@ class _Made:
         blame[at] = reached.blame
         made["hindrance"] = reach_classes.hindrances(classes, blame)
         made["solutions"] = layer(reached.solutions, np.where(known, 0.0, np.nan))
-        made |= {name: layer(values) for name, values in numbers.items()}
+        made |= {name: layer(values) for name, values in numbers.items() if values.dtype.kind == "f"}
+        for name in ("binding", "binding_lost"):
+            codes = np.full(grid.shape, binding.NOTHING, np.uint8)
+            codes[at] = numbers[name]
+            made[name] = codes
         suffix = "_conservative" if settings.conservative else ""
         lifted = numbers["margin_lifted"] >= settings.stable_margin
         made["footing"] = stands(lifted & (numbers["margin" + suffix] >= settings.stable_margin))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
+from footfall.maps.binding import binding_text
 from footfall.maps.layers import LAYERS
 from footfall.maps.quality import (
     COLLISION,
@@ -250,6 +251,8 @@ def _layer_text(name: str, amount: np.generic) -> str:
         return reach_classes.CLASSES[int(amount)][0]
     if name == "hindrance":
         return reach_classes.hindrance_text(int(amount))
+    if name.startswith("binding"):
+        return binding_text(name, int(amount))
     unit = FACTORS[name].unit if name in FACTORS else "m" if name == "height" else LAYERS.get(name, ("", ""))[0]
     return spoken(float(amount), unit)
 

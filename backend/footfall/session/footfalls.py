@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.maps.binding import NOTHING, binding_text
 from footfall.maps.layers import (
     COLLISION,
     NO_SOLUTION,
@@ -65,7 +66,12 @@ def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
         "torque_ratio": "{:.2f} of a torque limit",
     }
     amounts = {text: float(maps.layers[name][row, col]) for name, text in texts.items() if name in maps.layers}
-    return ", ".join(text.format(amount) for text, amount in amounts.items() if math.isfinite(amount))
+    said = [text.format(amount) for text, amount in amounts.items() if math.isfinite(amount)]
+    for name in ("binding", "binding_lost"):
+        code = int(maps.layers[name][row, col]) if name in maps.layers else NOTHING
+        if code != NOTHING:
+            said.append(f"binding: {binding_text(name, code)}")
+    return ", ".join(said)
 
 
 def judge_footfall(

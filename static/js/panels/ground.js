@@ -51,7 +51,7 @@ const clearTerrain = () => attempt(() => {
   return post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
 });
 
-const computeMaps = () => attempt(async () => {
+export const computeMaps = () => attempt(async () => {
   await freeze();
   const friction = $("friction-aware").checked;
   await post("/sessions/current/maps", {

@@ -40,7 +40,8 @@ const suggest = () => attempt(async () => {
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
     element("button", { type: "button", textContent: `(${fixed(one.x, 2)}, ${fixed(one.y, 2)}) m`, onclick: () => choose(leg, one) }),
     element("strong", { textContent: ` ${(100 * one.score).toFixed(0)} of 100 ` }),
-    element("span", { textContent: one.reasons.join("; ") }))));
+    element("span", { textContent: one.reasons.at(-1) }),
+    element("details", {}, element("summary", { textContent: "why" }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
 });
 

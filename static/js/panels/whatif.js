@@ -4,6 +4,8 @@ import { get, post, put, request } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { bind } from "../keys.js";
 import { known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
+import { computeMaps } from "./ground.js";
 
 const FIELDS = [
   ["dx", "East [m]", 1], ["dy", "North [m]", 1], ["dz", "Up [m]", 1],
@@ -19,6 +21,8 @@ export function start() {
     event.preventDefault();
     show();
   });
+  // once a what-if is shown, it follows the fields
+  $("what-if-fields").addEventListener("change", () => { if (known.summary.what_if) show(); });
   $("what-if-end").addEventListener("click", end);
   $("find-shift").addEventListener("click", find);
   $("plan-body-move").addEventListener("click", check);
@@ -42,11 +46,15 @@ async function show() {
     return;
   }
   say(`Planning as if the chassis stood there. Largest wheel force ${fixed(Math.max(...answer.wheel_forces.map((force) => force[2])), 0)} N, predicted.`, "doubt");
+  await refresh();
+  await computeMaps(); // the colours follow the chassis
 }
 
 const end = () => attempt(async () => {
   await request("DELETE", "/sessions/current/what-if");
   say("");
+  await refresh();
+  await computeMaps();
 });
 
 const find = () => attempt(async () => {
