@@ -119,7 +119,7 @@ def plan_step(
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
-    planner: Annotated[str, typer.Option(help="auto, line, astar, sbl or rrtconnect.")] = "auto",
+    planner: Annotated[str, typer.Option(help="auto, line, fast, astar, sbl or rrtconnect.")] = "auto",
     seed: Annotated[int, typer.Option(help="Same seed, same plan.")] = 0,
     conservative: Conservative = False,
     time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = 30.0,

@@ -10,6 +10,7 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.ground import Nearby, Refused, footfall_contact, nearby
+from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.lift import raised_poses, vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
@@ -17,7 +18,7 @@ from footfall.planning.step.situation import Situation
 from footfall.planning.step.solids import Solids, part_poses
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
-from footfall.robot.collision import posture_collisions
+from footfall.robot.collision import CollisionScene, posture_collisions
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import link_poses, wheel_pose
@@ -26,7 +27,7 @@ from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.surface import height_at
 from footfall.terrain.triangulate import crop
 
-NAMES = ("line", "astar", "sbl", "rrtconnect")
+NAMES = ("line", "fast", "astar", "sbl", "rrtconnect")
 
 
 def ground(rocks=(), hole=None, half=4.0, resolution=0.05):
@@ -141,7 +142,7 @@ def test_the_line_meets_the_rock_and_says_where_and_by_how_much(athlete, rocky):
 
 
 def test_auto_goes_on_to_the_next_planner(rock_plan):
-    assert rock_plan.plan.planner == "astar"
+    assert rock_plan.plan.planner == "fast"
 
 
 def test_the_swing_keeps_above_the_raised_rock(athlete, rocky, rock_plan):
@@ -323,19 +324,21 @@ def test_the_recheck_kinematics_equal_pin(athlete, rng):
                 assert np.allclose(poses[part][i], expected[link_name(leg, part)], atol=1e-12)
 
 
-def test_planner_and_recheck_agree_about_single_postures(athlete, rocky, rng):
+def test_scene_and_recheck_agree_about_single_postures(athlete, rocky, rng):
     """Two implementations of the same clearances: no posture may be free for one and blocked for the other."""
     dem, state = rocky
     whole = around_leg_0(dem)
     situation = Situation(athlete, dem, state, 0, whole, StepSettings())
-    solids = Solids(athlete, np.asarray(state.posture), 0, np.asarray(state.T_site_base), whole, 0.0)
+    solids = Solids(athlete, np.asarray(state.posture), 0, 0.0)
+    over_ground = LegOverGround(athlete, 0, np.asarray(state.T_site_base), whole, 0.0)
+    scene = CollisionScene(athlete, state.posture, 0, state.T_site_base, whole.mesh, 0.0, 0.15)
     base = np.array(state.leg(0))
     disagreements = blocked = 0
     for q in base + rng.normal(0, 0.5, (250, 6)):
         q = np.clip(q, situation.lower, situation.upper)
         for terrain, lift in (("true", 0.0), ("raised", 0.15)):
-            own = solids.own_collision(q[None]) or solids.terrain_collision(q[None], lift, terrain == "true")
-            mine = situation.collides(q, terrain)
+            own = solids.own_collision(q[None]) or over_ground.collision(q[None], lift, terrain == "true")
+            mine = scene.collides(q, terrain)
             blocked += mine
             disagreements += mine != (own is not None)
     assert 50 < blocked < 450
@@ -352,7 +355,7 @@ def test_the_centre_of_mass_of_the_situation_is_that_of_kinematics(athlete, open
     situation = Situation(athlete, dem, state, 0, whole, StepSettings())
     for q in state.leg(0) + rng.normal(0, 0.3, (5, 6)):
         com = apply(state.T_site_base, center_of_mass(athlete, situation.posture(q)))
-        assert situation.margin(q) == pytest.approx(margin(situation.contacts, com[:2]), abs=1e-9)
+        assert situation.margin(q) == pytest.approx(margin(situation.footing.feet.points, com[:2]), abs=1e-9)
 
 
 def test_a_lift_passes_the_straight_wrist_without_a_jump(athlete, open_ground):

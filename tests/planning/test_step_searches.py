@@ -4,6 +4,7 @@ import heapq
 import itertools
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -294,3 +295,13 @@ def test_watch_reports_and_stops():
         busy()
     assert len(heard) >= 2
     assert set(heard) == {(0.5, "searching")}
+
+
+def test_uncounted_time_is_given_back():
+    watch = Watch(time_limit=0.2)
+    with watch.uncounted():
+        time.sleep(0.3)
+    watch.tick()
+    time.sleep(0.25)
+    with pytest.raises(OutOfTime):
+        watch.tick()

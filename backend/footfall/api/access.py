@@ -34,7 +34,7 @@ PROBLEM: dict[int | str, dict[str, Any]] = {
                     "type": "/problems/invalid-input",
                     "title": "The request can't be used",
                     "status": 422,
-                    "detail": "planner is one of auto, line, astar, sbl, rrtconnect",
+                    "detail": "planner is one of auto, line, fast, astar, sbl, rrtconnect",
                     "planner": "rrt",
                 },
             }

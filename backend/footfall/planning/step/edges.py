@@ -20,9 +20,11 @@ def largest_change(a: Array, b: Array) -> float:
 
 
 @lru_cache(maxsize=32)
-def bisection_order(levels: int) -> tuple[float, ...]:
+def bisection_order(levels: int) -> Array:
     """Fractions of an edge, middle first, then the quarters, …: a blocked edge is mostly found early."""
-    return tuple(i / 2**level for level in range(1, levels + 1) for i in range(1, 2**level, 2))
+    order = np.array([i / 2**level for level in range(1, levels + 1) for i in range(1, 2**level, 2)])
+    order.flags.writeable = False
+    return order
 
 
 def levels_for(length: float, epsilon: float) -> int:
@@ -35,6 +37,7 @@ class Space:
 
     lower, upper: (d,) limits. free: configuration → bool, asked only inside the limits.
     epsilon: see the module docstring. tick: called at every test; may raise to stop a search.
+    first_unsure: (n, d) → the first that is not surely inside the limits and free, or n; asked before ``free``.
     """
 
     def __init__(
@@ -44,11 +47,12 @@ class Space:
         free: Callable[[Array], bool],
         epsilon: float = 0.01,
         tick: Callable[[], None] = lambda: None,
+        first_unsure: Callable[[Array], int] = lambda qs: 0,
     ) -> None:
         self.lower, self.upper = np.asarray(lower, float), np.asarray(upper, float)
         self.epsilon, self.tick = epsilon, tick
         self.checked = 0
-        self._free = free
+        self._free, self._first_unsure = free, first_unsure
 
     def is_free(self, q: Array) -> bool:
         """Whether q is inside the limits and passes the test."""
@@ -58,24 +62,45 @@ class Space:
         self.checked += 1
         return self._free(q)
 
+    def is_sure(self, q: Array) -> bool:
+        """Whether q is surely inside the limits and free."""
+        return self._first_unsure(q[None]) == 1
+
     def edge_is_free(self, a: Array, b: Array) -> bool:
         """Whether everything between a and b is free at ε; the two ends are not tested again."""
-        step = b - a
         order = bisection_order(levels_for(largest_change(a, b), self.epsilon))
-        return all(self.is_free(a + t * step) for t in order)
+        return self._first_not_free(a + order[:, None] * (b - a)) == len(order)
 
     def path_is_free(self, path: Array) -> bool:
         """Whether waypoints (n, d) and the edges between them are free."""
-        return all(self.is_free(q) for q in path) and all(self.edge_is_free(a, b) for a, b in itertools.pairwise(path))
+        inner = [
+            a + bisection_order(levels_for(largest_change(a, b), self.epsilon))[:, None] * (b - a)
+            for a, b in itertools.pairwise(path)
+        ]
+        every = np.concatenate([path, *inner])
+        return self._first_not_free(every) == len(every)
 
     def first_blocked(self, a: Array, b: Array) -> float | None:
         """Fraction of the way from a to b where the first blocked configuration is met, or None."""
         # the very configurations that edge_is_free looks at, in the order of the way, and the ends
         parts = 2 ** levels_for(largest_change(a, b), self.epsilon)
-        for i in range(parts + 1):
-            if not self.is_free(a + (i / parts) * (b - a)):
-                return i / parts
-        return None
+        at = np.arange(parts + 1) / parts
+        blocked = self._first_not_free(a + at[:, None] * (b - a))
+        return None if blocked == len(at) else float(at[blocked])
+
+    def _first_not_free(self, qs: Array) -> int:
+        """The first of n configurations (n, d) that is not free, or n."""
+        at = 0
+        while at < len(qs):
+            self.tick()
+            sure = self._first_unsure(qs[at:])
+            self.checked += sure
+            at += sure
+            if at < len(qs):
+                if not self.is_free(qs[at]):
+                    return at
+                at += 1
+        return at
 
 
 def samples(a: Array, b: Array, step: float) -> Iterator[tuple[float, Array]]:

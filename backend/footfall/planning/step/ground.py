@@ -39,7 +39,7 @@ class Refused:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Nearby:
     """The ground around one leg without holes.
 

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.planning.step.edges import Array
+from footfall.planning.step.solids import part_poses
 from footfall.robot.ik import IkSolutions, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
@@ -22,6 +23,8 @@ LEANING = 0.05
 """Height over which a wheel leans into its leg's plane, where it has to [m]."""
 _FIRST_PARTS, _MOST_PARTS = 8, 64
 _LEAN_ROUNDS = 10
+_SETTLED = 1e-15
+"""Change of a direction below which the rounds end."""
 
 
 def branch_of(robot: Robot, leg: int, q: Array) -> int:
@@ -55,8 +58,11 @@ def leaned(robot: Robot, leg: int, Ts_base_wheel: Array, share: Array) -> Array:
         ankle = (Ts_base_wheel[:, :3, 3] - spec.foot * x - hip) @ R_base_hip
         azimuth = np.arctan2(ankle[:, 1], ankle[:, 0])
         across = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=1) @ R_base_hip.T
+        before = x
         x = x0 - (share * np.sum(x0 * across, axis=1))[:, None] * across
         x /= np.linalg.norm(x, axis=1, keepdims=True)
+        if np.abs(x - before).max(initial=0.0) <= _SETTLED:
+            break
     axis = np.cross(x0, x)
     sine = np.linalg.norm(axis, axis=1, keepdims=True)
     turn = axis / np.maximum(sine, 1e-300) * np.arctan2(sine, np.sum(x0 * x, axis=1, keepdims=True))
@@ -111,7 +117,7 @@ def _followed(q_bottom: Array, solved: IkSolutions) -> Array:
 def sideways(robot: Robot, leg: int, T_base_wheel: Array, T_site_base: Array, q: Array) -> float:
     """Largest distance of the wheel centre from the vertical through T_base_wheel, half way between waypoints [m]."""
     middles = 0.5 * (q[:-1] + q[1:])
-    centers = np.array([leg_wheel_pose(robot, one, leg)[:3, 3] for one in middles])
+    centers = part_poses(robot, leg, middles)["wheel"][:, :3, 3]
     up_base = inverse(T_site_base)[:3, 2]
     away = centers - T_base_wheel[:3, 3]
     away = away - (away @ up_base)[:, None] * up_base

@@ -6,22 +6,24 @@ in joint space over ground that is raised by a safety height, and comes straight
 """
 
 import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.maps.standing import contacts
 from footfall.planning.step.edges import Array, Space
-from footfall.planning.step.ground import Contact, Refused, footfall_contact, nearby
+from footfall.planning.step.fast import compile_search
+from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.planners import REGISTRY, Swing, chain
 from footfall.planning.step.problem import Check, Footfall, PlanResult, Status, StepPlan, StepSettings
 from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.step.smooth import smooth
-from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import Candidate, candidates
 from footfall.planning.step.verify import recheck
 from footfall.planning.step.watch import OutOfTime, Watch
@@ -119,6 +121,20 @@ class _Goal:
     up: Array
 
 
+class _Goals:
+    """Goals, best first, each worked out when it is first asked for."""
+
+    def __init__(self, rest: Iterator[_Goal]) -> None:
+        self._found: list[_Goal] = []
+        self._rest = rest
+
+    def __iter__(self) -> Iterator[_Goal]:
+        yield from self._found
+        for goal in self._rest:
+            self._found.append(goal)
+            yield goal
+
+
 class _Attempt:
     def __init__(
         self, robot: Robot, dem: Dem, state: RobotState, leg: int, settings: StepSettings, watch: Watch
@@ -130,30 +146,28 @@ class _Attempt:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
         if isinstance(contact, Refused):
             return _No(contact.status, contact.reason)
-        objection = start_objection(self.robot, self.dem, self.state, self.leg)
+        stance = Stance(self.robot, self.dem, self.state, self.leg)
+        objection = impossible(stance)
         if objection:
             advice = "correct the state or the terrain, or put the legs down first"
             return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}; {advice}")
-        hip = (np.asarray(self.state.T_site_base) @ self.robot.description.legs[self.leg].T_base_hip)[:3, 3]
-        foot = contacts(self.robot, self.dem, self.state.posture, self.state.T_site_base, [self.leg]).points
-        ground = nearby(self.dem, hip[:2], self._reach() + 0.5, foot)
+        ground = ground_near(stance)
         if isinstance(ground, Refused):
             return _No(ground.status, ground.reason)
         self.watch.phase(0.05, "building the collision scene")
-        situation = Situation(self.robot, self.dem, self.state, self.leg, ground, self.settings)
+        with self.watch.uncounted():
+            situation = Situation(self.robot, self.dem, self.state, self.leg, ground, self.settings)
+            situation.first_unsure(situation.lower[None], TRUE)
+            compile_search(situation.footing.certificate)
         up = self._lift(situation)
         if isinstance(up, _No):
             return up
         branch = branch_of(self.robot, self.leg, up[0])
         self.watch.phase(0.2, "choosing how the leg stands at the goal")
-        goals = self._goals(situation, contact, hip, up[0], branch)
+        goals = self._goals(situation, contact, stance, up[0], branch)
         if isinstance(goals, _No):
             return goals
         return self._search(situation, contact, up, goals)
-
-    def _reach(self) -> float:
-        spec = self.robot.description.legs[self.leg]
-        return float(np.linalg.norm(spec.hip_offset) + spec.thigh + spec.shank + spec.foot + self.robot.wheel_radius)
 
     def _space(self, situation: Situation, terrain: str) -> Space:
         return Space(
@@ -162,6 +176,7 @@ class _Attempt:
             lambda q: situation.free(q, terrain),
             self.settings.epsilon,
             self.watch.tick,
+            lambda qs: situation.first_unsure(qs, terrain),
         )
 
     def _lift(self, situation: Situation) -> Array | _No:
@@ -176,14 +191,18 @@ class _Attempt:
         if isinstance(up, str):
             reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
             return _No(Status.NO_PATH, reason)
-        blocked = self._blocked(situation, up)
-        if blocked:
+        if not self._passes(situation, up):
+            blocked = self._blocked(situation, up)
             reason = f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {LIFT_ADVICE}"
             return _No(Status.NO_PATH, reason)
         return up
 
+    def _passes(self, situation: Situation, up: Array) -> bool:
+        """Whether a vertical move is free, and its upper end as the start of a swing."""
+        return self._space(situation, TRUE).path_is_free(up) and self._space(situation, RAISED).is_free(up[-1])
+
     def _blocked(self, situation: Situation, up: Array) -> str:
-        """What forbids a vertical move, or its upper end as the start of a swing; empty where nothing does."""
+        """What forbids a vertical move that does not pass."""
         space = self._space(situation, TRUE)
         height = self.settings.lift / (len(up) - 1)
         for i, q in enumerate(up):
@@ -193,50 +212,55 @@ class _Attempt:
             t = None if space.edge_is_free(a, b) else space.first_blocked(a, b)
             if t is not None:
                 return f"{(i + t) * height:.2f} m above the ground {situation.objection(a + t * (b - a), TRUE)}"
-        if not self._space(situation, RAISED).is_free(up[-1]):
-            return f"{self.settings.lift:.2f} m above the ground {situation.objection(up[-1], RAISED)}"
-        return ""
+        return f"{self.settings.lift:.2f} m above the ground {situation.objection(up[-1], RAISED)}"
 
     def _goals(
-        self, situation: Situation, contact: Contact, hip: Array, q_start: Array, branch: int
-    ) -> list[_Goal] | _No:
-        """Up to MOST_GOALS postures on the contact, each with its free way up."""
+        self, situation: Situation, contact: Contact, stance: Stance, q_start: Array, branch: int
+    ) -> _Goals | _No:
+        """Up to MOST_GOALS postures on the contact, each with its free way up; there is at least one."""
         possible = candidates(self.robot, self.leg, contact, situation.T_site_base, q_start, branch)
         x, y, _ = contact.point
         if not possible:
-            away, reach = float(np.linalg.norm(contact.point - hip)), self._reach()
+            away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
             too_far = f", farther than the {reach:.2f} m it can reach" if away > reach else ""
             reason = (
                 f"leg {self.leg} can't stand at ({x:.2f}, {y:.2f}): it is {away:.2f} m from its hip{too_far}; no joint "
                 "angles inside the limits put the wheel upright there; choose a footfall that the reach map shows green"
             )
             return _No(Status.GOAL_INVALID, reason)
-        goals: list[_Goal] = []
-        first_objection = ""
-        for candidate in possible:
-            self.watch.tick()
-            objection = situation.objection(candidate.q, TRUE)
-            up: Array | str = objection
-            if not objection:
-                up = vertical(self.robot, self.leg, situation.T_site_base, candidate.q, self.settings.lift)
-                objection = f"the wheel can't be lowered: {up}" if isinstance(up, str) else self._blocked(situation, up)
-            if objection:
-                first_objection = first_objection or objection
-            elif not isinstance(up, str):
-                goals.append(_Goal(candidate, up))
-                if len(goals) == MOST_GOALS:
-                    break
-        if not goals:
+        goals = _Goals(self._worked_out(situation, possible))
+        if next(iter(goals), None) is None:
             reason = (
                 f"leg {self.leg} can't stand at ({x:.2f}, {y:.2f}): none of {len(possible)} postures that reach it is "
-                f"allowed; in the nearest, {first_objection}; {ADVICE}"
+                f"allowed; in the nearest, {self._goal_objection(situation, possible[0])}; {ADVICE}"
             )
             return _No(Status.GOAL_INVALID, reason)
         return goals
 
-    def _search(self, situation: Situation, contact: Contact, up: Array, goals: list[_Goal]) -> _Yes | _No:
+    def _worked_out(self, situation: Situation, possible: list[Candidate]) -> Iterator[_Goal]:
+        space, found = self._space(situation, TRUE), 0
+        for candidate in possible:
+            self.watch.tick()
+            if not space.is_free(candidate.q):
+                continue
+            up = vertical(self.robot, self.leg, situation.T_site_base, candidate.q, self.settings.lift)
+            if not isinstance(up, str) and self._passes(situation, up):
+                found += 1
+                yield _Goal(candidate, up)
+                if found == MOST_GOALS:
+                    return
+
+    def _goal_objection(self, situation: Situation, candidate: Candidate) -> str:
+        """What forbids a goal posture or its way up."""
+        objection = situation.objection(candidate.q, TRUE)
+        if objection:
+            return objection
+        up = vertical(self.robot, self.leg, situation.T_site_base, candidate.q, self.settings.lift)
+        return f"the wheel can't be lowered: {up}" if isinstance(up, str) else self._blocked(situation, up)
+
+    def _search(self, situation: Situation, contact: Contact, up: Array, goals: _Goals) -> _Yes | _No:
         space = self._space(situation, RAISED)
-        reasons: list[str] = []
+        reasons: list[Callable[[], str]] = []
         failed: tuple[Check, ...] = ()
         names = chain(self.settings.planner)
         for i, name in enumerate(names):
@@ -245,19 +269,21 @@ class _Attempt:
                 swing = Swing(situation, space, up[-1], goal.up[-1])
                 answer = REGISTRY[name](swing)
                 if answer.path is None:
-                    if answer.why not in reasons:
-                        reasons.append(answer.why)
+                    reasons.append(answer.why)
                     continue
                 self.watch.phase(0.75, "shortening the path")
-                waypoints, phases = self._joined(up, smooth(space, answer.path), goal.up[::-1])
+                path = answer.path if answer.short else smooth(space, answer.path)
+                waypoints, phases = self._joined(up, path, goal.up[::-1])
                 self.watch.phase(0.85, "checking the whole path")
                 checks = recheck(situation, self.dem, waypoints, phases, self.watch.pulse)
                 bad = [check for check in checks if not check.holds]
                 if not bad:
                     return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, name)
                 failed = failed or checks
-                reasons.append(f"a path of {name} fails the check of {_told(bad[0])}")
-        return _No(Status.NO_PATH, f"no way to the footfall was found: {'; '.join(reasons)}; {ADVICE}", failed)
+                reasons.append(partial("a path of {} fails the check of {}".format, name, _told(bad[0])))
+        # said only now, as saying it takes the meshes; several goals often fail for one reason
+        told = "; ".join(dict.fromkeys(reason() for reason in reasons))
+        return _No(Status.NO_PATH, f"no way to the footfall was found: {told}; {ADVICE}", failed)
 
     def _joined(self, up: Array, swing: Array, down: Array) -> tuple[Array, tuple[str, ...]]:
         """Whole postures of the three phases and the phase that ends at each."""

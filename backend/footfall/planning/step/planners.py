@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,10 +11,13 @@ from scipy.spatial.transform import Rotation
 from footfall.planning.step import with_ompl
 from footfall.planning.step.astar import astar
 from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.fast import fast
 from footfall.planning.step.lift import leaned
 from footfall.planning.step.line import line
 from footfall.planning.step.situation import Situation
 from footfall.robot.ik import solve_leg
+
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
@@ -27,19 +32,24 @@ class Swing:
 
 @dataclass(frozen=True)
 class Answer:
-    """path: waypoints (n, 6), or None and then ``why`` there is none."""
+    """path: waypoints (n, 6), or None and then ``why()`` says why; short: whether it is shortened already."""
 
     path: Array | None
-    why: str = ""
+    why: Callable[[], str] = lambda: ""
+    short: bool = False
 
 
 def _line(swing: Swing) -> Answer:
     path = line(swing.space, swing.start, swing.goal)
     if path is not None:
         return Answer(path)
+    return Answer(None, lambda: _blocked_line(swing))
+
+
+def _blocked_line(swing: Swing) -> str:
     t = swing.space.first_blocked(swing.start, swing.goal) or 0.0
     why = swing.situation.objection(swing.start + t * (swing.goal - swing.start), "raised")
-    return Answer(None, f"the straight swing is blocked after {t:.0%}: {why}")
+    return f"the straight swing is blocked after {t:.0%}: {why}"
 
 
 def _astar(swing: Swing) -> Answer:
@@ -61,28 +71,33 @@ def _astar(swing: Swing) -> Answer:
         return np.where(solved.valid[..., None], solved.q, np.nan)
 
     path = astar(swing.space, postures, (p_start, swing.start), (p_goal, swing.goal), settings.cell)
-    return Answer(path, "" if path is not None else f"no free path on A*'s {settings.cell:.2f} m grid")
+    return Answer(path, lambda: f"no free path on A*'s {settings.cell:.2f} m grid")
+
+
+def _fast(swing: Swing) -> Answer:
+    found = _searched(swing, partial(fast, certificate=swing.situation.footing.certificate))
+    return Answer(None, lambda: found) if isinstance(found, str) else Answer(found, short=True)
 
 
 def _sbl(swing: Swing) -> Answer:
     path = _searched(swing, with_ompl.sbl)
     placed = swing.situation.settings.milestones
-    return Answer(path, "" if path is not None else f"SBL placed {placed} milestones without joining them")
+    return Answer(path, lambda: f"SBL placed {placed} milestones without joining them")
 
 
 def _rrtconnect(swing: Swing) -> Answer:
     path = _searched(swing, with_ompl.rrtconnect)
     made = swing.situation.settings.milestones
-    return Answer(path, "" if path is not None else f"RRTConnect found no path in {made} iterations")
+    return Answer(path, lambda: f"RRTConnect found no path in {made} iterations")
 
 
-def _searched(swing: Swing, search: Callable[..., Array | None]) -> Array | None:
+def _searched(swing: Swing, search: Callable[..., _Found]) -> _Found:
     """A sampling search with what the settings say of it."""
     settings = swing.situation.settings
     return search(
         swing.space,
-        swing.start,
-        swing.goal,
+        start=swing.start,
+        goal=swing.goal,
         radius=settings.radius,
         milestones=settings.milestones,
         seed=settings.seed,
@@ -91,11 +106,12 @@ def _searched(swing: Swing, search: Callable[..., Array | None]) -> Array | None
 
 REGISTRY: dict[str, Callable[[Swing], Answer]] = {
     "line": _line,
+    "fast": _fast,
     "astar": _astar,
     "sbl": _sbl,
     "rrtconnect": _rrtconnect,
 }
-AUTO = ("line", "astar", "sbl")
+AUTO = ("line", "fast", "astar", "sbl")
 
 
 def chain(name: str) -> tuple[str, ...]:

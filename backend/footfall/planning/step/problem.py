@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value, value_enum
 
-PLANNERS = ("auto", "line", "astar", "sbl", "rrtconnect")
+PLANNERS = ("auto", "line", "fast", "astar", "sbl", "rrtconnect")
 
 
 @value_enum
@@ -26,7 +26,7 @@ class Status(Enum):
 
 @value
 class StepSettings(Value):
-    """planner: one of PLANNERS; ``auto`` tries line, then astar, then sbl.
+    """planner: one of PLANNERS; ``auto`` tries line, then fast, then astar, then sbl.
 
     lift: height of the waypoints above start and goal [m].
     raise_terrain: the swing is checked against terrain raised by this much [m].

@@ -1,15 +1,16 @@
 """One leg about to move: what is frozen, and which postures of the leg are allowed.
 
-The planner's own view. verify.py checks the finished path by other means.
+The compiled certificate is asked first; where it is unsure the meshes decide, so the answers are those of the meshes.
 """
+
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
-from footfall.balance.support import half_planes
 from footfall.core.frames import apply
-from footfall.maps.standing import contacts
 from footfall.planning.step.edges import Array
+from footfall.planning.step.footing import Stance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.collision import Collision, CollisionScene
@@ -18,7 +19,8 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
-TRUE, RAISED = "true", "raised"
+NO_GROUND, TRUE, RAISED = "none", "true", "raised"
+"""The ground modes of robot/collision.py."""
 
 
 class Situation:
@@ -35,11 +37,9 @@ class Situation:
         own = slice(6 * leg, 6 * leg + 6)
         self.lower, self.upper = robot.lower[own], robot.upper[own]
         self.others = [i for i in robot.legs if i != leg]
-        self.contacts = contacts(robot, dem, state.posture, state.T_site_base, self.others).points
-        self._normals, self._offsets = half_planes(self.contacts, settings.conservative)
-        self._scene = CollisionScene(
-            robot, state.posture, leg, self.T_site_base, ground.mesh, settings.clearance, settings.raise_terrain
-        )
+        self.footing = footing(Stance(robot, dem, state, leg), ground, settings)
+        self._lift = {TRUE: 0.0, RAISED: settings.raise_terrain}
+        self.mesh_queries = 0
         self._own = own
         self._posture = np.array(state.posture)
         # pin's centre is that of the moving bodies; chassis and payload are fixed to the base and add a constant
@@ -47,6 +47,11 @@ class Situation:
         self._share = sum(inertia.mass for inertia in list(robot.model.inertias)[1:]) / robot.mass
         moving = pin.centerOfMass(robot.model, self._mass_data, self._posture)
         self._rest = center_of_mass(robot, self._posture) - self._share * moving
+
+    @cached_property
+    def _scene(self) -> CollisionScene:
+        """The rover's meshes without ground, for what the certificate leaves unsure."""
+        return CollisionScene(self.robot, self.state.posture, self.leg, self.T_site_base, None, self.settings.clearance)
 
     def posture(self, q: Array) -> Array:
         """Whole posture with this leg at q (6,)."""
@@ -60,29 +65,44 @@ class Situation:
 
     def margin(self, q: Array) -> float:
         """Margin of the centre of mass to the remaining feet's polygon [m]; −inf where there is none."""
-        if not len(self._offsets):
+        normals, offsets = self.footing.normals, self.footing.offsets
+        if not len(offsets):
             return -np.inf
         self._posture[self._own] = q
         com = self._rest + self._share * pin.centerOfMass(self.robot.model, self._mass_data, self._posture)
         com_xy = apply(self.T_site_base, com)[:2]
-        return float((self._offsets - self._normals @ com_xy).min())
+        return float((offsets - normals @ com_xy).min())
 
     def collides(self, q: Array, terrain: str) -> bool:
         """Collision with the ground as it is (TRUE) or raised for the swing (RAISED), or with the rover."""
-        return self._scene.collides(q, terrain)
+        if self.first_unsure(q[None], terrain) == 1:
+            return False
+        self.mesh_queries += 1
+        if self.first_unsure(q[None], NO_GROUND) == 0 and self._scene.collides(q, NO_GROUND):
+            return True
+        return self.footing.over_ground.collision(q[None], self._lift[terrain], terrain == TRUE) is not None
+
+    def first_unsure(self, qs: Array, terrain: str) -> int:
+        """The first of n postures (n, 6) that is not surely free, or n."""
+        return self.footing.certificate.first_unsure(qs, terrain)
 
     def free(self, q: Array, terrain: str) -> bool:
         """Whether q, inside its limits, keeps all clearances and the balance."""
-        return not self._scene.collides(q, terrain) and self.margin(q) >= self.settings.least_margin
+        if self.first_unsure(q[None], terrain) == 1:
+            return True
+        return self.margin(q) >= self.settings.least_margin and not self.collides(q, terrain)
 
     def objection(self, q: Array, terrain: str) -> str:
         """What forbids q, with sizes, for a person; empty where nothing does."""
+        if self.first_unsure(q[None], terrain) == 1:
+            return ""
         outside = np.maximum(self.lower - q, q - self.upper)
         joint = int(np.argmax(outside))
         if outside[joint] > 0:
             name = self.robot.joint_names[6 * self.leg + joint]
             return f"{name} is {outside[joint]:.2g} rad outside its limits"
-        hits = self._scene.contacts(q, terrain)
+        hits = self._scene.contacts(q, NO_GROUND)
+        hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)
         if hits:
             return self._described(max(hits, key=lambda hit: hit.required - hit.distance), terrain)
         margin = self.margin(q)

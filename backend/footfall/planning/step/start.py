@@ -5,11 +5,14 @@ neither chassis nor a standing leg below the ground. The leg that is to move is 
 situation. Where the ground is unknown nothing is said.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
+from footfall.planning.step.edges import Array
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
@@ -55,12 +58,23 @@ def _below_the_ground(robot: Robot, dem: Dem, state: RobotState, moving: int) ->
     parts = [part for part in PARTS if part != "wheel"]
     links = ["base", *(link_name(leg, part) for leg in robot.legs if leg != moving for part in parts)]
     poses = link_poses(robot, state.posture)
-    worst, name = STANDING_GAP, ""
-    for link in links:
-        mesh: Mesh = robot.description.meshes[link]
-        points = apply(np.asarray(state.T_site_base) @ poses[link], surface_points(mesh, SPACING))
-        depth = height_at(dem, points[:, 0], points[:, 1]) - points[:, 2]
-        deepest = float(np.max(depth, initial=-np.inf, where=np.isfinite(depth)))
-        if deepest > worst:
-            worst, name = deepest, link
-    return f"{name} is {worst:.2f} m below the ground" if name else ""
+    T_site_base = np.asarray(state.T_site_base)
+    surfaces = [apply(T_site_base @ poses[link], _surface(robot.description.meshes[link])) for link in links]
+    points = np.concatenate(surfaces)
+    depth = height_at(dem, points[:, 0], points[:, 1]) - points[:, 2]
+    deepest = int(np.argmax(np.where(np.isfinite(depth), depth, -np.inf)))
+    if not depth[deepest] > STANDING_GAP:
+        return ""
+    ends = np.cumsum([len(surface) for surface in surfaces])
+    name = links[int(np.searchsorted(ends, deepest, side="right"))]
+    return f"{name} is {depth[deepest]:.2f} m below the ground"
+
+
+def _surface(mesh: Mesh) -> Array:
+    return _points(mesh.vertices.tobytes(), mesh.triangles.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _points(vertices: bytes, triangles: bytes) -> Array:
+    mesh = Mesh(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3))
+    return surface_points(mesh, SPACING)

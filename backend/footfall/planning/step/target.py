@@ -20,6 +20,8 @@ TURN_COST = 0.25
 MOST_LEAN = np.deg2rad(12.0)
 """How far a wheel may lean from upright on the local ground, into the plane of its leg."""
 LEAST_LEAN = 1e-4
+_SETTLED = 1e-14
+"""Change of a pose below which the rounds of leaning end."""
 
 
 @dataclass(frozen=True)
@@ -78,5 +80,8 @@ def _leaning(robot: Robot, leg: int, contact: Contact, T_site_base: Array, uprig
         down = (axles @ normal)[:, None] * axles - normal
         down /= np.linalg.norm(down, axis=1, keepdims=True)
         placed[:, :3, 3] = point - robot.wheel_radius * down
+        before = Ts
         Ts = leaned(robot, leg, placed, np.ones(len(placed)))
+        if np.abs(Ts - before).max(initial=0.0) <= _SETTLED:
+            break
     return Ts

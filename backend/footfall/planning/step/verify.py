@@ -1,28 +1,31 @@
-"""The recheck of a finished path, independent of the planner's scene, edge checks and balance test.
+"""The recheck of a finished path, independent of the planner's edge checks and balance test.
 
 Every joint moves in straight lines between waypoints; the path is sampled so densely that no joint changes by more
-than ``SAMPLING`` between samples, half of the planner's ε by default. Torque is a linear program, so it is
-solved at every waypoint and at least every ``TORQUE_SAMPLING`` between.
+than ``SAMPLING`` between samples, half of the planner's ε by default. Clearances are certified by a proven check
+(robot/clearance.py), by meshes where that is unsure, and once more by the meshes' distances at every waypoint. Torque
+is a linear program, so it is solved at every waypoint and at least every ``TORQUE_SAMPLING`` between.
 """
 
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margins
-from footfall.balance.torques import torque_margin
+from footfall.balance.torques import torque_check
 from footfall.core.frames import apply, inverse
-from footfall.maps.standing import contacts
-from footfall.planning.step.edges import Array, samples
+from footfall.maps.standing import Contacts
+from footfall.planning.step.edges import Array, largest_change
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, StepSettings
-from footfall.planning.step.situation import Situation
-from footfall.planning.step.solids import Gap, Solids, part_poses
-from footfall.robot.kinematics import wheel_pose
+from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
+from footfall.planning.step.solids import Gap, part_poses
+from footfall.planning.step.torque import swing_torque_ratios
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -38,15 +41,28 @@ UNDER = 0.3
 
 
 @dataclass(frozen=True)
-class _Sample:
-    q: Array
-    phase: str
-    segment: int
-    fraction: float
+class _Path:
+    """Samples of a path, every waypoint twice: as the end of one segment and the beginning of the next.
 
-    @property
-    def where(self) -> str:
-        return f"{self.phase}, {self.fraction:.0%} of the way to waypoint {self.segment + 1}"
+    qs: (n, 6); segments, fractions: (n,), on which segment and how far along it; phases: of each waypoint.
+    """
+
+    qs: Array
+    segments: NDArray[np.int64]
+    fractions: Array
+    phases: tuple[str, ...]
+
+    @cached_property
+    def swings(self) -> NDArray[np.bool_]:
+        """Which samples belong to the swing, (n,)."""
+        return self.phase_is("swing")
+
+    def phase_is(self, phase: str) -> NDArray[np.bool_]:
+        return np.array([one == phase for one in self.phases])[self.segments + 1]
+
+    def where(self, at: int) -> str:
+        segment = int(self.segments[at])
+        return f"{self.phases[segment + 1]}, {self.fractions[at]:.0%} of the way to waypoint {segment + 1}"
 
 
 def recheck(
@@ -58,192 +74,177 @@ def recheck(
 ) -> tuple[Check, ...]:
     """Every check of a path of whole postures (n, legs × 6); phases: (n,), of the motion that ends there.
 
-    Of the situation only what was asked is used: robot, state, leg, ground and settings. The plan is good if all
-    hold. The margins of the clearances are exact distances at the waypoints, beyond δ; between waypoints it is only
-    asked whether δ is kept.
+    Of the situation only what was asked is used (robot, state, leg, ground, settings, the feet that stand), and the
+    certificate of clearances, which is proven. The plan is good if all hold. The margins of the clearances are exact
+    distances at the waypoints, beyond δ; between waypoints it is only asked whether δ is kept.
     """
     robot, state, leg, settings = situation.robot, situation.state, situation.leg, situation.settings
     q_path = waypoints[:, 6 * leg : 6 * leg + 6]
     path = _sampled(q_path, phases)
-    T_site_base = np.asarray(state.T_site_base)
-    solids = Solids(robot, np.asarray(state.posture), leg, T_site_base, situation.ground, settings.clearance)
     return (
         _limits(robot, leg, path),
-        *_clearances(solids, path, q_path, phases, settings, pulse),
+        *_clearances(situation, path, q_path, pulse),
         _straight(robot, state, leg, path),
-        _balance(robot, dem, state, leg, settings, path),
-        _torque(robot, dem, state, leg, settings, path, pulse),
+        _balance(robot, state, leg, settings, situation.footing.feet, path),
+        _torque(robot, state, leg, settings, situation.others, situation.footing.feet, path),
         _unknown(robot, state, leg, situation.ground, path),
     )
 
 
-def _sampled(q_path: Array, phases: tuple[str, ...]) -> list[_Sample]:
-    out = []
+def _sampled(q_path: Array, phases: tuple[str, ...]) -> _Path:
+    qs, segments, fractions = [], [], []
     for i, (a, b) in enumerate(itertools.pairwise(q_path)):
-        out += [_Sample(q, phases[i + 1], i, t) for t, q in samples(a, b, SAMPLING)]
-    return out
+        count = max(1, int(np.ceil(largest_change(a, b) / SAMPLING)))
+        along = np.arange(count + 1) / count
+        qs.append(a + along[:, None] * (b - a))
+        segments.append(np.full(count + 1, i))
+        fractions.append(along)
+    return _Path(np.concatenate(qs), np.concatenate(segments), np.concatenate(fractions), phases)
 
 
-def _whole(state: RobotState, own: slice, q: Array) -> Array:
-    posture = np.array(state.posture)
-    posture[own] = q
-    return posture
-
-
-def _limits(robot: Robot, leg: int, path: list[_Sample]) -> Check:
+def _limits(robot: Robot, leg: int, path: _Path) -> Check:
     own = slice(6 * leg, 6 * leg + 6)
-    qs = np.array([s.q for s in path])
-    spare = np.minimum(qs - robot.lower[own], robot.upper[own] - qs)
+    spare = np.minimum(path.qs - robot.lower[own], robot.upper[own] - path.qs)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
     least = float(spare[at, joint])
-    return Check("joint limits", least >= 0, least, "rad", f"{robot.joint_names[6 * leg + joint]}, {path[at].where}")
+    name = robot.joint_names[6 * leg + int(joint)]
+    return Check("joint limits", least >= 0, least, "rad", f"{name}, {path.where(int(at))}")
 
 
-def _clearances(
-    solids: Solids,
-    path: list[_Sample],
-    q_path: Array,
-    phases: tuple[str, ...],
-    settings: StepSettings,
-    pulse: Callable[[], None],
-) -> list[Check]:
-    """Three checks: the rover with itself, the leg with the ground, the leg with the raised ground."""
-    swing = [s for s in path if s.phase == "swing"]
-    rest = [s for s in path if s.phase != "swing"]
-    ends = np.array([[one == "swing", one != "swing"] for one in phases])
+def _clearances(situation: Situation, path: _Path, q_path: Array, pulse: Callable[[], None]) -> list[Check]:
+    """Three checks: the rover with itself, the leg with the ground, the leg with the raised ground.
+
+    Meshes are asked between waypoints only where the certificate is unsure, and for the margins at the waypoints.
+    """
+    certificate, own = situation.footing.certificate, situation.footing.solids
+    ground, raised = situation.footing.over_ground, situation.settings.raise_terrain
+    unsure = np.zeros(len(path.qs), bool)
+    for chosen, mode in ((path.swings, RAISED), (~path.swings, TRUE)):
+        unsure[chosen] = ~certificate.clear(path.qs[chosen], mode)
+    own_unsure = unsure.copy()
+    own_unsure[unsure] = ~certificate.clear(path.qs[unsure], NO_GROUND)
+    swing_ends = np.array([one == "swing" for one in path.phases])
+    ends = np.column_stack([swing_ends, ~swing_ends])
     ends[:-1] |= ends[1:]  # a waypoint ends one phase and begins the next
-    raised = settings.raise_terrain
-
-    def ground(lift: float, touching: bool) -> Callable[[Array], tuple[int, str] | None]:
-        return lambda qs: solids.terrain_collision(qs, lift, touching)
-
-    def ground_gap(lift: float, touching: bool) -> Callable[[Array, float], tuple[int, Gap]]:
-        return lambda qs, below: solids.terrain_gap(qs, lift, touching, below)
-
-    every = np.ones(len(q_path), bool)
-    return [
-        _clearance("self collision", solids.own_collision, path, solids.own_gap, q_path, phases, every, pulse),
-        _clearance(
+    asked = [
+        ("self collision", own_unsure, own.own_collision, np.ones(len(q_path), bool), own.own_gap),
+        (
             "terrain collision in lift and lower",
-            ground(0.0, True),
-            rest,
-            ground_gap(0.0, True),
-            q_path,
-            phases,
+            unsure & ~path.swings,
+            lambda qs: ground.collision(qs, 0.0, touching=True),
             ends[:, 1],
-            pulse,
+            lambda qs: ground.gap(qs, 0.0, touching=True),
         ),
-        _clearance(
+        (
             f"terrain collision in swing, raised {raised:.2f} m",
-            ground(raised, False),
-            swing,
-            ground_gap(raised, False),
-            q_path,
-            phases,
+            unsure & path.swings,
+            lambda qs: ground.collision(qs, raised, touching=False),
             ends[:, 0],
-            pulse,
+            lambda qs: ground.gap(qs, raised, touching=False),
         ),
     ]
+    return [_clearance(name, path, dense, hit, q_path, chosen, gap, pulse) for name, dense, hit, chosen, gap in asked]
 
 
 def _clearance(
     name: str,
+    path: _Path,
+    unsure: NDArray[np.bool_],
     collision: Callable[[Array], tuple[int, str] | None],
-    dense: list[_Sample],
-    gap: Callable[[Array, float], tuple[int, Gap]],
     q_path: Array,
-    phases: tuple[str, ...],
     chosen: NDArray[np.bool_],
+    gap: Callable[[Array], tuple[int, Gap]],
     pulse: Callable[[], None],
 ) -> Check:
     hit, where = None, ""
-    for first in range(0, len(dense), _AT_ONCE):
+    doubtful = np.flatnonzero(unsure)
+    for first in range(0, len(doubtful), _AT_ONCE):
         pulse()
-        part = dense[first : first + _AT_ONCE]
-        hit = collision(np.array([s.q for s in part]))
+        part = doubtful[first : first + _AT_ONCE]
+        hit = collision(path.qs[part])
         if hit is not None:
-            where = f"{hit[1]}: {part[hit[0]].where}"
+            where = f"{hit[1]}: {path.where(int(part[hit[0]]))}"
             break
+    pulse()
     numbers = np.flatnonzero(chosen)
     least, at = Gap(np.inf, ""), 0
-    for number in numbers:
-        pulse()
-        _, found = gap(q_path[number : number + 1], least.spare)
-        if found.spare < least.spare:
-            least, at = found, int(number)
+    if len(numbers):
+        found, least = gap(q_path[numbers])
+        at = int(numbers[found])
     # a collision between waypoints has no size here: no number is better than a kind one
     size = least.spare if hit is None or least.spare < 0 else float("nan")
     holds = hit is None and least.spare >= 0
-    return Check(name, holds, size, "m", where or f"{least.between}, beyond δ, at waypoint {at} ({phases[at]})")
+    place = f"{least.between}, beyond δ, at waypoint {at} ({path.phases[at]})"
+    return Check(name, holds, size, "m", where or place)
 
 
-def _straight(robot: Robot, state: RobotState, leg: int, path: list[_Sample]) -> Check:
-    own = slice(6 * leg, 6 * leg + 6)
+def _straight(robot: Robot, state: RobotState, leg: int, path: _Path) -> Check:
     up = inverse(state.T_site_base)[:3, 2]
     worst, where = 0.0, "nowhere"
     for phase, foot in (("lift", 0), ("lower", -1)):
-        there = [s for s in path if s.phase == phase]
-        if not there:
+        there = np.flatnonzero(path.phase_is(phase))
+        if not len(there):
             continue
-        centers = np.array([wheel_pose(robot, _whole(state, own, s.q), leg)[:3, 3] for s in there])
+        centers = part_poses(robot, leg, path.qs[there])["wheel"][:, :3, 3]
         away = centers - centers[foot]
         away = np.linalg.norm(away - (away @ up)[:, None] * up, axis=1)
         if away.max() > worst:
-            worst, where = float(away.max()), there[int(np.argmax(away))].where
+            worst, where = float(away.max()), path.where(int(there[int(np.argmax(away))]))
     return Check("straight lift and lower", worst <= OFF_LINE, OFF_LINE - worst, "m", where)
 
 
-def _balance(robot: Robot, dem: Dem, state: RobotState, leg: int, settings: StepSettings, path: list[_Sample]) -> Check:
-    others = [i for i in robot.legs if i != leg]
-    feet = contacts(robot, dem, state.posture, state.T_site_base, others).points
-    coms = centers_of_mass(robot, state.posture, leg, np.array([s.q for s in path]))
-    found = margins(feet, apply(state.T_site_base, coms)[:, :2], settings.conservative)
+def _balance(robot: Robot, state: RobotState, leg: int, settings: StepSettings, feet: Contacts, path: _Path) -> Check:
+    coms = centers_of_mass(robot, state.posture, leg, path.qs)
+    found = margins(feet.points, apply(state.T_site_base, coms)[:, :2], settings.conservative)
     at = int(np.argmin(found))
     spare = float(found[at]) - settings.least_margin
     name = "balance (conservative polygon)" if settings.conservative else "balance (support polygon)"
-    return Check(name, spare >= 0, spare, "m", path[at].where)
+    return Check(name, spare >= 0, spare, "m", path.where(at))
 
 
 def _torque(
-    robot: Robot,
-    dem: Dem,
-    state: RobotState,
-    leg: int,
-    settings: StepSettings,
-    path: list[_Sample],
-    pulse: Callable[[], None],
+    robot: Robot, state: RobotState, leg: int, settings: StepSettings, others: list[int], feet: Contacts, path: _Path
 ) -> Check:
-    own = slice(6 * leg, 6 * leg + 6)
-    others = [i for i in robot.legs if i != leg]
-    feet = contacts(robot, dem, state.posture, state.T_site_base, others)
+    due = _torque_samples(path)
+    posture, balance = np.array(state.posture), BalanceSettings(friction=settings.friction)
+    ratios = swing_torque_ratios(
+        robot, posture, np.asarray(state.T_site_base), others, feet.normals, leg, path.qs[due], balance
+    )
+    at = int(due[int(np.argmax(ratios))])
+    # the one that matters once more, by the check of single postures, which names the joint
+    posture[6 * leg : 6 * leg + 6] = path.qs[at]
+    check = torque_check(robot, posture, state.T_site_base, others, feet.normals, balance)
+    joint = check.joint_name if check.feasible else "no contact forces inside friction hold the rover"
     unseen = ~feet.seen
-    worst, joint, where = 0.0, "", ""
-    last: _Sample | None = None
-    for s in path:
-        due = last is None or s.fraction in (0.0, 1.0) or np.abs(s.q - last.q).max() > TORQUE_SAMPLING - SAMPLING
-        if not due or (last is not None and np.array_equal(s.q, last.q)):
-            continue
-        pulse()
-        last = s
-        posture = _whole(state, own, s.q)
-        check = torque_margin(robot, posture, state.T_site_base, others, feet.normals, settings.friction)
-        if check.ratio > worst:
-            worst, where = check.ratio, s.where
-            joint = check.joint_name if check.feasible else "no contact forces inside friction hold the rover"
     note = f"; ground taken as level under legs {_listed(others, unseen)}, where it is unknown" if unseen.any() else ""
-    return Check("torque", worst <= 1.0, 1.0 - worst, "of the limit", f"{joint}, {where}{note}")
+    return Check("torque", check.holds, 1.0 - check.ratio, "of the limit", f"{joint}, {path.where(at)}{note}")
+
+
+def _torque_samples(path: _Path) -> NDArray[np.int64]:
+    """Every waypoint, and so many samples between that no joint changes by more than TORQUE_SAMPLING, (k,)."""
+    every = int(TORQUE_SAMPLING / SAMPLING)
+    chosen = np.isin(path.fractions, (0.0, 1.0))
+    chosen |= _places_on_segment(path.segments) % every == 0
+    chosen[1:] &= (path.qs[1:] != path.qs[:-1]).any(axis=1)
+    return np.flatnonzero(chosen)
+
+
+def _places_on_segment(segments: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many samples before each are on the same segment, (n,)."""
+    first = np.searchsorted(segments, segments)
+    return np.arange(len(segments)) - first
 
 
 def _listed(legs: list[int], chosen: NDArray[np.bool_]) -> str:
     return ", ".join(str(leg) for leg, one in zip(legs, chosen, strict=True) if one)
 
 
-def _unknown(robot: Robot, state: RobotState, leg: int, ground: Nearby, path: list[_Sample]) -> Check:
+def _unknown(robot: Robot, state: RobotState, leg: int, ground: Nearby, path: _Path) -> Check:
     """How much of the ground under the path was not seen; never a reason to refuse, but to be told."""
     name = "unknown ground under the path"
     if not ground.filled.any():
         return Check(name, True, float("nan"), "", "none")
-    qs = np.array([s.q for s in path[:: max(1, round(TORQUE_SAMPLING / SAMPLING))]])
+    qs = path.qs[:: max(1, round(TORQUE_SAMPLING / SAMPLING))]
     joints = np.stack([Ts[:, :3, 3] for Ts in part_poses(robot, leg, qs).values()], axis=1)
     along = np.linspace(0.0, 1.0, 5)[:, None, None, None]
     points = apply(state.T_site_base, (1 - along) * joints[None, :, :-1] + along * joints[None, :, 1:])

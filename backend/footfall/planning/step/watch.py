@@ -1,6 +1,8 @@
 """How long a search may run, and how it hears that the caller wants it to stop."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from footfall.core.progress import Progress, no_progress
 
@@ -30,6 +32,13 @@ class Watch:
     def elapsed(self) -> float:
         """Seconds since the request began."""
         return time.monotonic() - self._start
+
+    @contextmanager
+    def uncounted(self) -> Iterator[None]:
+        """Time that the limit does not count: the first plan after an installation may have to compile for long."""
+        begin = time.monotonic()
+        yield
+        self._deadline += time.monotonic() - begin
 
     def phase(self, fraction: float, text: str) -> None:
         """Report that a new part of the work begins."""

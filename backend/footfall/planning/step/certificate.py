@@ -1,0 +1,123 @@
+"""The compiled check of one step's moving leg: its clearance, its limits and the balance of the feet that stay.
+
+What depends on the ground alone is made once for a ground and kept, where the ground is small enough.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.frames import apply
+from footfall.planning.step.edges import Array
+from footfall.planning.step.ground import Nearby
+from footfall.planning.step.kept import Kept
+from footfall.planning.step.leg_free_kernel import SURE, BodyTables, clear_rows, first_unsure
+from footfall.planning.step.problem import StepSettings
+from footfall.robot.bvh import robot_meshes
+from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
+from footfall.robot.description import PARTS, link_name
+from footfall.robot.ground_tables import GroundTables
+from footfall.robot.kinematics import center_of_mass, leg_link_poses
+from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+WHOLE = 100.0
+"""Ground of at most this area is prepared as a whole, for every leg and stance; of more, what one leg needs [m²]."""
+
+
+_whole: Kept[GroundTables] = Kept(4)
+
+
+class Certificate:
+    """One leg of a state over its ground; answers "sure" or "unsure", never wrongly "sure".
+
+    world: the map; ground: what is near the leg, without holes; normals (k, 2), offsets (k,): see BodyTables.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        state: RobotState,
+        leg: int,
+        world: Dem,
+        ground: Nearby,
+        settings: StepSettings,
+        normals: Array,
+        offsets: Array,
+    ) -> None:
+        T_site_base = np.asarray(state.T_site_base)
+        tables = _tables(robot, T_site_base, leg, world, ground, settings.clearance)
+        self.clearance = LegClearance(
+            robot, state.posture, leg, T_site_base, tables, settings.clearance, settings.raise_terrain
+        ).tables
+        self.body = _body(robot, state, leg, normals, offsets, settings.least_margin)
+
+    def first_unsure(self, qs: Array, terrain: str) -> int:
+        """The first of n postures (n, 6) that is not surely allowed, or n; terrain: "none", "true" or "raised"."""
+        found = first_unsure(np.ascontiguousarray(qs), self.clearance, self.body, MODES[terrain])
+        return len(qs) if found == SURE else found
+
+    def clear(self, qs: Array, terrain: str) -> NDArray[np.bool_]:
+        """Which of n postures (n, 6) surely keep all clearances, (n,); limits and balance are not asked."""
+        return clear_rows(np.ascontiguousarray(qs), self.clearance, MODES[terrain])
+
+
+def _body(robot: Robot, state: RobotState, leg: int, normals: Array, offsets: Array, least_margin: float) -> BodyTables:
+    own = slice(6 * leg, 6 * leg + 6)
+    moments = np.zeros((PART_COUNT, 4))
+    for i in range(6):
+        # the wheel is fixed to the last joint's body, which carries its mass
+        body = robot.model.inertias[6 * leg + i + 1]
+        moments[i] = *(body.mass * np.asarray(body.lever)), body.mass
+    moments /= robot.mass
+    tables = BodyTables(
+        lower=np.array(robot.lower[own], float),
+        upper=np.array(robot.upper[own], float),
+        moments=moments,
+        rest=np.zeros(2),
+        normals=np.array(normals, float).reshape(-1, 2),
+        offsets=np.array(offsets, float),
+        least=float(least_margin),
+    )
+    return tables._replace(rest=_rest(robot, state, leg, tables.moments))
+
+
+def _rest(robot: Robot, state: RobotState, leg: int, moments: Array) -> Array:
+    """Where the centre of mass is in x and y, less the leg's share of it."""
+    poses = leg_link_poses(robot, np.asarray(state.leg(leg)), leg)
+    own = sum(
+        (poses[link_name(leg, part)] @ np.append(moment[:3], moment[3]))[:3]
+        for part, moment in zip(PARTS, moments, strict=True)
+    )
+    share = moments[:, 3].sum()
+    T = np.asarray(state.T_site_base)
+    com = center_of_mass(robot, np.asarray(state.posture))
+    return (T[:3, :3] @ (com - own) + (1.0 - share) * T[:3, 3])[:2]
+
+
+def _tables(robot: Robot, T_site_base: Array, leg: int, world: Dem, ground: Nearby, clearance: float) -> GroundTables:
+    """Tables of ground that is nowhere lower than the one the meshes know."""
+    hip = apply(T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
+    west, south, east, north = world.geometry.bounds
+    seen = not _reaches_filled(robot, hip, ground, clearance)
+    if seen and (east - west) * (north - south) <= WHOLE:
+        return _whole.get(
+            (robot.digest, world.digest, clearance),
+            lambda: clearance_ground(robot, world.heights, world.geometry, clearance),
+        )
+    return clearance_ground(robot, ground.dem.heights, ground.dem.geometry, clearance, hip[:2], leg_reach(robot))
+
+
+def _reaches_filled(robot: Robot, hip: Array, ground: Nearby, clearance: float) -> bool:
+    """Whether ground that was not seen, but filled in, is within a leg's reach."""
+    spec, meshes = robot.description.legs[0], robot_meshes(robot.description)
+    along = np.cumsum((0.0, float(np.linalg.norm(spec.hip_offset)), spec.thigh, 0.0, spec.shank, 0.0, spec.foot))
+    reach = max(
+        length + np.linalg.norm(meshes[part].vertices, axis=1).max() for length, part in zip(along, PARTS, strict=True)
+    )
+    grid = ground.dem.geometry
+    # a filled cell is a corner of blocks that reach one cell farther
+    needed = reach + max(robot.description.clearances.terrain.values()) + clearance + 2 * grid.resolution
+    rows, cols = np.nonzero(ground.filled)
+    return bool((np.hypot(grid.xs[cols] - hip[0], grid.ys[rows] - hip[1]) <= needed).any())

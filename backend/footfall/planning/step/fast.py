@@ -1,0 +1,83 @@
+"""The compiled planner: SBL and shortcuts over postures that are surely free.
+
+Start and goal are free, but may be too near to something to be surely so. Then the search begins at a surely free
+posture beside them, which a mesh-checked edge joins to them.
+"""
+
+import numpy as np
+
+from footfall.planning.step.certificate import Certificate
+from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.sbl_kernel import GROWING, JOINED, grow, planted, route
+from footfall.planning.step.shortcut_kernel import shortened
+from footfall.robot.leg_clearance_kernel import RAISED_GROUND
+
+TRIES = 24
+"""Shortcuts that are tried."""
+_PICKS = 64
+"""Milestones picked between two looks at the clock."""
+_ESCAPES = np.repeat((0.02, 0.05, 0.1, 0.2, 0.4), 20)
+"""Half sizes of the boxes around an unsure end in which a sure posture is looked for [rad]."""
+
+
+def fast(
+    space: Space, certificate: Certificate, start: Array, goal: Array, *, radius: float, milestones: int, seed: int
+) -> Array | str:
+    """Waypoints (n, 6) over raised ground, shortened, or why there are none; start and goal must be free.
+
+    The same arguments give the same waypoints in any process.
+    """
+    rng = np.random.Generator(np.random.PCG64(seed))
+    ends = []
+    for q, name in ((start, "start"), (goal, "goal")):
+        sure = _escaped(space, q, rng)
+        if sure is None:
+            return f"the swing's {name} is too narrow for the compiled check"
+        ends.append(sure)
+    found = searched(space, certificate, ends[0], ends[1], rng, radius, milestones)
+    if found is None:
+        return f"the compiled SBL picked and placed up to {milestones} milestones without joining them"
+    path = shortened(found, rng, TRIES, space.epsilon, certificate.clearance, certificate.body, RAISED_GROUND)
+    before = [] if np.array_equal(path[0], start) else [start]
+    after = [] if np.array_equal(path[-1], goal) else [goal]
+    return np.array([*before, *path, *after])
+
+
+def compile_search(certificate: Certificate) -> None:
+    """Compile the search, or load it compiled, where this process has not yet."""
+    if not shortened.signatures:
+        ends, rng = np.zeros((2, 6)), np.random.default_rng(0)
+        checks = certificate.clearance, certificate.body, RAISED_GROUND
+        grow(planted(ends[0], ends[1], 1), rng, 1.0, 1.0, 0, *checks)
+        shortened(ends, rng, 0, 1.0, *checks)
+
+
+def searched(
+    space: Space,
+    certificate: Certificate,
+    start: Array,
+    goal: Array,
+    rng: np.random.Generator,
+    radius: float,
+    milestones: int,
+) -> Array | None:
+    """Waypoints (n, 6) as SBL joins them, or None; start and goal must be sure."""
+    trees = planted(start, goal, milestones)
+    outcome = GROWING
+    while outcome == GROWING:
+        space.tick()
+        outcome = grow(
+            trees, rng, radius, space.epsilon, _PICKS, certificate.clearance, certificate.body, RAISED_GROUND
+        )
+    return route(trees) if outcome == JOINED else None
+
+
+def _escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
+    """q itself where it is sure; else a sure posture beside it that a free edge joins to it, or None."""
+    if space.is_sure(q):
+        return q
+    for reach in _ESCAPES:
+        beside = rng.uniform(np.maximum(space.lower, q - reach), np.minimum(space.upper, q + reach))
+        if space.is_sure(beside) and space.edge_is_free(q, beside):
+            return beside
+    return None

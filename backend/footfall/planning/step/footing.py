@@ -1,0 +1,102 @@
+"""What a step takes from the stance and the ground alone: prepared once, kept for the next footfall asked for.
+
+Everything here is read only, so plans may share it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footfall.balance.support import half_planes
+from footfall.maps.standing import Contacts, contacts
+from footfall.planning.step.certificate import Certificate
+from footfall.planning.step.edges import Array
+from footfall.planning.step.ground import Nearby, Refused, nearby
+from footfall.planning.step.kept import Kept
+from footfall.planning.step.leg_over_ground import LegOverGround
+from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.solids import Solids
+from footfall.planning.step.start import start_objection
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+_KEPT = 12
+"""Stances remembered: two for each leg of a rover with six."""
+_BEYOND_REACH = 0.5
+"""How far beyond the leg's reach the ground is prepared [m]."""
+
+
+class Stance:
+    """Who stands where and lifts which leg. content: names all that; equal content is equal, in whatever objects."""
+
+    def __init__(self, robot: Robot, dem: Dem, state: RobotState, leg: int) -> None:
+        self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
+        self.content = robot.digest, dem.digest, state.digest, leg
+
+    @property
+    def hip(self) -> Array:
+        """(3,), site [m]."""
+        return (np.asarray(self.state.T_site_base) @ self.robot.description.legs[self.leg].T_base_hip)[:3, 3]
+
+    @property
+    def reach(self) -> float:
+        """How far the leg gets from its hip [m]."""
+        spec = self.robot.description.legs[self.leg]
+        return float(np.linalg.norm(spec.hip_offset) + spec.thigh + spec.shank + spec.foot + self.robot.wheel_radius)
+
+
+@dataclass(frozen=True)
+class Footing:
+    """feet: contacts of the legs that stay; normals (k, 2), offsets (k,): half-planes of their polygon, site.
+
+    certificate: the compiled check; solids, over_ground: the exact ones.
+    """
+
+    feet: Contacts
+    normals: Array
+    offsets: Array
+    certificate: Certificate
+    solids: Solids
+    over_ground: LegOverGround
+
+
+_objections: Kept[str] = Kept(_KEPT)
+_grounds: Kept[Nearby | Refused] = Kept(_KEPT)
+_footings: Kept[Footing] = Kept(_KEPT)
+
+
+def impossible(stance: Stance) -> str:
+    """What makes the stance impossible on its ground; empty where nothing does."""
+    return _objections.get(stance.content, lambda: start_objection(stance.robot, stance.dem, stance.state, stance.leg))
+
+
+def ground_near(stance: Stance) -> Nearby | Refused:
+    """The ground in reach of the leg, holes filled."""
+    return _grounds.get(stance.content, lambda: _ground_near(stance))
+
+
+def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
+    """Of a stance over the ground near its leg."""
+    asked = settings.clearance, settings.raise_terrain, settings.conservative, settings.least_margin
+    return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
+
+
+def _ground_near(stance: Stance) -> Nearby | Refused:
+    state = stance.state
+    foot = contacts(stance.robot, stance.dem, state.posture, state.T_site_base, [stance.leg]).points
+    return nearby(stance.dem, stance.hip[:2], stance.reach + _BEYOND_REACH, foot)
+
+
+def _footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
+    robot, dem, state, leg = stance.robot, stance.dem, stance.state, stance.leg
+    feet = contacts(robot, dem, state.posture, state.T_site_base, [i for i in robot.legs if i != leg])
+    normals, offsets = half_planes(feet.points, settings.conservative)
+    return Footing(
+        feet,
+        normals,
+        offsets,
+        Certificate(robot, state, leg, dem, ground, settings, normals, offsets),
+        Solids(robot, np.asarray(state.posture), leg, settings.clearance),
+        LegOverGround(robot, leg, np.asarray(state.T_site_base), ground, settings.clearance),
+    )

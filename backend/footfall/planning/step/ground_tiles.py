@@ -1,0 +1,75 @@
+"""The ground's triangles in square tiles, each a hierarchy that is built when something first comes near it.
+
+Building one hierarchy of all the ground in reach of a leg takes longer than planning a step over it, and a step comes
+near a small part only. The tiles hold the very triangles of :func:`~footfall.terrain.triangulate.triangulate`. Raised
+ground is the same tiles placed higher. A tile lies at the origin of its own frame, so equal patches of ground are one
+hierarchy, for whatever stance, and large site coordinates cost no precision.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.frames import transform
+from footfall.core.grid import GridGeometry
+from footfall.core.value import Provenance
+from footfall.robot.bvh import bvh
+from footfall.terrain.dem import Dem
+from footfall.terrain.triangulate import triangulate
+
+Array = NDArray[np.float64]
+
+BLOCKS = 24
+"""Blocks of 2 × 2 cells along the side of a tile."""
+
+
+class GroundTiles:
+    """Tiles of a Dem without holes, site frame."""
+
+    def __init__(self, dem: Dem) -> None:
+        self._heights, self._resolution = np.asarray(dem.heights), dem.geometry.resolution
+        grid = dem.geometry
+        # tiles begin at multiples of BLOCKS of the whole map, so that crops of one map share them
+        rows = list(_beginnings(grid.rows, round(grid.y0 / grid.resolution)))
+        cols = list(_beginnings(grid.cols, round(grid.x0 / grid.resolution)))
+        self._windows = [(r0, r1, c0, c1) for r0, r1 in rows for c0, c1 in cols]
+        low, high = [], []
+        for r0, r1, c0, c1 in self._windows:
+            window = self._heights[r0 : r1 + 1, c0 : c1 + 1]
+            low.append((grid.x0 + c0 * grid.resolution, grid.y0 + r0 * grid.resolution, float(window.min())))
+            high.append((grid.x0 + c1 * grid.resolution, grid.y0 + r1 * grid.resolution, float(window.max())))
+        self._low, self._high = np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3)
+
+    def distances(self, low: Array, high: Array) -> Array:
+        """Lower bounds of the distances from boxes with corners (n, 3) to the tiles' triangles, (n, tiles) [m]."""
+        square = np.zeros((len(low), len(self._low)))
+        for axis in range(3):
+            below = self._low[:, axis] - high[:, None, axis]
+            above = low[:, None, axis] - self._high[:, axis]
+            square += np.maximum(np.maximum(below, above), 0.0) ** 2
+        return np.sqrt(square)
+
+    def shape(self, tile: int) -> tuple[coal.BVHModelOBBRSS, Array]:
+        """A tile's hierarchy and T_site_tile (4, 4)."""
+        r0, r1, c0, c1 = self._windows[tile]
+        window = np.ascontiguousarray(self._heights[r0 : r1 + 1, c0 : c1 + 1], np.float32)
+        corner = (*self._low[tile, :2], 0.0)
+        return _hierarchy(window.tobytes(), *window.shape, self._resolution), transform(translation=corner)
+
+
+def _beginnings(count: int, first: int) -> Iterator[tuple[int, int]]:
+    """First and last cell of each tile along one side; neighbours share a row of cells."""
+    begin = 0
+    while begin < count - 1:
+        end = min(begin + BLOCKS - (first + begin) % BLOCKS, count - 1)
+        yield begin, end
+        begin = end
+
+
+@lru_cache(maxsize=160)
+def _hierarchy(heights: bytes, rows: int, cols: int, resolution: float) -> coal.BVHModelOBBRSS:
+    window = np.frombuffer(heights, np.float32).reshape(rows, cols)
+    return bvh(triangulate(Dem(window, GridGeometry(0.0, 0.0, resolution, rows, cols), "tile", Provenance({}))))

@@ -1,0 +1,255 @@
+"""SBL over surely free postures of a leg, compiled: two trees, checked lazily.
+
+G. Sánchez & J.-C. Latombe, "A single-query bi-directional probabilistic roadmap planner with lazy collision checking",
+ISRR 2001, and "On delaying collision checking in PRM planning", IJRR 2002; see sbl.py for the same search over any
+test. Here a configuration counts as free only where it is sure (leg_free_kernel.py). Distances are in the maximum norm.
+
+All segments but the bridge just tried belong to one of the trees, so each is known by its milestone farther from the
+root. When a bridge has joined the trees and a segment of the route turns out to be blocked, what hangs behind that
+segment passes to the other tree over the bridge.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from footfall.planning.step.leg_free_kernel import BodyTables, halvings, is_sure, level_is_sure
+from footfall.robot.leg_clearance_kernel import LegTables
+
+Array = NDArray[np.float64]
+
+GROWING, JOINED, EXHAUSTED = 0, 1, 2
+"""What :func:`grow` returns."""
+
+SHRINKS = 64
+"""Radii ρ/1 … ρ/64 tried around one milestone before another is picked."""
+DIVISIONS = 16
+"""Cells of the density grid along each of its two coordinates."""
+REPICK = 64
+"""Milestones after which the density grid changes to two other coordinates."""
+PICKS = 4
+"""Milestones may be picked this many times as often as the bound on them says; a pick may place none."""
+
+COUNT, PICKED, AXIS_A, AXIS_B, BRIDGE_A, BRIDGE_B = range(6)
+"""Entries of ``Trees.numbers``."""
+
+
+class Trees(NamedTuple):
+    """Room for n milestones; 0 is the start, 1 the goal.
+
+    q: (n, 6) [rad]. side: (n,) 0 in the tree of the start, 1 of the goal. parent: (n,), −1 for the roots. level: (n,)
+    halvings done of the segment to the parent. cell: (n,) of the density grid. tally: (2, cells) milestones of each
+    tree in each cell. numbers: (6,), see COUNT to BRIDGE_B.
+    """
+
+    q: Array
+    side: NDArray[np.int64]
+    parent: NDArray[np.int64]
+    level: NDArray[np.int64]
+    cell: NDArray[np.int64]
+    tally: NDArray[np.int64]
+    numbers: NDArray[np.int64]
+
+
+def planted(start: Array, goal: Array, milestones: int) -> Trees:
+    """Trees of a start and a goal (6,) with room for so many milestones."""
+    n = milestones + 2
+    trees = Trees(
+        q=np.empty((n, 6)),
+        side=np.zeros(n, np.int64),
+        parent=np.full(n, -1),
+        level=np.zeros(n, np.int64),
+        cell=np.zeros(n, np.int64),
+        tally=np.zeros((2, DIVISIONS * DIVISIONS), np.int64),
+        numbers=np.array([2, 0, 0, 1, -1, -1]),
+    )
+    trees.q[0], trees.q[1], trees.side[1] = start, goal, 1
+    return trees
+
+
+def route(trees: Trees) -> Array:
+    """Waypoints (n, 6) from start to goal over the bridge of joined trees."""
+    a, b = int(trees.numbers[BRIDGE_A]), int(trees.numbers[BRIDGE_B])
+    if trees.side[a] != 0:
+        a, b = b, a
+    return trees.q[_to_root(trees, a)[::-1] + _to_root(trees, b)]
+
+
+def _to_root(trees: Trees, milestone: int) -> list[int]:
+    out = [milestone]
+    while trees.parent[out[-1]] >= 0:
+        out.append(int(trees.parent[out[-1]]))
+    return out
+
+
+@njit(cache=True)
+def grow(
+    trees: Trees,
+    rng: np.random.Generator,
+    radius: float,
+    epsilon: float,
+    picks: int,
+    clearance: LegTables,
+    body: BodyTables,
+    mode: int,
+) -> int:
+    """Pick up to ``picks`` milestones and grow the trees there; start and goal must be sure."""
+    numbers = trees.numbers
+    room = trees.q.shape[0]
+    if numbers[PICKED] == 0:
+        _regrid(trees, rng, body)
+        if _connected(trees, 0, radius, epsilon, clearance, body, mode):
+            return JOINED
+    for _ in range(picks):
+        if numbers[COUNT] == room or numbers[PICKED] >= PICKS * room:
+            return EXHAUSTED
+        numbers[PICKED] += 1
+        if _expanded(trees, rng, radius, clearance, body, mode) and _connected(
+            trees, numbers[COUNT] - 1, radius, epsilon, clearance, body, mode
+        ):
+            return JOINED
+    return GROWING
+
+
+@njit(cache=True)
+def _expanded(
+    trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
+) -> bool:
+    """EXPAND-TREE: one new sure milestone near a picked one, in boxes that shrink as ρ/1, ρ/2, …"""
+    picked = _pick(trees, rng, int(rng.random() * 2))
+    new = trees.numbers[COUNT]
+    q = trees.q[new]
+    for shrink in range(1, SHRINKS + 1):
+        reach = radius / shrink
+        for k in range(6):
+            low = max(body.lower[k], trees.q[picked, k] - reach)
+            high = min(body.upper[k], trees.q[picked, k] + reach)
+            q[k] = low + rng.random() * (high - low)
+        if is_sure(q, clearance, body, mode):
+            trees.side[new], trees.parent[new], trees.level[new] = trees.side[picked], picked, 0
+            trees.numbers[COUNT] = new + 1
+            if (new + 1) % REPICK == 0:
+                _regrid(trees, rng, body)
+            else:
+                _enter_cell(trees, new, body)
+            return True
+    return False
+
+
+@njit(cache=True)
+def _pick(trees: Trees, rng: np.random.Generator, side: int) -> int:
+    """A milestone of one tree, from a filled cell at random: thinly covered regions are picked more often."""
+    filled = 0
+    for cell in range(trees.tally.shape[1]):
+        filled += trees.tally[side, cell] > 0
+    wanted = int(rng.random() * filled)
+    chosen = -1
+    for cell in range(trees.tally.shape[1]):
+        if trees.tally[side, cell] > 0:
+            if wanted == 0:
+                chosen = cell
+                break
+            wanted -= 1
+    member = int(rng.random() * trees.tally[side, chosen])
+    for i in range(trees.numbers[COUNT]):
+        if trees.side[i] == side and trees.cell[i] == chosen:
+            if member == 0:
+                return i
+            member -= 1
+    return side  # each tree has its root
+
+
+@njit(cache=True)
+def _enter_cell(trees: Trees, i: int, body: BodyTables) -> None:
+    at = 0
+    for axis in (trees.numbers[AXIS_A], trees.numbers[AXIS_B]):
+        share = (trees.q[i, axis] - body.lower[axis]) / max(body.upper[axis] - body.lower[axis], 1e-12)
+        at = at * DIVISIONS + min(max(int(share * DIVISIONS), 0), DIVISIONS - 1)
+    trees.cell[i] = at
+    trees.tally[trees.side[i], at] += 1
+
+
+@njit(cache=True)
+def _regrid(trees: Trees, rng: np.random.Generator, body: BodyTables) -> None:
+    """Lay the density grid over two other coordinates."""
+    a, b = int(rng.random() * 6), int(rng.random() * 5)
+    trees.numbers[AXIS_A], trees.numbers[AXIS_B] = a, b + (b >= a)
+    _recount(trees, body)
+
+
+@njit(cache=True)
+def _recount(trees: Trees, body: BodyTables) -> None:
+    trees.tally[:] = 0
+    for i in range(trees.numbers[COUNT]):
+        _enter_cell(trees, i, body)
+
+
+@njit(cache=True)
+def _distance(a: Array, b: Array) -> float:
+    away = 0.0
+    for k in range(a.size):
+        away = max(away, abs(a[k] - b[k]))
+    return away
+
+
+@njit(cache=True)
+def _connected(
+    trees: Trees, newest: int, radius: float, epsilon: float, clearance: LegTables, body: BodyTables, mode: int
+) -> bool:
+    """CONNECT-TREES: bridge a milestone to the closest of the other tree, if within ρ, and TEST-PATH."""
+    other, least = -1, radius
+    for i in range(trees.numbers[COUNT]):
+        if trees.side[i] != trees.side[newest]:
+            away = _distance(trees.q[i], trees.q[newest])
+            if away < least:
+                other, least = i, away
+    if other < 0:
+        return False
+    trees.numbers[BRIDGE_A], trees.numbers[BRIDGE_B] = newest, other
+    q, bridge_level = np.empty(6), 0
+    while True:
+        # the segment whose unchecked pieces are longest; −1 stands for the bridge
+        worst, length = -2, 0.0
+        if halvings(trees.q[newest], trees.q[other], epsilon) > bridge_level:
+            worst, length = -1, least / 2**bridge_level
+        for end in (newest, other):
+            i = end
+            while trees.parent[i] >= 0:
+                a, b = trees.q[i], trees.q[trees.parent[i]]
+                pieces = _distance(a, b) / 2 ** trees.level[i]
+                if pieces > length and halvings(a, b, epsilon) > trees.level[i]:
+                    worst, length = i, pieces
+                i = trees.parent[i]
+        if worst == -2:
+            return True
+        if worst == -1:
+            bridge_level += 1
+            if not level_is_sure(trees.q[newest], trees.q[other], bridge_level, q, clearance, body, mode):
+                return False
+            continue
+        trees.level[worst] += 1
+        a, b = trees.q[worst], trees.q[trees.parent[worst]]
+        if not level_is_sure(a, b, trees.level[worst], q, clearance, body, mode):
+            _hand_over(trees, worst, newest, other, bridge_level)
+            _recount(trees, body)
+            return False
+
+
+@njit(cache=True)
+def _hand_over(trees: Trees, blocked: int, newest: int, other: int, bridge_level: int) -> None:
+    """Take the segment from ``blocked`` to its parent out; what hangs behind it passes over the bridge."""
+    end, beyond = (newest, other) if trees.side[blocked] == trees.side[newest] else (other, newest)
+    before, level, i = beyond, bridge_level, end
+    while True:
+        following, its_level = trees.parent[i], trees.level[i]
+        trees.parent[i], trees.level[i] = before, level
+        if i == blocked:
+            break
+        before, level, i = i, its_level, following
+    for i in range(trees.numbers[COUNT]):
+        root = i
+        while trees.parent[root] >= 0:
+            root = trees.parent[root]
+        trees.side[i] = root
