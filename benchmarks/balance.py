@@ -1,7 +1,9 @@
 """Balance: support polygons, equilibrium with friction and torque, and their agreement with general solvers."""
 
 import itertools
+import tracemalloc
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import shapely
@@ -36,6 +38,8 @@ def figures(quick: bool) -> Iterator[Figure]:
     yield from _regions(n)
     yield from _maps(2 if quick else 5)
     yield from _torques(n)
+    if not quick:
+        yield from _growth()
     yield _lp_disagreements(100 if quick else 5000)
     yield _shapely_difference(200 if quick else 10_000)
 
@@ -95,12 +99,40 @@ def _regions(n: int) -> Iterator[Figure]:
     )
 
 
+def _candidates(count: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Candidates and their normals, (count, 3) each, about the sixth foot of the stance, and centres of mass."""
+    (contacts, _), *_ = stances(1, feet=6)
+    candidates = contacts[5] + rng.uniform(-1, 1, (count, 3)) * [1.2, 1.2, 0.3]
+    own = np.column_stack([0.25 * rng.normal(size=(count, 2)), np.ones(count)])
+    return candidates, own, rng.uniform(-0.4, 0.4, (count, 2))
+
+
+def _growth() -> Iterator[Figure]:
+    """Time and memory from 10⁴ to 10⁶ candidates."""
+    (contacts, normals), *_ = stances(1, feet=6)
+
+    def conservative(candidates: Array, own: Array, coms: Array) -> None:
+        margins_for_candidates(contacts[:5, :2], candidates[:, :2], coms, True)
+
+    def friction(candidates: Array, own: Array, coms: Array) -> None:
+        region_margins_for_candidates(contacts[:5], normals[:5], candidates, own, coms)
+
+    for count in (10_000, 100_000, 1_000_000):
+        asked = _candidates(count, np.random.default_rng(SEED))
+        for call in (conservative, friction):
+            name = f"balance.growth_{call.__name__}_{count:.0e}"
+            yield Figure(name, seconds(partial(call, *asked), 3), "s")
+            tracemalloc.start()
+            call(*asked)
+            peak = tracemalloc.get_traced_memory()[1]
+            tracemalloc.stop()
+            yield Figure(f"{name}_memory", (peak / count,), "B/cell")
+
+
 def _maps(n: int) -> Iterator[Figure]:
     rng = np.random.default_rng(SEED)
     (contacts, normals), *_ = stances(1, feet=6)
-    candidates = contacts[5] + rng.uniform(-1, 1, (MAP_CELLS, 3)) * [1.2, 1.2, 0.3]
-    own = np.column_stack([0.25 * rng.normal(size=(MAP_CELLS, 2)), np.ones(MAP_CELLS)])
-    coms = rng.uniform(-0.4, 0.4, (MAP_CELLS, 2))
+    candidates, own, coms = _candidates(MAP_CELLS, rng)
     for name, conservative in (("plain", False), ("conservative", True)):
         times = seconds(
             lambda c=conservative: region_margins_for_candidates(contacts[:5], normals[:5], candidates, own, coms, c), n

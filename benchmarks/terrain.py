@@ -107,7 +107,8 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
         images = render_snapshot(robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects])
         told = Snapshot(stance.told, images.pairs)
         dem = build_terrain(robot(), told)
-        fit = fit_posture(robot(), stance.told.posture, match_pairs(told.pairs, TerrainSettings())[0])
+        matched = match_pairs(told.pairs, TerrainSettings())[0]
+        fit = fit_posture(robot(), stance.told.posture, [(one.pair, one.disparity) for one in matched])
         true_wheels = wheel_centers(robot(), stance.true.posture)
         for posture, off in ((stance.told.posture, wheels_told), (fit.posture, wheels_fitted)):
             off += np.linalg.norm(wheel_centers(robot(), posture) - true_wheels, axis=1).tolist()
