@@ -224,8 +224,7 @@ def test_single_pair_out_of_range_is_refused(make_pair, speckle):
         {"mask_margin": -1.0},
         {"fitted_margin": -1.0},
         {"least_angle": 0.6},
-        {"coarse_step": 0.0},
-        {"coarse_px": 41},
+        {"max_deviation": 0.0},
     ],
 )
 def test_wrong_settings_are_refused(wrong):

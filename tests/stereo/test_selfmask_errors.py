@@ -99,19 +99,3 @@ def test_a_leg_that_images_showed_takes_its_own_margin(athlete):
     assert (narrow <= wide).all()
     assert (none <= narrow).all()
     assert wide.sum() > narrow.sum() > none.sum()  # the chassis keeps its margin
-
-
-def test_only_what_lies_far_away_as_a_whole_is_widened_further(athlete):
-    told = athlete.posture("stand")
-    camera = athlete.description.camera_pair("haz0").camera_left
-    state = state_of(athlete, told)
-    plain = robot_mask(athlete, state, camera)
-    further = robot_mask(athlete, state, camera, far=2.6, far_px=8)
-    gained = further & ~plain
-    assert (plain <= further).all()
-    assert gained.any()
-    # ground beside a part further than 2.6 m away; beside nearer parts nothing changes
-    near_only = robot_mask(athlete, state, camera, far=9.0, far_px=8)
-    assert np.array_equal(near_only, plain)
-    depth = seen_depth(athlete, told, camera)
-    assert depth[np.isfinite(depth)].max() > 2.6 > depth[np.isfinite(depth)].min()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidImages
 from footfall.telemetry.images import Camera, ImagePair
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.stereo import depth, disparity
+from footfall.terrain.stereo import depth, deviations, disparity, match
 
 SETTINGS = TerrainSettings(min_range=1.0)
 
@@ -55,6 +55,26 @@ def test_principal_points_that_differ_shift_the_search(make_pair, speckle):
     found = disparity(pair, SETTINGS)
     assert np.nanmedian(found) == pytest.approx(-5.0, abs=0.1)
     assert np.nanmedian(depth(pair, found)) == pytest.approx(200 * 0.2 / 7, rel=0.02)
+
+
+def test_nothing_is_told_of_what_is_met_edge_on(rock_snapshot):
+    """Against angles from depths of neighbouring pixels instead of the fitted slopes."""
+    pair = rock_snapshot.pairs[0]
+    camera = pair.camera_left
+    found = match(pair, SETTINGS)
+    told = deviations(found, pair, SETTINGS)
+    edge_on = np.isinf(told)
+    assert np.array_equal(told[~edge_on], found.deviation[~edge_on], equal_nan=True)
+    x, y = np.meshgrid(np.arange(camera.width) - camera.cx, np.arange(camera.height) - camera.cy)
+    ray = np.stack([x / camera.fx, y / camera.fy, np.ones(x.shape)])
+    down, along = np.gradient(ray * depth(pair, found.disparity), axis=(1, 2))
+    normal = np.cross(along, down, axis=0)
+    sine = np.abs((normal * ray).sum(axis=0)) / np.linalg.norm(normal, axis=0) / np.linalg.norm(ray, axis=0)
+    met = np.arcsin(sine)
+    known = np.isfinite(met)
+    assert (known & edge_on).sum() > 100
+    assert (met[known & edge_on] < 1.5 * SETTINGS.least_angle).mean() > 0.9
+    assert (met[known & ~edge_on] > SETTINGS.least_angle / 1.5).mean() > 0.98
 
 
 def test_number_of_threads_does_not_matter(rock_snapshot):

@@ -42,25 +42,23 @@ EXPECTED_RIGHT, EXPECTED_PAIR = np.deg2rad(0.3), np.deg2rad(0.5)
 
 CANDIDATES, COMMON_POINTS = 300, 150
 """Matches of one pair that are looked for in another, and points common to two pairs that are used, at most."""
-
 FEWEST_COMMON = 15
 """Fewer common points of two pairs are taken for chance."""
 
 NEAREST, FARTHEST = 0.5, 12.0
 """Depths of points that are used [m]."""
-
 HALF_PATCH, SEARCH = 10, 24
 """Compared patches reach this far, and are looked for within this, in pixels' width on the ground."""
-
 ALIKE = 0.75
 """Least correlation of two patches of one point."""
 
 NOISE, LOSS_SCALE = 0.3, 2.0
 """Expected deviation of a match [px]; errors beyond this many deviations count as outliers more and more."""
 
-
 OUTLIER = 1.0
 """A common point that is still off by this after the first solution is left out of the second [px]."""
+SURE = 2.0
+"""Turns smaller than this many standard deviations are left out."""
 
 ROUNDS = 50
 """Steps of each solution; it takes about twenty."""
@@ -68,7 +66,8 @@ ROUNDS = 50
 
 @value
 class Refinement(Value):
-    """What was found. right_turns, pair_turns: (pairs, 3) about the axes of each right and left camera [rad].
+    """What was applied. right_turns, pair_turns: (pairs, 3) about the axes of each right and left camera [rad], 0 where
+    what was found is less than SURE deviations.
 
     right_uncertainty, pair_uncertainty: (pairs, 3) one standard deviation of each [rad]; zero for the reference, and
     that of the prior where the images don't tell. common: (pairs, pairs) points seen by both. before, after: median
@@ -125,15 +124,17 @@ def refine(pairs: Sequence[ImagePair], progress: Progress = no_progress) -> tupl
     problem = _Problem(pairs, own, problem.agreeing(solved.x))
     solved = problem.solved(solved.x[: problem.turns])
     after = problem.common_error(solved.x)
-    found = np.round(solved.x[: problem.turns], 7)
+    deviations = problem.uncertainty(solved.jac)
+    found = solved.x[: problem.turns]
+    # what the images don't tell apart from nothing would only add its own error
+    found = np.where(np.abs(found) >= SURE * deviations, np.round(found, 7), 0.0)
     right_turns, pair_turns = problem.split(found)
     refined = tuple(
         _turned(turn_right_image(pair, right_turn) if right_turn.any() else pair, pair_turn)
         for pair, right_turn, pair_turn in zip(pairs, right_turns, pair_turns, strict=True)
     )
     names = tuple(pair.name for pair in pairs)
-    sure = problem.split(problem.uncertainty(solved.jac))
-    return refined, Refinement(names, right_turns, pair_turns, *sure, common, before, after)
+    return refined, Refinement(names, right_turns, pair_turns, *problem.split(deviations), common, before, after)
 
 
 def _turned(pair: ImagePair, turn: Array) -> ImagePair:

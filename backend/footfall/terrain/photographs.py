@@ -12,7 +12,7 @@ from footfall.robot.model import Robot
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import all_samples, build_terrain, dem_of, grid_around, match_pairs, site_points_of
+from footfall.terrain.build import Matched, all_samples, build_terrain, dem_of, grid_around, match_pairs, site_points_of
 from footfall.terrain.bundle_adjustment import refine
 from footfall.terrain.dem import Dem
 from footfall.terrain.rectify import rectify
@@ -91,20 +91,20 @@ def terrain_from_pairs(
     settings = settings or TerrainSettings()
     matched, name, reasons = match_pairs(pairs, settings, progress, left_out)
     if center is None:
-        seen = np.concatenate([_seen(pair, disparity, settings) for pair, disparity in matched], axis=1)
+        seen = np.concatenate([_seen(one, settings) for one in matched], axis=1)
         if seen.shape[1] == 0:
             raise InvalidImages(f"{name}: nothing lies within {settings.max_range} m")
         center = float(np.median(seen[0])), float(np.median(seen[1]))
     geometry = grid_around(*center, settings)
     samples = all_samples(matched, np.eye(4), geometry, settings, progress)
-    used = [pair for pair, _ in matched]
+    used = [one.pair for one in matched]
     provenance = Provenance({pair.name: pair.digest for pair in pairs}, settings)
     dem = dem_of(samples, used, geometry, settings, name, provenance)
     progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
     return replace(dem, left_out=reasons)
 
 
-def _seen(pair: ImagePair, disparity: np.ndarray, settings: TerrainSettings) -> np.ndarray:
+def _seen(matched: Matched, settings: TerrainSettings) -> np.ndarray:
     """Points of the ground, x and y, (2, n)."""
-    points, _ = site_points_of(pair, disparity, settings)
+    points = site_points_of(matched, settings)[0]
     return points[:2, np.isfinite(points[2])]

@@ -5,8 +5,11 @@ costs. Both pull: to whole pixels, and small rises down to the ground around the
 a plane of disparity, d(x, y) = d + p x + q y, that makes its patch of the left image agree best with the right one:
 Gauss–Newton on grey values (Lucas & Kanade, IJCAI 1981; Baker & Matthews, IJCV 2004), with planes as in Bleyer, Rhemann
 & Rother, *PatchMatch stereo*, BMVC 2011. Weights leave out what does not fit the plane: occlusions, and surfaces at
-other disparities.
+other disparities. What the fit leaves open is each disparity's variance, and the plane says how the surface lies: both
+tell what was matched by chance.
 """
+
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -34,12 +37,29 @@ ALIKE = 41
 FARTHEST = 1.0
 """Standard deviation of what comes in where the images say nothing, and how far the result may be from it [px]."""
 
+CONTRAST_AS_NOISE = 0.5
+"""Contrast counts as noise in the weights, so errors are smaller than the normal equations say: against rendered ground
+by about this factor, in clean images and in noisy ones [px/px]."""
+
 STEEPEST = 0.5
 """Disparity changes by at most this from one pixel to the next on a surface that both cameras see [px]."""
 
 
-def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image) -> Image:
-    """Better disparities (height, width) float32 [px] of the left image; NaN stays NaN. Deterministic.
+class Refined(NamedTuple):
+    """Of each pixel of the left image, (height, width) float32, NaN where unknown.
+
+    disparity: [px]. along, down: its change to the next column and row on the surface there. deviation: its standard
+    deviation [px], at most half of FARTHEST.
+    """
+
+    disparity: Image
+    along: Image
+    down: Image
+    deviation: Image
+
+
+def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image) -> Refined:
+    """Better disparities; NaN stays NaN. Deterministic.
 
     disparity: (height, width) to about half a pixel, NaN = unknown.
     """
@@ -47,7 +67,7 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     start = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
     error, slope = _compared(left.astype(np.float32), right.astype(np.float32), start, known)
     weight = np.where(known, 1.0 / _variance(left.astype(np.float32)), 0.0).astype(np.float32)
-    planes = np.stack([start, np.zeros_like(start), np.zeros_like(start)])
+    planes = np.stack([start, np.zeros_like(start), np.zeros_like(start), np.full_like(start, FARTHEST**2)])
     reach = WIDE_REACH
     for radius in RADII:
         planes = fit_planes(
@@ -56,15 +76,16 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
             _bordered(slope, radius),
             _bordered(weight, radius),
             _bordered(planes[0], radius),
-            planes,
+            planes[:3],
             radius,
             1.0 / reach,
             1.0 / FARTHEST**2,
         )
         np.clip(planes[0], start - np.float32(FARTHEST), start + np.float32(FARTHEST), out=planes[0])
-        np.clip(planes[1:], -STEEPEST, STEEPEST, out=planes[1:])
+        np.clip(planes[1:3], -STEEPEST, STEEPEST, out=planes[1:3])
         reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - start[known]))
-    return np.where(known, planes[0], np.float32(np.nan))
+    planes[:, ~known] = np.nan
+    return Refined(planes[0], planes[1], planes[2], np.float32(CONTRAST_AS_NOISE) * np.sqrt(planes[3]))
 
 
 def _deviation(errors: Image) -> float:

@@ -19,7 +19,8 @@ def fit_planes(
     inverse_reach: float,
     pull: float,
 ) -> Image:
-    """Planes (3, height, width) as disparity at the pixel, its change per column and per row, one step better.
+    """Planes (3, height, width) as disparity at the pixel, its change per column and per row, one step better, and the
+    variance of the disparity [px²] as a fourth layer: of the inverse of the matrix of the normal equations, the corner.
 
     start: disparities that the right image was sampled at; error: its grey minus the left one there; slope: of the
     right image along the row; weight: 1 / variance of the error, 0 = unknown; found: disparities so far. These five
@@ -32,7 +33,7 @@ def fit_planes(
     in found(q) − P(q): another surface is not followed.
     """
     height, width = planes.shape[1:]
-    better = np.empty_like(planes)
+    better = np.empty((4, height, width), np.float32)
     one, ridge = np.float32(1.0), np.float32(0.02)
     narrow, toward = np.float32(inverse_reach), np.float32(pull)
     for i in prange(height):
@@ -78,9 +79,11 @@ def fit_planes(
             t[u] += toward * (start[v + radius, u + radius] - at[u])
             determinant = s[u] * c00 + sx[u] * c01 + sy[u] * c02
             better[0, v, u], better[1, v, u], better[2, v, u] = at[u], along[u], down[u]
+            better[3, v, u] = one / toward
             if determinant > np.float32(1e-9):
                 c11, c12, c22 = s[u] * yy - sy[u] * sy[u], sx[u] * sy[u] - s[u] * xy, s[u] * xx - sx[u] * sx[u]
                 better[0, v, u] += (c00 * t[u] + c01 * tx[u] + c02 * ty[u]) / determinant
                 better[1, v, u] += (c01 * t[u] + c11 * tx[u] + c12 * ty[u]) / determinant
                 better[2, v, u] += (c02 * t[u] + c12 * tx[u] + c22 * ty[u]) / determinant
+                better[3, v, u] = c00 / determinant
     return better

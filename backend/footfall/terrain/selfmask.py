@@ -45,8 +45,6 @@ def robot_mask(
     *,
     errors: Sequence[LegError] | None = None,
     fitted_margin: float = 0.01,
-    far: float = math.inf,
-    far_px: int = 0,
 ) -> NDArray[np.bool_]:
     """Pixels that may show the robot, (height, width), True on the robot; see :func:`robot_depths`."""
     depths = robot_depths(
@@ -57,8 +55,6 @@ def robot_mask(
         extra_px,
         errors=errors,
         fitted_margin=fitted_margin,
-        far=far,
-        far_px=far_px,
     )
     return depths > 0
 
@@ -72,8 +68,6 @@ def robot_depths(
     *,
     errors: Sequence[LegError] | None = None,
     fitted_margin: float = 0.01,
-    far: float = math.inf,
-    far_px: int = 0,
 ) -> NDArray[np.float32]:
     """Greatest depth at which each pixel may show the robot, (height, width) [m]: 0 where it never does.
 
@@ -83,7 +77,7 @@ def robot_depths(
     that rim, only what lies no deeper than the part can be the part: the ground behind stays.
 
     errors: of each leg; by default what encoders and sag do. fitted_margin: instead of ``margin``, for legs that
-    images showed [m]. far_px: by so much more is widened what lies further away than ``far`` [m] as a whole.
+    images showed [m].
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
     R_camera_base = T_camera_base[:3, :3]
@@ -93,8 +87,7 @@ def robot_depths(
         part = Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
         spread, bend = np.einsum("ij,njk->nik", R_camera_base, spread), bend @ R_camera_base.T
         parts.append(part)
-        beyond = far_px if float(part.vertices[:, 2].min()) > far else 0
-        widths.append(_moved_px(part, spread, bend, camera) + beyond)
+        widths.append(_moved_px(part, spread, bend, camera))
         margins.append(fitted_margin if fitted else margin)
         along = SIGMAS * np.linalg.norm(spread[:, 2], axis=1) + np.abs(bend[:, 2])
         deeper.append(max(float(along.max()), margins[-1]))

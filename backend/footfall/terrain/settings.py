@@ -23,18 +23,15 @@ class TerrainSettings(Value):
     max_skew: a pair whose images were taken further apart than this is left out [s].
     max_jump: neighbouring pixels whose disparities differ by more than this belong to two surfaces [px].
     max_edge: depth triangles with a longer side seen from above are left open [m].
-    least_angle: surfaces that a ray meets at less than this lead over a depth jump and are left open [rad].
+    max_deviation: pixels whose depth has a larger standard deviation than this are left out [m].
+    least_angle: so are those whose ray meets the surface at less than this: such lead over a depth jump [rad].
     mask_margin: how wrong the robot's pose in its own images may be [m].
     fit_legs: look in the images for where the legs really are, before they are taken out.
     fitted_margin: instead of mask_margin, for legs that were found so [m].
-    coarse_step: where a pixel of disparity is worth more depth than this [m], ground beside the robot is not believed:
-        matching leads over from one to the other within a few pixels, and each is worth too much there.
-    coarse_px: that much further the robot is taken out there [px].
     gate: views of one cell that differ from the weighted median by more than this are left out [m].
     despike: a cell that differs from the median of its 5 × 5 neighbours by more than this, and more than they do, takes
         the median [m].
     min_neighbours: known cells among those 25 (itself included) that a cell needs to be kept.
-    disparity_deviation: standard deviation of a disparity [px]; heights get the variance (σ·z²/(f·B))².
     keep: merge into the map that there is; else start anew. Off by default: where a new obstacle hides ground from the
         cameras, the map keeps what stood there before, which may be wrong by now.
     memory_half_size: the map keeps what lies this far to each side of the rover [m].
@@ -48,23 +45,21 @@ class TerrainSettings(Value):
 
     resolution: float = 0.02
     half_size: float = 4.0
-    matcher: str = "hh"
+    matcher: str = "3way"
     block_size: int = 3
     min_range: float = 1.0
     max_range: float = 8.0
     max_skew: float = MAX_SKEW
-    max_jump: float = 0.5
+    max_jump: float = 0.35
     max_edge: float = 0.1
-    least_angle: float = 0.2
+    max_deviation: float = 0.0275
+    least_angle: float = 0.25
     mask_margin: float = 0.03
     fit_legs: bool = True
     fitted_margin: float = 0.01
-    coarse_step: float = 0.125
-    coarse_px: int = 7
     gate: float = 0.05
     despike: float = 0.02
     min_neighbours: int = 8
-    disparity_deviation: float = 0.09
     keep: bool = False
     memory_half_size: float = 6.0
     drift_per_hour: float = 0.005
@@ -93,17 +88,15 @@ class TerrainSettings(Value):
             raise InvalidInput("max_jump, max_edge, gate and despike need numbers above zero")
         if not (0 <= self.mask_margin <= 1 and 0 <= self.fitted_margin <= 1 and 0 <= self.min_neighbours <= 25):
             raise InvalidInput("needs mask_margin and fitted_margin 0…1 m and min_neighbours 0…25")
-        if not (0 < self.coarse_step < math.inf and 0 <= self.coarse_px <= 40):
-            raise InvalidInput("needs coarse_step above 0 m and coarse_px 0…40")
+        if not 0 < self.max_deviation < math.inf:
+            raise InvalidInput("max_deviation needs a finite number above zero [m]", max_deviation=self.max_deviation)
         if not 0 <= self.least_angle <= 0.5:
             raise InvalidInput("least_angle needs 0 to 0.5 rad (29°)", least_angle=self.least_angle)
         if not 0 < self.memory_half_size <= 1000:
             raise InvalidInput("memory_half_size needs 0 to 1000 m", memory_half_size=self.memory_half_size)
-        above_zero = (self.disparity_deviation, self.see_through, self.clear_deviation, self.pose_shift, self.pose_turn)
+        above_zero = (self.see_through, self.clear_deviation, self.pose_shift, self.pose_turn)
         if not min(above_zero) > 0:
-            raise InvalidInput(
-                "disparity_deviation, see_through, clear_deviation, pose_shift and pose_turn need numbers above zero"
-            )
+            raise InvalidInput("see_through, clear_deviation, pose_shift and pose_turn need numbers above zero")
         if not (self.drift_per_hour >= 0 and self.drift_per_metre >= 0):
             raise InvalidInput("drift_per_hour and drift_per_metre need numbers of at least zero")
         if not (0 <= self.max_shift <= 1.0 and 0 <= self.max_turn <= 0.2):

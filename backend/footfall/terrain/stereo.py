@@ -1,6 +1,6 @@
 """Disparity of a rectified pair by semi-global matching (Hirschmüller, PAMI 2008), as OpenCV implements it.
 
-What it finds is then refined, see :mod:`footfall.terrain.refine`.
+What it finds is then refined, see :mod:`footfall.terrain.refine`, which also tells how sure each is.
 
 For a point at depth z seen at columns x_left and x_right: d = x_left − x_right and z = f·B / (d + offset), where
 offset = cx_right − cx_left (the ``doffs`` of the Middlebury sets) is zero for cameras with equal principal points.
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidImages
 from footfall.telemetry.images import ImagePair
-from footfall.terrain.refine import refined
+from footfall.terrain.edge_on import incidence
+from footfall.terrain.refine import Refined, refined
 from footfall.terrain.settings import TerrainSettings
 
 DARKEST, BRIGHTEST = 5.0, 251.0
@@ -57,7 +58,22 @@ def depth(pair: ImagePair, disparity: NDArray[np.float32]) -> NDArray[np.float64
 
 
 def disparity(pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]:
-    """Disparity of each pixel of the left image, (height, width) float32 [px], NaN where there is no sure partner.
+    """Disparity of each pixel of the left image, (height, width) float32 [px], as :func:`match` finds it."""
+    return match(pair, settings).disparity
+
+
+def deviations(found: Refined, pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]:
+    """Standard deviation of each disparity [px], infinite where the surface is met edge-on, NaN where unknown.
+
+    In shadows, and over the rims of things, matching leads over from one surface to another in steps that are too small
+    to be told from a slope. Even patches show in the deviation, and what leads over a rim is met edge-on.
+    """
+    edge_on = incidence(found, pair.camera_left, offset(pair)) < settings.least_angle
+    return np.where(edge_on, np.float32(np.inf), found.deviation)
+
+
+def match(pair: ImagePair, settings: TerrainSettings) -> Refined:
+    """Disparity of each pixel of the left image, its slope and deviation; NaN where there is no sure partner.
 
     Searched from infinite depth to ``settings.min_range``. Raises InvalidImages, naming the pair, where the cameras
     are not rectified, an image is black, saturated or blank, or hardly anything matches.
@@ -67,11 +83,11 @@ def disparity(pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]
         raise InvalidImages(f"pair {pair.name}: left and right are one and the same image", pair=pair.name)
     usable = _usable(pair, "left")
     _usable(pair, "right")
-    found = _match(pair.left, pair.right, pair, settings)
+    found = _semi_global(pair.left, pair.right, pair, settings)
     matched = float(np.isfinite(found[usable]).mean())
     if matched < SURELY_MATCHED:
         # a right image taken for the left one finds little, but the other way round it does
-        swapped = _match(pair.right, pair.left, pair, settings)
+        swapped = _semi_global(pair.right, pair.left, pair, settings)
         if float(np.isfinite(swapped).mean()) > max(MIN_MATCHED, 1.4 * float(np.isfinite(found).mean())):
             raise InvalidImages(
                 f"pair {pair.name}: the images match better the other way round; left and right seem to be swapped",
@@ -85,7 +101,8 @@ def disparity(pair: ImagePair, settings: TerrainSettings) -> NDArray[np.float32]
             matched=matched,
         )
     found[~usable] = np.nan
-    return _without_border(refined(pair.left, pair.right, found))
+    better = refined(pair.left, pair.right, found)
+    return better._replace(disparity=_without_border(better.disparity))
 
 
 def require_rectified(pair: ImagePair) -> None:
@@ -129,7 +146,7 @@ def _usable(pair: ImagePair, side: str) -> NDArray[np.bool_]:
     return usable
 
 
-def _match(
+def _semi_global(
     left: NDArray[np.uint8], right: NDArray[np.uint8], pair: ImagePair, settings: TerrainSettings
 ) -> NDArray[np.float32]:
     smallest = math.floor(-offset(pair))
