@@ -21,6 +21,12 @@ STANDING_GAP = 0.05
 
 Reconstructed heights are good to a few centimetres; a foot that is being lifted is soon farther off."""
 
+LOWEST_PART = 0.02
+"""This much of the rim's height counts as its lowest part [m]."""
+
+_DISC = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.25, 0.5, 0.75, 1.0) for a in np.pi / 8 * np.arange(16)])
+"""Places in a disc of radius 1."""
+
 _ROUNDS = 12
 """Most corrections of a contact by the normal of the ground there; on even ground one is enough."""
 _SETTLED = 1e-9
@@ -59,7 +65,11 @@ def contacts(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike,
 
 
 def wheel_gaps(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int]) -> Array:
-    """Least height of a wheel's rim over the ground below it, (k,) [m]; negative: under it, NaN: all unknown."""
+    """Least height of a wheel's rim over the ground below it, (k,) [m]; negative: under it, NaN: all unknown.
+
+    Cameras hardly ever see the ground under a standing wheel. Where it is unknown under the lowest part of the rim, it
+    is taken to be as high as the highest known ground within a wheel's radius, but no higher than the rim.
+    """
     gaps = np.full(len(legs), np.nan)
     poses = link_poses(robot, posture)
     for i, leg in enumerate(legs):
@@ -67,6 +77,12 @@ def wheel_gaps(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLik
         # between the two rims the tread's middle
         points = apply(np.asarray(T_site_base) @ poses[link_name(leg, "wheel")], np.vstack([rims, rims * (1, 0, 1)]))
         above = points[:, 2] - height_at(dem, points[:, 0], points[:, 1])
+        lowest = points[np.argmin(points[:, 2])]
+        if not np.isfinite(above[points[:, 2] <= lowest[2] + LOWEST_PART]).any():
+            disc = robot.wheel_radius * _DISC
+            around = height_at(dem, lowest[0] + disc[:, 0], lowest[1] + disc[:, 1])
+            if np.isfinite(around).any():
+                above = np.append(above, max(lowest[2] - np.nanmax(around), 0.0))
         if np.isfinite(above).any():
             gaps[i] = np.nanmin(above)
     return gaps
