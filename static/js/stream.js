@@ -9,31 +9,32 @@ const PATIENCE = 5000; // ms
 const RETRY = 1000; // ms
 const OVER = ["done", "failed", "cancelled"];
 
-let fetching = false;
+let fetching = null; // the promise of the summary that is on its way
 let again = false;
 
-// Messages come in bursts; one summary at a time, and one more if something came meanwhile.
-export async function refresh() {
-  if (fetching) {
-    again = true;
-    return;
-  }
-  fetching = true;
-  try {
-    do {
-      again = false;
-      const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
-      if (known.summary && summary.id !== known.summary.id) {
-        location.reload(); // another session: every panel starts anew
-        return;
-      }
-      known.heardAt = performance.now();
-      await refreshProducts(summary).catch((error) => toast(error.message));
-      known.summary = summary;
-      takeJobs(summary.jobs);
-    } while (again);
-  } finally {
-    fetching = false;
+// Messages come in bursts; one summary at a time, and one more if something came meanwhile. Whoever waits for this
+// has a summary that was asked for after the call.
+export function refresh() {
+  again = true;
+  fetching ??= fetchAll().finally(() => {
+    fetching = null;
+    if (again) look(); // asked for between the last look and here
+  });
+  return fetching;
+}
+
+async function fetchAll() {
+  while (again) {
+    again = false;
+    const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
+    if (known.summary && summary.id !== known.summary.id) {
+      location.reload(); // another session: every panel starts anew
+      return;
+    }
+    known.heardAt = performance.now();
+    await refreshProducts(summary).catch((error) => toast(error.message));
+    known.summary = summary;
+    takeJobs(summary.jobs);
   }
   changed();
 }

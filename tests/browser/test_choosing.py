@@ -24,18 +24,32 @@ def press(page: Page, name: str) -> None:
 
 
 def coloured(page: Page, served: Running, leg: int) -> str:
-    """Ask for new maps of a leg; their digest."""
+    """Ask for maps of a leg; their digest, which may be that of the maps before."""
     page.get_by_role("radio", name=f"Leg {leg}", exact=True).click()
     until(lambda: summary(served)["view"]["leg"] == leg, "the chosen leg")
-    before = summary(served)["maps"].get(str(leg))
+    before = {job["id"] for job in summary(served)["jobs"]}
     press(page, "Colour for leg")
-    until(lambda: summary(served)["maps"].get(str(leg)) != before, f"new maps of leg {leg}", 120)
+
+    def done() -> bool:
+        jobs = [job for job in summary(served)["jobs"] if job["id"] not in before and job["kind"] == "maps"]
+        return bool(jobs) and jobs[-1]["state"] == "done"
+
+    until(done, f"maps of leg {leg}", 120)
     return summary(served)["maps"][str(leg)]
 
 
 def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, look: Keep) -> None:
     page.locator("#friction-aware").check()
+    page.get_by_text("Balance is judged with", exact=True).click()
+    page.locator("#payload").fill("150")
+    page.locator("#tilt").fill("5")
+    page.locator("#uphill").fill("90")
+    page.locator("#gravity").select_option("1.62")
     digest = coloured(page, served, 2)
+    with served.client() as client:
+        judged = client.get(f"/sessions/current/maps/{digest}").json()["settings"]["balance"]
+    assert (judged["payload_mass"], judged["gravity"], judged["friction"]) == (150, 1.62, 0.6)
+    assert (judged["slope"], judged["uphill"]) == pytest.approx((np.deg2rad(5), np.pi / 2))
     expect(page.locator("#legend")).to_contain_text("collides", timeout=SLOW)
     press(page, "Suggest footfalls")
     expect(page.locator("#suggestions li")).to_have_count(5, timeout=SLOW)

@@ -51,6 +51,17 @@ const clearTerrain = () => attempt(() => {
   return post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
 });
 
+const RADIANS = Math.PI / 180;
+
+// What balance is judged by. The tilt asks "what if the whole site were tilted so that it rises toward there" (0° east, 90° north).
+const balance = () => ({
+  friction: Number($("friction").value),
+  gravity: Number($("gravity").value),
+  payload_mass: $("payload").value === "" ? null : Number($("payload").value),
+  slope: Number($("tilt").value) * RADIANS,
+  uphill: Number($("uphill").value) * RADIANS,
+});
+
 export const computeMaps = () => attempt(async () => {
   await freeze();
   const friction = $("friction-aware").checked;
@@ -59,7 +70,7 @@ export const computeMaps = () => attempt(async () => {
     settings: {
       conservative: $("conservative").checked,
       friction,
-      balance: { friction: Number($("friction").value), gravity: Number($("gravity").value) },
+      balance: balance(),
       quality: { weights: weights() },
     },
   });
