@@ -18,7 +18,7 @@ LEG = 1
 def ground(robot=None, state=None, hole=0.0, rock=0.0) -> Dem:
     """Level ground; unknown within ``hole`` [m] of the wheel of LEG, ``rock`` [m] high beyond, to one side."""
     heights = np.zeros(GRID.shape, np.float32)
-    if state is not None:
+    if robot is not None and state is not None:
         x, y, _ = contact_point(robot, state.posture, LEG, state.T_site_base)
         away = np.hypot(*(GRID.centers() - (x, y)).transpose(2, 0, 1))
         beside = (away < hole + 0.1) & (GRID.centers()[..., 0] > x)
