@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
-from footfall.balance.cones import SIDES, facets, generators
+from footfall.balance.cones import facets, generators
 from footfall.balance.forces import distribute, equilibrium_matrix
+from footfall.balance.settings import SIDES
 from footfall.core.errors import InvalidInput
 
 WEIGHT = 850 * 9.81

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import shapely
 
-from footfall.balance.cones import SIDES_ALLOWED
 from footfall.balance.region import (
     TOLERANCE,
     equilibrium_region,
@@ -15,6 +14,7 @@ from footfall.balance.region import (
     surviving_polygon,
 )
 from footfall.balance.region_kernel import MOST_FORCE
+from footfall.balance.settings import SIDES_ALLOWED
 from footfall.balance.support import margin
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation

@@ -5,11 +5,11 @@ import pinocchio as pin
 import pytest
 from scipy.optimize import linprog
 
-from footfall.balance.cones import SIDES, generators
+from footfall.balance.cones import generators
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.posture_statics import PostureStatics
-from footfall.balance.settings import BalanceSettings
+from footfall.balance.settings import SIDES, BalanceSettings
 from footfall.balance.torque_candidates import torque_ratios_for_postures
 from footfall.balance.torques import contact_points, holding_torques, torque_check, torque_margin
 from footfall.core.errors import InvalidInput

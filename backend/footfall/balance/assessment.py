@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.payload import loaded
 from footfall.balance.region import (
     RegionMargin,
     equilibrium_region,
@@ -18,7 +19,7 @@ from footfall.balance.region import (
     require_stance,
     surviving_margin,
 )
-from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import SupportMargin, support_margin
 from footfall.balance.tip_over import TipOver, tip_over
 from footfall.core.errors import InvalidInput

@@ -8,14 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.settings import SIDES, require_cone
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]
-
-SIDES = 8
-"""Eight sides lose about 10 % of the cone's cross-section; the result stays on the safe side."""
-
-SIDES_ALLOWED = (4, 8, 16)
 
 
 def generators(normals: ArrayLike, friction: float, sides: int = SIDES) -> Array:
@@ -53,14 +49,6 @@ def _checked(normals: ArrayLike, friction: float, sides: int) -> Array:
     unit = unit_normals(normals)
     require_cone(friction, sides)
     return unit
-
-
-def require_cone(friction: float, sides: int) -> None:
-    """Raises InvalidInput unless friction is above zero and sides one of SIDES_ALLOWED."""
-    if not 0 < friction < np.inf:
-        raise InvalidInput("friction must be above zero", friction=friction)
-    if sides not in SIDES_ALLOWED:
-        raise InvalidInput(f"a friction cone has {', '.join(map(str, SIDES_ALLOWED))} sides", sides=sides)
 
 
 @njit(cache=True)

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import nnls
 
 from footfall.balance.cones import facets
+from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.81
 RESIDUAL = 1e-6
 """Largest force and moment left over, as a share of weight and of weight × size of the stance."""
 

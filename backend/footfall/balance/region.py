@@ -22,8 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.balance.cones import SIDES, fill_generators, require_cone, unit_normals
+from footfall.balance.cones import fill_generators, unit_normals
 from footfall.balance.region_kernel import MERGED, signed_distance, signed_distances, trace
+from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.polygon import clip, convex_hull

@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import facets, unit_normals
 from footfall.balance.moving_leg import body_moments, centers_of_mass, leg_links
+from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics, lowest_rim_points
-from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.simplex import UNFINISHED
 from footfall.balance.torque_kernel import least_ratios
 from footfall.core.errors import FootFallError, InvalidInput

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import facets, unit_normals
-from footfall.balance.forces import GRAVITY
+from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.region import require_stance
-from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.settings import GRAVITY, BalanceSettings
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError, InvalidInput

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.payload import loaded
 from footfall.balance.region_candidates import region_margins_for_candidates
-from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import bindings_for_candidates, margins
 from footfall.balance.tip_over_candidates import tip_energies_for_candidates
 from footfall.balance.torque_candidates import torque_ratios_for_postures

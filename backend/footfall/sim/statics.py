@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.forces import GRAVITY, distribute
+from footfall.balance.forces import distribute
+from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.robot.description import JOINTS

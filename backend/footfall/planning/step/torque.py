@@ -10,8 +10,9 @@ from numba import njit
 
 from footfall.balance.cones import facets, unit_normals
 from footfall.balance.moving_leg import body_moments, centers_of_mass, leg_links
+from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
-from footfall.balance.settings import BalanceSettings, loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError
