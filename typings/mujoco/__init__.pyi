@@ -1,0 +1,4 @@
+# Compiled module without type information.
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
