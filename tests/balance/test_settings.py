@@ -66,6 +66,18 @@ def test_the_site_rises_uphill(uphill):
     assert np.array_equal(BalanceSettings(uphill=uphill).R_level_site, np.eye(3))
 
 
+def test_points_and_directions_are_levelled_alike(rng):
+    settings, points = BalanceSettings(slope=0.17, uphill=0.7), rng.normal(size=(4, 5, 3))
+    found = settings.level(points)
+    assert found[2, 3] == pytest.approx(settings.R_level_site @ points[2, 3])
+    assert settings.level(points[2, 3]) == pytest.approx(found[2, 3])
+    # what points against gravity is the level z, and lengths stay
+    assert settings.level(settings.R_level_site[2]) == pytest.approx([0, 0, 1])
+    assert np.linalg.norm(found, axis=-1) == pytest.approx(np.linalg.norm(points, axis=-1))
+    with pytest.raises(InvalidInput, match="three numbers"):
+        settings.level(points[..., :2])
+
+
 def test_the_payload_of_the_settings_stands_in_for_the_robot_s(athlete):
     posture = athlete.posture("stand")
     bare = center_of_mass(athlete, posture)

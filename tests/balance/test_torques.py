@@ -1,16 +1,24 @@
 """Static torques: virtual work, a free-flying second model, and optimality against other force choices."""
 
+import itertools
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
 from footfall.balance.cones import generators
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.settings import SIDES, BalanceSettings
-from footfall.balance.torque_candidates import torque_ratios_for_postures
+from footfall.balance.torque_candidates import (
+    torque_ratios_for_postures,
+    torque_ratios_in_the_air,
+    worst_torque_in_the_air,
+)
+from footfall.balance.torque_kernel import hull_rows
 from footfall.balance.torques import contact_points, holding_torques, torque_check, torque_margin
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, rotation_rpy, transform
@@ -317,3 +325,34 @@ def test_centres_of_mass_agree_with_a_sum_over_bodies(athlete, posture, rng):
     assert np.isnan(centers_of_mass(athlete, posture, 4, np.full((1, 6), np.nan))).all()
     with pytest.raises(InvalidInput, match="legs 0 to 5"):
         centers_of_mass(athlete, posture, 6, qs)
+
+
+@pytest.mark.parametrize("friction", [0.6, 0.3])
+@pytest.mark.parametrize("slope", [0.0, 0.2])
+def test_the_worst_torque_in_the_air_is_the_largest_of_all(athlete, rng, friction, slope):
+    posture = athlete.posture("stand")
+    settings = BalanceSettings(friction=friction, slope=slope, uphill=0.7)
+    standing, normals = [0, 1, 3, 4, 5], np.tile((0.0, 0.0, 1.0), (5, 1))
+    start = posture[12:18]
+    for _ in range(6):
+        ends = start + rng.normal(0, 0.5, (4, 6))
+        qs = np.concatenate([a + np.linspace(0, 1, 25)[:, None] * (b - a) for a, b in itertools.pairwise(ends)])
+        arguments = (athlete, posture, np.eye(4), standing, normals, 2, qs, settings)
+        ratios = torque_ratios_in_the_air(*arguments)
+        at, worst = worst_torque_in_the_air(*arguments)
+        assert worst == pytest.approx(ratios.max(), rel=1e-9)
+        assert ratios[at] == pytest.approx(worst, rel=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 40, 300])
+def test_hull_rows_are_farthest_in_every_direction(rng, count):
+    general = rng.normal(size=(count, 2))
+    on_a_line = np.column_stack([general[:, 0], 2 * general[:, 0]])
+    for points in (general, np.round(general), on_a_line, np.tile(general[:1], (count, 1))):
+        rows = hull_rows(points, np.lexsort((points[:, 1], points[:, 0])))
+        assert len(set(rows.tolist())) == len(rows) >= 1
+        directions = rng.normal(size=(200, 2))
+        assert (points[rows] @ directions.T).max(axis=0) == pytest.approx((points @ directions.T).max(axis=0))
+    if count > 3:
+        rows = hull_rows(general, np.lexsort((general[:, 1], general[:, 0])))
+        assert set(rows.tolist()) == set(ConvexHull(general).vertices.tolist())

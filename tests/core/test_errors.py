@@ -20,6 +20,7 @@ KINDS = {
     "NotFound": ("not-found", "FootFallError"),
     "Conflict": ("conflict", "FootFallError"),
     "CommandRefused": ("command-refused", "Conflict"),
+    "Busy": ("busy", "Conflict"),
     "Cancelled": ("cancelled", "FootFallError"),
     "WorkerLost": ("worker-lost", "FootFallError"),
 }

@@ -11,9 +11,9 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.maps.leg_collisions import LegCollisions, leg_collisions
+from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.leg_postures import TURNS
-from footfall.maps.reach import LIFT, Reach, leg_length, reach
+from footfall.maps.reach import LIFT, Reach, reach
 from footfall.maps.reach_classes import (
     CLASSES,
     FOOT_COLLISION,
@@ -33,8 +33,8 @@ from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import leg_wheel_pose
-from footfall.robot.overlap_kernel import CHASSIS, SELF, TERRAIN
-from footfall.robot.overlap_kernel import LEG as LEG_CODE
+from footfall.robot.obstacles import CHASSIS, SELF, TERRAIN
+from footfall.robot.obstacles import LEG as LEG_CODE
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
 from footfall.terrain.triangulate import triangulate
@@ -222,7 +222,7 @@ def test_a_coarse_answer_is_part_of_the_whole(athlete, dem, state, stride):
 
 
 def test_a_sketch_says_the_same_or_unsure_and_builds_no_meshes(athlete, dem, state, whole):
-    checks = leg_collisions(athlete, state, LEG, dem)
+    checks = LegCollisions(athlete, state, LEG, dem).with_certificate()
     sketch = reach(athlete, dem, state, LEG, collisions=checks.sketch())
     assert "scene" not in vars(checks)
     told = sketch.reason != UNSURE
@@ -263,7 +263,7 @@ def test_a_certificate_saves_checks_and_changes_no_class(athlete, dem, state, wh
 
 
 def test_with_the_proof_of_clearance_the_classes_are_the_same_by_few_meshes(athlete, dem, state, whole):
-    found = reach(athlete, dem, state, LEG, collisions=leg_collisions(athlete, state, LEG, dem))
+    found = reach(athlete, dem, state, LEG, collisions=LegCollisions(athlete, state, LEG, dem).with_certificate())
     np.testing.assert_array_equal(found.reason, whole.reason)
     assert found.checks < 0.5 * whole.checks
 
@@ -319,7 +319,7 @@ def test_holes_and_the_edge_of_the_map_are_unknown(athlete, dem, state):
 def test_in_range_is_what_a_stretched_leg_reaches(athlete, dem, state, whole):
     hip = apply(state.T_site_base, athlete.description.legs[LEG].T_base_hip[:3, 3])
     points = np.dstack([dem.geometry.centers(), dem.heights])
-    near = np.linalg.norm(points - hip, axis=2) <= leg_length(athlete, LEG)
+    near = np.linalg.norm(points - hip, axis=2) <= athlete.leg_length(LEG)
     assert (whole.classes(dem)[~near] == OUT_OF_RANGE).all()
     assert near.sum() == len(whole.rows) + len(whole.unknown)
     assert len(set(zip(whole.rows.tolist(), whole.cols.tolist(), strict=True))) == len(whole.rows)

@@ -25,7 +25,7 @@ from footfall.maps.layers import (
     UNSURE,
     MapSettings,
 )
-from footfall.maps.reach import leg_length, reach
+from footfall.maps.reach import reach
 from footfall.maps.stack import compute_maps
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
@@ -113,7 +113,7 @@ def test_footing_and_margin_agree_with_one_cell_at_a_time(athlete, dem, state, s
             if np.isnan(contact[2]):
                 assert footing == UNKNOWN
                 continue
-            if np.linalg.norm(contact - here) > leg_length(athlete, LEG):
+            if np.linalg.norm(contact - here) > athlete.leg_length(LEG):
                 assert footing == OUT_OF_RANGE
                 assert stack.layers["solutions"][row, col] == 0
                 continue

@@ -14,8 +14,8 @@ from footfall.core.grid import GridGeometry
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
 from footfall.maps.quality import LIMIT, Situation, quality, situation_of
-from footfall.maps.quality_settings import RAMPS, QualitySettings
-from footfall.maps.suggest import MOST, NOT_CLEARED, explain, spoken, suggest
+from footfall.maps.quality_settings import MOST, RAMPS, QualitySettings
+from footfall.maps.suggest import NOT_CLEARED, explain, spoken, suggest
 from footfall.terrain.generate import rock_field
 
 ROWS, COLS = 24, 31

@@ -9,8 +9,8 @@ from footfall.core.errors import InvalidRobot
 from footfall.core.mesh import Mesh
 from footfall.robot import shapes
 from footfall.robot.bvh import bvh
-from footfall.robot.separation import SCRATCH, apart, support
-from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, LAST, REACH, shells
+from footfall.robot.separation import SCRATCH, apart, least_apart, support
+from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, LAST, REACH, point_shells, shells
 
 MESHES = [
     shapes.box((0.5, 0.3, 0.15), (0.2, 0.0, 0.0)),
@@ -94,3 +94,29 @@ def test_an_open_mesh_is_refused():
     box = shapes.box((1, 1, 1))
     with pytest.raises(InvalidRobot, match="closed"):
         shells([Mesh(box.vertices, box.triangles[:, ::-1].copy())])
+
+
+@pytest.mark.parametrize("a", range(5))
+@pytest.mark.parametrize("b", range(5))
+def test_the_least_distance_of_hulls_is_that_of_their_meshes(rng, a, b):
+    table, points = point_shells(MESHES)
+    scratch = np.empty((SCRATCH, 3))
+    hierarchies = [bvh(mesh) for mesh in MESHES]
+    poses_a = random_poses(rng, 80, 0.2 + 0.6 * table[a, REACH])
+    poses_b = random_poses(rng, 80, 0.2 + 0.6 * table[b, REACH])
+    reached = apart_ones = 0
+    for i in range(80):
+        exact = distance(hierarchies[a], poses_a[i], hierarchies[b], poses_b[i])
+        ask = (table, points, a, poses_a, i, b, poses_b, i)
+        bound = least_apart(*ask, np.inf, scratch)
+        assert bound <= max(exact, 0.0) + 1e-6
+        for enough in (0.02, 0.2):
+            # what is told early is a bound as well, and enough
+            early = least_apart(*ask, enough, scratch)
+            assert early <= bound + 1e-9
+            assert early >= min(bound, enough) - 1e-9
+        if exact > 0.01 and not inside(table, a, poses_a[i], b, poses_b[i]):
+            apart_ones += 1
+            reached += bound > exact - 1e-6
+    assert apart_ones > 10
+    assert reached >= 0.98 * apart_ones

@@ -13,7 +13,7 @@ from footfall.robot.description import PARTS, with_payload
 from footfall.robot.first_contact import NamingScene
 from footfall.robot.leg_overlap import LegOverlap
 from footfall.robot.model import Robot
-from footfall.robot.overlap_kernel import CHASSIS, LEG, NOTHING, PAYLOAD, SELF, TERRAIN
+from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, PAYLOAD, SELF, TERRAIN
 from footfall.terrain.dem import Dem
 from footfall.terrain.triangulate import triangulate
 

@@ -1,15 +1,21 @@
-"""The rover's centre of mass for many postures of one leg at once."""
+"""What statics needs of many postures of one leg at once: the rover's centre of mass, the leg's gravity torques."""
+
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import rotation
+from footfall.robot.chain_kernel import chain_gravity_torques, chain_moments, chain_poses
 from footfall.robot.description import JOINTS
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
+
+_AXES = np.array(["xyz".index(axis) for _, axis in JOINTS])
+_KEPT = 24
+"""Legs whose constants are remembered."""
 
 
 def centers_of_mass(robot: Robot, posture: ArrayLike, leg: int, qs_leg: ArrayLike) -> Array:
@@ -29,26 +35,39 @@ def centers_of_mass(robot: Robot, posture: ArrayLike, leg: int, qs_leg: ArrayLik
 
 def leg_links(robot: Robot, leg: int, qs: Array) -> tuple[Array, Array]:
     """Origins (n, 6, 3) [m] and rotations (n, 6, 3, 3), in base, of the links of a leg's joints at qs (n, 6) [rad]."""
-    placements = robot.leg_models[leg].jointPlacements
-    R = np.broadcast_to(np.eye(3), (len(qs), 3, 3))
-    origin = np.zeros((len(qs), 3))
-    origins, rotations = np.empty((len(qs), 6, 3)), np.empty((len(qs), 6, 3, 3))
-    for i, (_, axis) in enumerate(JOINTS):
-        placement = placements[i + 1]
-        origin = origin + R @ placement.translation
-        R = R @ (placement.rotation @ rotation(axis, qs[:, i]))
-        origins[:, i], rotations[:, i] = origin, R
-    return origins, rotations
+    poses = chain_poses(_placements(robot, leg), _AXES, np.ascontiguousarray(qs, float))
+    return poses[..., :3, 3], poses[..., :3, :3]
 
 
-def body_moments(robot: Robot, leg: int, origins: Array, rotations: Array) -> tuple[Array, Array]:
-    """Mass (6,) [kg] of each of the leg's links and mass × position in base (n, 6, 3) [kg·m]; see :func:`leg_links`."""
+@lru_cache(maxsize=_KEPT)
+def _placements(robot: Robot, leg: int) -> Array:
+    """Of the leg's joints on one another at angle 0, the first in base, (6, 4, 4)."""
+    return np.array([placement.homogeneous for placement in list(robot.leg_models[leg].jointPlacements)[1:]])
+
+
+@lru_cache(maxsize=_KEPT)
+def _bodies(robot: Robot, leg: int) -> tuple[Array, Array]:
+    """Mass (6,) [kg] and centre (6, 3) [m], in the link's frame, of each of the leg's links."""
     # the wheel is fixed to the last joint's body, which carries its mass
     bodies = [robot.model.inertias[6 * leg + i + 1] for i in range(6)]
-    mass, levers = np.array([body.mass for body in bodies]), np.array([body.lever for body in bodies])
-    return mass, mass[:, None] * (origins + (rotations @ levers[:, :, None])[..., 0])
+    return np.array([body.mass for body in bodies]), np.array([body.lever for body in bodies])
+
+
+def joint_axes(rotations: Array) -> Array:
+    """Directions of the joints' axes in base, (n, 6, 3); rotations: see :func:`leg_links`."""
+    return np.stack([rotations[:, i, :, "xyz".index(axis)] for i, (_, axis) in enumerate(JOINTS)], axis=1)
+
+
+def gravity_torques(robot: Robot, leg: int, qs: Array, up_base: Array, gravity: float) -> Array:
+    """Torques that hold the leg's joints at qs (n, 6) [rad] while its wheel is off the ground, (n, 6) [N·m].
+
+    up_base: (3,) unit, against gravity; gravity [m/s²].
+    """
+    placements, (masses, centers) = _placements(robot, leg), _bodies(robot, leg)
+    up = np.ascontiguousarray(up_base)
+    return chain_gravity_torques(placements, _AXES, masses, centers, up, gravity, np.ascontiguousarray(qs, float))
 
 
 def _first_moments(robot: Robot, leg: int, qs: Array) -> Array:
     """Σ mass × position of the leg's bodies in base, (n, 3) [kg·m]."""
-    return body_moments(robot, leg, *leg_links(robot, leg, qs))[1].sum(axis=1)
+    return chain_moments(_placements(robot, leg), _AXES, *_bodies(robot, leg), np.ascontiguousarray(qs, float))

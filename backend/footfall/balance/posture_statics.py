@@ -4,8 +4,6 @@ The gradient of the centre of mass, times mass and gravity, is what gravity asks
 """
 
 from collections.abc import Sequence
-from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -14,12 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.balance.torque_kernel import jacobians_at
 from footfall.core.frames import apply
 from footfall.robot.model import Robot
+from footfall.robot.pin_scratch import pin_scratch
 
 Array = NDArray[np.float64]
-
-_spare_data: WeakKeyDictionary[Robot, list[Any]] = WeakKeyDictionary()
-"""Work space of pin that nobody uses just now: making it anew takes longer than the torque check itself. Whoever needs
-one takes it out of the list, so two threads never share one."""
 
 
 class PostureStatics:
@@ -34,25 +29,25 @@ class PostureStatics:
 
     def __init__(self, robot: Robot, posture: ArrayLike) -> None:
         q = robot.require_posture(posture)
-        spare = _spare_data.setdefault(robot, [])
-        data = spare.pop() if spare else robot.model.createData()
-        gradient = pin.jacobianCenterOfMass(robot.model, data, q)
-        mass = data.mass[0]
         self.robot = robot
-        self.moment_gradient = mass * gradient
-        self.jacobian = np.array(data.J)
-        ankles = [data.oMi[6 * leg + 6] for leg in robot.legs]
-        turns = np.array([ankle.rotation for ankle in ankles])
+        with pin_scratch(robot) as data:
+            gradient = pin.jacobianCenterOfMass(robot.model, data, q)
+            mass = data.mass[0]
+            moment = mass * data.com[0]
+            self.moment_gradient = mass * gradient
+            self.jacobian = np.array(data.J)
+            ankles = [data.oMi[6 * leg + 6] for leg in robot.legs]
+            turns = np.array([ankle.rotation for ankle in ankles])
+            places = np.array([ankle.translation for ankle in ankles])
         self.outward, self.axles = turns[:, :, 0], turns[:, :, 1]
         foot = np.array([leg.foot for leg in robot.description.legs])
-        self.wheel_centers = np.array([ankle.translation for ankle in ankles]) + foot[:, None] * self.outward
+        self.wheel_centers = places + foot[:, None] * self.outward
         # pin leaves out what is fixed to the base
         chassis, payload = robot.model.inertias[0], robot.description.payload
-        moment = mass * data.com[0] + chassis.mass * chassis.lever
+        moment = moment + chassis.mass * chassis.lever
         if payload is not None:
             moment = moment + payload.mass * payload.position
         self.com = moment / robot.mass
-        spare.append(data)
 
     def contacts(self, legs: Sequence[int], normals: Array, T_site_base: Array) -> Array:
         """Points of the wheels' rims that are lowest along unit normals (k, 3) in site; site, (k, 3) [m]."""

@@ -27,7 +27,6 @@ from footfall.balance.region_kernel import MERGED, signed_distance, signed_dista
 from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.core.errors import FootFallError, InvalidInput
-from footfall.core.polygon import clip, convex_hull
 
 Array = NDArray[np.float64]
 
@@ -156,20 +155,6 @@ def surviving_margin(regions: tuple[EquilibriumRegion, ...], com_xy: ArrayLike) 
     one = found[lost]
     most = min(one.most for one in found)
     return RegionMargin(one.margin, most, one.edge, one.carrying, lost, one.reason)
-
-
-def surviving_polygon(regions: tuple[EquilibriumRegion, ...]) -> Array:
-    """What the inner polygons of some regions have in common: corners counter-clockwise, (m, 2); (0, 2) if no area."""
-    if not regions or any(len(region.corners) < 3 for region in regions):
-        return np.zeros((0, 2))
-    corners = convex_hull(regions[0].corners)
-    for region in regions[1:]:
-        hull = convex_hull(region.corners)
-        for begin, end in zip(hull, np.roll(hull, -1, axis=0), strict=True):
-            normal = np.array([end[1] - begin[1], begin[0] - end[0]])
-            corners = clip(corners, normal, float(normal @ begin))
-    hull = convex_hull(corners)
-    return hull if len(hull) > 2 else np.zeros((0, 2))
 
 
 def require_stance(contacts: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:

@@ -42,6 +42,31 @@ class CandidateRegionMargins(NamedTuple):
     lost: NDArray[np.uint8]
 
 
+class _Programs(NamedTuple):
+    """One program for each stance that the candidate completes, its columns left zero, and a basis of each that is
+    feasible wherever it stands: columns (s, ROWS, n), costs (s, 2, n), rhs (ROWS,); ready: (s,) the status of the
+    basis, with bases, inverses, values."""
+
+    columns: Array
+    costs: Array
+    rhs: Array
+    ready: NDArray[np.int64]
+    bases: NDArray[np.int64]
+    inverses: Array
+    values: Array
+
+
+class _Candidates(NamedTuple):
+    """moved, unit: (n, 3) places and normals of the foot; coms: (n, 2); in units of the stance, from its centre."""
+
+    moved: Array
+    unit: Array
+    coms: Array
+    friction: float
+    sides: int
+    tolerance: float
+
+
 def region_margins_for_candidates(
     fixed_contacts: ArrayLike,
     fixed_normals: ArrayLike,
@@ -92,17 +117,15 @@ def region_margins_for_candidates(
     fill_generators(fixed_unit, friction, edges)
     found = least[chosen] / size
     found_lost = lost[chosen]
-    status = _all_margins(
-        *_programs((fixed - center) / size, edges, conservative),
+    asked = _Candidates(
         (moved[chosen] - center) / size,
         normals[chosen] / length[chosen],
-        friction,
-        sides,
         (coms[chosen] - center[:2]) / size,
-        tolerance / size,
-        found,
-        found_lost,
+        float(friction),
+        sides,
+        float(tolerance / size),
     )
+    status = _all_margins(_programs((fixed - center) / size, edges, conservative), asked, found, found_lost)
     if (status == UNFINISHED).any():
         raise FootFallError("an equilibrium program was not solved")
     least[chosen] = size * found
@@ -112,11 +135,7 @@ def region_margins_for_candidates(
 
 @njit(cache=True)
 def _programs(fixed, edges, conservative):
-    """The programs with the candidate's columns left zero, and a basis for each that is feasible wherever it stands.
-
-    One for all fixed feet, or (conservative) one for the loss of each. Columns, costs, rhs; status of the first basis,
-    bases, inverses, values.
-    """
+    """One program for all fixed feet, or (conservative) one for the loss of each."""
     feet, sides = edges.shape[0], edges.shape[1]
     stances = feet if conservative else 1
     n = (feet if conservative else feet + 1) * sides + 1
@@ -132,78 +151,41 @@ def _programs(fixed, edges, conservative):
                 first += sides
         fill_slack(columns[stance], costs[stance], rhs)
         ready[stance] = start(columns[stance], rhs, bases[stance], inverses[stance], values[stance], work)
-    return columns, costs, rhs, ready, bases, inverses, values
+    return _Programs(columns, costs, rhs, ready, bases, inverses, values)
 
 
 @njit(cache=True, parallel=True)
-def _all_margins(
-    columns, costs, rhs, ready, bases, inverses, values, moved, unit, friction, sides, coms, tolerance, least, lost
-):
+def _all_margins(programs, asked, least, lost):
     """Lower least (n,) and set lost (n,) where a stance with the candidate has less; returns each part's status."""
-    count = moved.shape[0]
+    count = asked.moved.shape[0]
     parts = (count + _AT_ONCE - 1) // _AT_ONCE
     status = np.empty(parts, np.int64)
     for part_unsigned in prange(parts):
         part = np.int64(part_unsigned)
-        status[part] = _some_margins(
-            part * _AT_ONCE,
-            min(count, (part + 1) * _AT_ONCE),
-            columns,
-            costs,
-            rhs,
-            ready,
-            bases,
-            inverses,
-            values,
-            moved,
-            unit,
-            friction,
-            sides,
-            coms,
-            tolerance,
-            least,
-            lost,
-        )
+        status[part] = _some_margins(part * _AT_ONCE, min(count, (part + 1) * _AT_ONCE), programs, asked, least, lost)
     return status
 
 
 @njit(cache=True)
-def _some_margins(
-    first,
-    end,
-    columns,
-    costs,
-    rhs,
-    ready,
-    bases,
-    inverses,
-    values,
-    moved,
-    unit,
-    friction,
-    sides,
-    coms,
-    tolerance,
-    least,
-    lost,
-):
+def _some_margins(first, end, programs, asked, least, lost):
     """Candidates first … end − 1. Returns UNFINISHED or OPTIMAL. lost is set only where there are several stances."""
-    columns, costs = columns.copy(), costs.copy()
+    columns, costs, rhs = programs.columns.copy(), programs.costs.copy(), programs.rhs
+    moved, coms, sides = asked.moved, asked.coms, asked.sides
     stances, n = columns.shape[0], columns.shape[2]
     edges = np.empty((1, sides, 3))
     basis, inverse, value = np.empty(ROWS, np.int64), np.empty((ROWS, ROWS)), np.empty(ROWS)
     cost, work, corners = np.empty(n), np.empty(n + 2 * ROWS), np.empty((_MOST_CORNERS, 2))
     worst = OPTIMAL
     for i in range(first, end):
-        fill_generators(unit[i : i + 1], friction, edges)
+        fill_generators(asked.unit[i : i + 1], asked.friction, edges)
         for stance in range(stances):
             own, worth = columns[stance], costs[stance]
             fill_foot(moved[i, 0], moved[i, 1], moved[i, 2], edges[0], own, worth, n - 1 - sides)
-            if ready[stance] == OPTIMAL:
+            if programs.ready[stance] == OPTIMAL:
                 for r in range(ROWS):
-                    basis[r], value[r] = bases[stance, r], values[stance, r]
+                    basis[r], value[r] = programs.bases[stance, r], programs.values[stance, r]
                     for c in range(ROWS):
-                        inverse[r, c] = inverses[stance, r, c]
+                        inverse[r, c] = programs.inverses[stance, r, c]
                 answer = OPTIMAL
             else:
                 answer = start(own, rhs, basis, inverse, value, work)
@@ -215,7 +197,7 @@ def _some_margins(
                     worth,
                     coms[i, 0],
                     coms[i, 1],
-                    tolerance,
+                    asked.tolerance,
                     least[i],
                     basis,
                     inverse,

@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.frames import rotation
 from footfall.core.value import Value, value
@@ -46,8 +47,7 @@ class BalanceSettings(Value):
 
     def check(self) -> None:
         require_cone(self.friction, self.sides)
-        if not 0 < self.gravity < np.inf:
-            raise InvalidInput("gravity must be above zero [m/s²]", gravity=self.gravity)
+        require_above_zero("m/s²", gravity=self.gravity)
         if not 0 <= self.slope < np.pi / 2:
             raise InvalidInput("the slope must be at least 0 and below π/2 [rad]", slope=self.slope)
         if not np.isfinite(self.uphill):
@@ -69,6 +69,13 @@ class BalanceSettings(Value):
             return np.eye(3)
         return rotation("z", self.uphill) @ rotation("y", -self.slope) @ rotation("z", -self.uphill)
 
+    def level(self, vectors: ArrayLike) -> Array:
+        """Points or directions (…, 3) of the site in the *level* frame: z against gravity, origin that of the site."""
+        turned = np.asarray(vectors, float)
+        if turned.shape[-1:] != (3,):
+            raise InvalidInput("points and normals need three numbers each", shape=list(turned.shape))
+        return turned @ self.R_level_site.T
+
 
 def gravity_named(name: str) -> float:
     """Gravity of a named place [m/s²]; raises NotFound naming those that exist."""
@@ -80,7 +87,6 @@ def gravity_named(name: str) -> float:
 
 def require_cone(friction: float, sides: int) -> None:
     """Raises InvalidInput unless friction is above zero and sides one of SIDES_ALLOWED."""
-    if not 0 < friction < np.inf:
-        raise InvalidInput("friction must be above zero", friction=friction)
+    require_above_zero(friction=friction)
     if sides not in SIDES_ALLOWED:
         raise InvalidInput(f"a friction cone has {', '.join(map(str, SIDES_ALLOWED))} sides", sides=sides)

@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.balance.support_kernel import COINCIDENT, MOST_FEET, NONE, ON_LINE, candidate_margins
+from footfall.balance.foot_pairs import MOST_FEET
+from footfall.balance.support_kernel import COINCIDENT, ON_LINE, candidate_margins
 from footfall.core.errors import InvalidInput
 from footfall.core.polygon import clip, convex_hull
 
@@ -59,8 +60,8 @@ class SupportMargin:
 
 
 class CandidateMargins(NamedTuple):
-    """margins: (n,) [m]; pairs: (n,) uint8, 16 · start + end of the binding edge's feet, rows of the fixed feet and
-    their count for the candidate; lost: (n,) uint8, the foot whose loss binds. NONE (255) where there is none."""
+    """margins: (n,) [m]; pairs: (n,) uint8, codes (balance.foot_pairs) of the binding edge's feet, rows of the fixed
+    feet and their count for the candidate; lost: (n,) uint8, the foot whose loss binds. NONE where there is none."""
 
     margins: Array
     pairs: NDArray[np.uint8]
@@ -218,11 +219,6 @@ def bindings_for_candidates(
     coms = np.broadcast_to(coms - center, moved.shape)
     candidate_margins(fixed - center, moved - center, coms, int(conservative), *found)
     return found
-
-
-def pair_of(code: int) -> tuple[int, int] | None:
-    """The two feet of a code of :class:`CandidateMargins`, start and end of the edge; None for NONE."""
-    return None if code == NONE else (int(code) >> 4, int(code) & 15)
 
 
 def _merged(corners: Array, distance: float) -> Array:

@@ -3,17 +3,13 @@
 import numpy as np
 from numba import njit, prange
 
+from footfall.balance.foot_pairs import MOST_FEET, NONE
+
 COINCIDENT = 1e-9
 """Feet nearer to each other than this share of the stance's size count as one place."""
 
 ON_LINE = 1e-12
 """A foot nearer to a line than this share of the stance's size lies on it."""
-
-NONE = 255
-"""Code of no pair and of no lost leg."""
-
-MOST_FEET = 15
-"""A pair of feet must fit into a code of eight bits: 16 · start + end."""
 
 _AT_ONCE = 256
 

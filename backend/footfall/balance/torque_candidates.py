@@ -1,4 +1,7 @@
-"""The least torque ratio for many places of one foot, each with the leg's posture there: the torque check of a map."""
+"""The least torque ratio for many postures of one leg: on the ground, as maps ask, and in the air, as steps do.
+
+What the other standing legs' joints carry depends on that leg by the centre of mass alone: all but that is set up once.
+"""
 
 from collections.abc import Sequence
 
@@ -6,15 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import facets, unit_normals
-from footfall.balance.moving_leg import body_moments, centers_of_mass, leg_links
+from footfall.balance.moving_leg import centers_of_mass, gravity_torques, joint_axes, leg_links
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics, lowest_rim_points
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.simplex import UNFINISHED
-from footfall.balance.torque_kernel import least_ratios
+from footfall.balance.torque_kernel import hull_rows, least_ratios, ratios_for_centers
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
-from footfall.robot.description import JOINTS
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -38,65 +40,140 @@ def torque_ratios_for_postures(
     does not point up, against gravity, or where no forces hold the rover, inf. Raises InvalidInput where the legs
     don't fit.
     """
-    T_site_base = require_transform(T_site_base, "T_site_base")
-    leg = robot.require_leg(leg)
-    standing = [robot.require_leg(one) for one in legs]
-    if len({leg, *standing}) != len(standing) + 1:
-        raise InvalidInput("a leg stands only once among the supporting legs", legs=[*standing, leg])
     qs, toward = np.asarray(qs_leg, float), np.asarray(leg_normals, float)
     if qs.ndim != 2 or qs.shape[1] != 6 or toward.shape != (len(qs), 3):
         raise InvalidInput("each posture of the leg needs six angles and one normal", shape=list(qs.shape))
-    unit = unit_normals(np.asarray(normals, float).reshape(-1, 3))
-    if len(unit) != len(standing):
-        raise InvalidInput("each supporting leg needs one normal", legs=len(standing), normals=len(unit))
-    statics = PostureStatics(robot, posture)
-    R_level_base = settings.R_level_site @ T_site_base[:3, :3]
-    up, limits = R_level_base[2], robot.torque_limits.reshape(-1, 6)
-    mass, coms = loaded(robot, centers_of_mass(robot, posture, leg, qs), settings)
-    weight = mass * settings.gravity
-
-    contacts_base = apply(inverse(T_site_base), statics.contacts(standing, unit, T_site_base))
-    shares = statics.gravity_torques(up, settings.gravity).reshape(-1, 6) / limits
-    J = statics.contact_jacobians(standing, contacts_base)
-    effect = _effect(R_level_base, J, limits[standing], weight)
-    faces = facets(unit @ settings.R_level_site.T, settings.friction, settings.sides)
-
+    T_site_base = require_transform(T_site_base, "T_site_base")
+    others = _Others(robot, posture, T_site_base, legs, normals, leg, qs, settings)
+    R_level_base, limits = others.R_level_base, robot.torque_limits.reshape(-1, 6)
     with np.errstate(invalid="ignore", divide="ignore"):
         own_unit = toward / np.linalg.norm(toward, axis=1, keepdims=True)
     origins, rotations = leg_links(robot, leg, qs)
-    axes = np.stack([rotations[:, i, :, "xyz".index(axis)] for i, (_, axis) in enumerate(JOINTS)], axis=1)
     outward = rotations[:, 5, :, 0]
     centers = origins[:, 5] + robot.description.legs[leg].foot * outward
     own = lowest_rim_points(centers, rotations[:, 5, :, 1], outward, own_unit @ T_site_base[:3, :3], robot.wheel_radius)
-    own_J = np.cross(axes, own[:, None] - origins).transpose(0, 2, 1)
-    masses, moments = body_moments(robot, leg, origins, rotations)
-    # what each joint carries: the bodies from its own link outward
-    carried = np.cumsum(masses[::-1])[::-1]
-    beyond = np.cumsum(moments[:, ::-1], axis=1)[:, ::-1] - carried[:, None] * origins
-    own_share = settings.gravity * (np.cross(axes, beyond) @ up) / limits[leg]
+    own_J = np.cross(joint_axes(rotations), own[:, None] - origins).transpose(0, 2, 1)
+    own_share = gravity_torques(robot, leg, qs, R_level_base[2], settings.gravity) / limits[leg]
 
-    level_unit = own_unit @ settings.R_level_site.T
+    level_unit = settings.level(own_unit)
     ratios = np.empty(len(qs))
-    size = max(float(np.abs(contacts_base - statics.com).max(initial=0.0)), 1.0)
     status = least_ratios(
-        contacts_base @ R_level_base.T,
-        faces,
-        effect,
-        shares[standing],
+        others.contacts,
+        others.faces,
+        others.effect,
+        others.constant,
         own @ R_level_base.T,
         level_unit,
-        _effect(R_level_base, own_J, limits[leg], weight),
+        _effect(R_level_base, own_J, limits[leg], others.weight),
         own_share,
-        coms @ R_level_base.T,
-        size,
+        others.coms,
+        others.size,
         settings.friction,
         ratios,
     )
     if (status == UNFINISHED).any():
         raise FootFallError("a torque program was not solved")
     ratios[level_unit[:, 2] <= 0] = np.inf
-    in_the_air = [other for other in robot.legs if other not in (leg, *standing)]
-    return np.maximum(ratios, np.abs(shares[in_the_air]).max(initial=0.0))
+    return np.maximum(ratios, others.idle)
+
+
+def torque_ratios_in_the_air(
+    robot: Robot,
+    posture: ArrayLike,
+    T_site_base: ArrayLike,
+    legs: Sequence[int],
+    normals: ArrayLike,
+    leg: int,
+    qs_leg: ArrayLike,
+    settings: BalanceSettings,
+) -> Array:
+    """Ratios (n,) as :func:`footfall.balance.torques.torque_check` gives with ``leg`` in the air in each posture.
+
+    legs, normals (k, 3), qs_leg (n, 6): as above. inf where no forces hold the rover. Raises InvalidInput where the
+    legs don't fit.
+    """
+    qs = np.asarray(qs_leg, float)
+    others = _Others(robot, posture, require_transform(T_site_base, "T_site_base"), legs, normals, leg, qs, settings)
+    return np.maximum(others.ratios(others.coms), others.hanging(robot, leg, qs, settings))
+
+
+def worst_torque_in_the_air(
+    robot: Robot,
+    posture: ArrayLike,
+    T_site_base: ArrayLike,
+    legs: Sequence[int],
+    normals: ArrayLike,
+    leg: int,
+    qs_leg: ArrayLike,
+    settings: BalanceSettings,
+) -> tuple[int, float]:
+    """Which of the ratios of :func:`torque_ratios_in_the_air` is largest, and that ratio.
+
+    What the standing legs need is the value of a linear program whose right-hand side is linear in the horizontal
+    place of the centre of mass: its height adds no moment to a vertical weight. Such a value is convex (S. Boyd,
+    L. Vandenberghe, *Convex Optimization*, 2004, §5.6.1), so it is largest at a corner of the places' convex hull,
+    and only those are solved.
+    """
+    qs = np.asarray(qs_leg, float)
+    others = _Others(robot, posture, require_transform(T_site_base, "T_site_base"), legs, normals, leg, qs, settings)
+    places = others.coms[:, :2]
+    corners = hull_rows(places, np.lexsort((places[:, 1], places[:, 0])))
+    ratios = others.hanging(robot, leg, qs, settings)
+    ratios[corners] = np.maximum(ratios[corners], others.ratios(others.coms[corners]))
+    worst = int(np.argmax(ratios))
+    return worst, float(ratios[worst])
+
+
+class _Others:
+    """What the legs that stand besides ``leg`` put into each of n programs.
+
+    contacts: (k, 3) and coms: (n, 3), of the rover, in base turned level [m]; faces, effect, constant: see least_ratio.
+    weight: of the loaded rover [N]. idle: the largest ratio of the legs that neither stand nor are ``leg``.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        posture: ArrayLike,
+        T_site_base: Array,
+        legs: Sequence[int],
+        normals: ArrayLike,
+        leg: int,
+        qs: Array,
+        settings: BalanceSettings,
+    ) -> None:
+        leg, standing = robot.require_leg(leg), [robot.require_leg(one) for one in legs]
+        if len({leg, *standing}) != len(standing) + 1:
+            raise InvalidInput("a leg stands only once among the supporting legs", legs=[*standing, leg])
+        unit = unit_normals(np.asarray(normals, float).reshape(-1, 3))
+        if len(unit) != len(standing):
+            raise InvalidInput("each supporting leg needs one normal", legs=len(standing), normals=len(unit))
+        statics = PostureStatics(robot, posture)
+        self.R_level_base = settings.R_level_site @ T_site_base[:3, :3]
+        limits = robot.torque_limits.reshape(-1, 6)
+        mass, coms = loaded(robot, centers_of_mass(robot, posture, leg, qs), settings)
+        self.weight = mass * settings.gravity
+        contacts_base = apply(inverse(T_site_base), statics.contacts(standing, unit, T_site_base))
+        shares = statics.gravity_torques(self.R_level_base[2], settings.gravity).reshape(-1, 6) / limits
+        J = statics.contact_jacobians(standing, contacts_base)
+        self.contacts, self.coms = contacts_base @ self.R_level_base.T, coms @ self.R_level_base.T
+        self.faces = facets(settings.level(unit), settings.friction, settings.sides)
+        self.effect, self.constant = _effect(self.R_level_base, J, limits[standing], self.weight), shares[standing]
+        self.size = max(float(np.abs(contacts_base - statics.com).max(initial=0.0)), 1.0)
+        in_the_air = [other for other in robot.legs if other not in (leg, *standing)]
+        self.idle = float(np.abs(shares[in_the_air]).max(initial=0.0))
+
+    def ratios(self, coms: Array) -> Array:
+        """Least ratios (k,) of the standing legs alone for centres of mass (k, 3); inf where no forces hold them."""
+        ratios = np.empty(len(coms))
+        if not ratios_for_centers(self.contacts, self.faces, self.effect, self.constant, coms, ratios):
+            raise FootFallError("a torque program was not solved")
+        return ratios
+
+    def hanging(self, robot: Robot, leg: int, qs: Array, settings: BalanceSettings) -> Array:
+        """Largest ratio of the legs in the air, the moving one at qs (n, 6) among them, (n,)."""
+        torques = gravity_torques(robot, leg, qs, self.R_level_base[2], settings.gravity)
+        return np.maximum(np.abs(torques / robot.torque_limits.reshape(-1, 6)[leg]).max(axis=1), self.idle)
 
 
 def _effect(R_level_base: Array, J: Array, limits: Array, weight: float) -> Array:

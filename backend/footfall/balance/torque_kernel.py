@@ -120,6 +120,52 @@ def least_ratio(arms, faces, effect, constant, forces):
 
 
 @njit(cache=True)
+def ratios_for_centers(contacts, faces, effect, constant, coms, ratios):
+    """:func:`least_ratio` for n centres of mass (n, 3) over the same feet; ratios (n,) is filled.
+
+    contacts (k, 3) and coms in one frame [m]. inf where no forces hold the rover; False where a program was not solved.
+    """
+    if ratios.size != coms.shape[0]:
+        raise ValueError("each centre of mass needs a ratio")
+    forces = np.empty(contacts.shape)
+    for i in range(coms.shape[0]):
+        arms = contacts - coms[i]
+        size = max(np.abs(arms).max(), 1e-6)
+        status, ratio = least_ratio(arms / size, faces, effect, constant, forces)
+        if status == INFEASIBLE:
+            ratio = np.inf
+        elif status != OPTIMAL:
+            return False
+        ratios[i] = ratio
+    return True
+
+
+@njit(cache=True)
+def hull_rows(points, order):
+    """Rows of points (n, 2) that are corners of their convex hull, at least one; Andrew's monotone chain (1979).
+
+    order: (n,) the rows by x, and by y where x is equal.
+    """
+    n = order.size
+    chain, size = np.empty(2 * n + 1, np.int64), 0
+    for side in range(2):
+        base = size
+        for k in range(n):
+            row = order[k] if side == 0 else order[n - 1 - k]
+            while size >= base + 2:
+                a, b = points[chain[size - 2]], points[chain[size - 1]]
+                left = (b[0] - a[0]) * (points[row, 1] - a[1])
+                if left - (b[1] - a[1]) * (points[row, 0] - a[0]) > 0.0:
+                    break
+                size -= 1
+            chain[size] = row
+            size += 1
+        # the last of one side is the first of the other
+        size -= 1
+    return chain[: max(size, 1)].copy()
+
+
+@njit(cache=True)
 def _eliminate(rows, pivots):
     """Gauss–Jordan with full pivots on all columns but the last, in place; returns the rank."""
     height, wide = rows.shape[0], rows.shape[1] - 1

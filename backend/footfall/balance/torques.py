@@ -122,14 +122,11 @@ def torque_check(
     standing, unit = _standing(robot, legs, normals)
     if not standing:
         return _infeasible(robot)
-    R_level_site = settings.R_level_site
     contacts = statics.contacts(standing, unit, T_site_base)
     mass, com_base = loaded(robot, statics.com, settings)
-    level, unit_level = require_stance(
-        (contacts - apply(T_site_base, com_base)) @ R_level_site.T, unit @ R_level_site.T
-    )
+    level, unit_level = require_stance(settings.level(contacts - apply(T_site_base, com_base)), settings.level(unit))
     size = max(float(np.abs(level).max()), 1e-6)
-    R_level_base = R_level_site @ T_site_base[:3, :3]
+    R_level_base = settings.R_level_site @ T_site_base[:3, :3]
     limits = robot.torque_limits.reshape(-1, 6)[standing]
     torques = statics.gravity_torques(R_level_base[2], settings.gravity)
     gravity_share = torques.reshape(-1, 6)[standing] / limits
@@ -145,7 +142,7 @@ def torque_check(
     if status != OPTIMAL:
         raise FootFallError("the torque program was not solved", status=int(status))
     forces = np.zeros((robot.leg_count, 3))
-    forces[standing] = weight * shares @ R_level_site
+    forces[standing] = weight * shares @ settings.R_level_site
     torques.reshape(-1, 6)[standing] += limits * (effect @ shares[:, :, None])[:, :, 0]
     ratios = np.abs(torques) / robot.torque_limits
     # at the optimum several joints are often equally loaded: the first of them is named

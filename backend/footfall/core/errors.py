@@ -12,7 +12,8 @@
     │   └── InvalidBundle
     ├── NotFound              a named thing does not exist
     ├── Conflict              the request does not fit the present state
-    │   └── CommandRefused    the command gate said no
+    │   ├── CommandRefused    the command gate said no
+    │   └── Busy              too much waits already; the same request may pass later
     ├── Cancelled             the caller asked the work to stop
     └── WorkerLost            a worker process died under a job
 
@@ -101,6 +102,12 @@ class CommandRefused(Conflict):
     """The command gate said no; ``details`` names the check that failed."""
 
     kind = "command-refused"
+
+
+class Busy(Conflict):
+    """Too much waits already; the same request may pass later. ``details`` has ``retry_after`` [s]."""
+
+    kind = "busy"
 
 
 class Cancelled(FootFallError):

@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from enum import Enum
+from functools import lru_cache
 from types import UnionType
 from typing import Any, TypeVar, Union, dataclass_transform, get_args, get_origin
 
@@ -27,6 +28,10 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 
 SOFTWARE_VERSION = "0.1.0"
+
+LATER: Mapping[str, Any] = {"later": True}
+"""Metadata of a field that came after values without it were stored, ``field(default=None, metadata=LATER)``: while it
+has its default it is no part of the flat form, so that content which says nothing new keeps its digest."""
 
 _FLOAT64 = NDArray[np.float64]
 _registry: dict[str, type] = {}
@@ -133,9 +138,15 @@ class FrozenMapping(Mapping[str, Any]):
         return f"FrozenMapping({', '.join(self._items)})"
 
 
+@lru_cache(maxsize=1024)
 def _kinds(declared: Any) -> tuple[Any, ...]:
     """The alternatives of a field's type."""
     return get_args(declared) if get_origin(declared) in (Union, UnionType) else (declared,)
+
+
+@lru_cache(maxsize=1024)
+def _wants_array(declared: Any) -> bool:
+    return any(get_origin(kind) is np.ndarray for kind in _kinds(declared))
 
 
 def _as_declared(item: Any, declared: Any) -> Any:
@@ -148,12 +159,17 @@ def _as_declared(item: Any, declared: Any) -> Any:
 
 
 def _lacks_array(item: Any, declared: Any) -> bool:
-    kinds = _kinds(declared)
-    wanted = any(get_origin(kind) is np.ndarray for kind in kinds)
-    return wanted and not isinstance(item, np.ndarray) and not (item is None and type(None) in kinds)
+    if not _wants_array(declared) or isinstance(item, np.ndarray):
+        return False
+    return not (item is None and type(None) in _kinds(declared))
+
+
+_PLAIN = frozenset({str, int, float, bool, type(None)})
 
 
 def _freeze(item: Any) -> Any:
+    if type(item) in _PLAIN or isinstance(item, Value):
+        return item
     if isinstance(item, np.ndarray):
         if _can_change(item) or not item.flags.c_contiguous or not item.dtype.isnative:
             item = np.array(item, dtype=item.dtype.newbyteorder("="), order="C")
@@ -221,7 +237,8 @@ def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
         arrays.append(item)
         return {"array": len(arrays) - 1}
     if isinstance(item, Value):
-        body = {f.name: _flatten(getattr(item, f.name), arrays) for f in fields(item)}  # type: ignore[arg-type]
+        told = [f for f in fields(item) if not ("later" in f.metadata and getattr(item, f.name) is f.default)]  # type: ignore[arg-type]
+        body = {f.name: _flatten(getattr(item, f.name), arrays) for f in told}
         return {"value": type(item).__name__, "of": body}
     if isinstance(item, Mapping):
         return {"map": [[name, _flatten(one, arrays)] for name, one in item.items()]}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.support import NONE
+from footfall.balance.foot_pairs import NONE, feet_of
 
 NOTHING = 0
 """No margin, or nothing that binds it."""
@@ -14,8 +14,8 @@ LEGS = 15
 
 
 def binding_feet(pairs: NDArray[np.uint8], legs: Sequence[int]) -> NDArray[np.uint8]:
-    """Codes 1 + LEGS · a + b of the binding edge's legs a < b, for pairs of rows (balance.support) of ``legs``."""
-    start, end = np.asarray(pairs) >> 4, np.asarray(pairs) & 15
+    """Codes 1 + LEGS · a + b of the binding edge's legs a < b, for pairs of rows (balance.foot_pairs) of ``legs``."""
+    start, end = feet_of(pairs)
     numbers = np.append(np.asarray(legs, np.int64), np.zeros(16 - len(legs), np.int64))
     low, high = np.minimum(numbers[start], numbers[end]), np.maximum(numbers[start], numbers[end])
     return np.where(np.asarray(pairs) == NONE, NOTHING, 1 + LEGS * low + high).astype(np.uint8)

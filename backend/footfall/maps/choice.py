@@ -3,8 +3,9 @@
 import numpy as np
 
 from footfall.core.errors import InvalidInput
+from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings, MapStack
-from footfall.maps.quality import Quality, quality, situation_of
+from footfall.maps.quality import Layers, Quality, Situation, quality, situation_of
 from footfall.maps.quality_settings import QualitySettings
 from footfall.maps.suggest import Explanation, explain
 from footfall.robot.model import Robot
@@ -31,15 +32,23 @@ def stack_quality(
     made_with = stack.provenance.settings
     if settings is None:
         settings = made_with.quality if isinstance(made_with, MapSettings) else QualitySettings()
-    every = round(stack.geometry.resolution / dem.geometry.resolution)
-    layers = {name: layer for name, layer in stack.layers.items() if name not in NOT_ASKED}
+    situation = situation_of(robot, state, stack.leg, towards)
+    return layers_quality(dem, stack.geometry, stack.layers, stack.stability == "conservative", situation, settings)
+
+
+def layers_quality(
+    dem: Dem, geometry: GridGeometry, made: Layers, conservative: bool, situation: Situation, settings: QualitySettings
+) -> Quality:
+    """:func:`stack_quality` of layers that are not a stack yet; conservative: which margins footing was decided by."""
+    every = round(geometry.resolution / dem.geometry.resolution)
+    layers = {name: layer for name, layer in made.items() if name not in NOT_ASKED}
     layers["height"] = dem.heights[::every, ::every]
-    layers["margin"] = stack.margin
-    if "footing_friction" in stack.layers:
-        layers["footing"] = stack.layers["footing_friction"]
-        conservative = stack.stability == "conservative"
-        layers["margin"] = stack.layers["margin_friction_conservative" if conservative else "margin_friction"]
-    return quality(stack.geometry, layers, situation_of(robot, state, stack.leg, towards), settings)
+    suffix = "_conservative" if conservative else ""
+    layers["margin"] = made["margin" + suffix]
+    if "footing_friction" in made:
+        layers["footing"] = made["footing_friction"]
+        layers["margin"] = made["margin_friction" + suffix]
+    return quality(geometry, layers, situation, settings)
 
 
 def explain_at(found: Quality, x: float, y: float) -> Explanation:

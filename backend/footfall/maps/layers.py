@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.settings import BalanceSettings
+from footfall.core.bounds import require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance, Value, value
@@ -132,9 +133,8 @@ class MapSettings(Value):
     def check(self) -> None:
         if not (self.window > 0 and self.slope_limit > 0 and self.roughness_limit > 0 and self.step_limit > 0):
             raise InvalidInput("window and limits of the map settings must be above zero")
-        for name in ("stable_margin", "lift", "raise_terrain", "clearance"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} can't be negative [m]", **{name: getattr(self, name)})
+        require_not_negative("m", stable_margin=self.stable_margin, lift=self.lift)
+        require_not_negative("m", raise_terrain=self.raise_terrain, clearance=self.clearance)
 
 
 @value

@@ -22,9 +22,9 @@ from footfall.robot.description import PARTS
 from footfall.robot.first_contact import NamingScene
 from footfall.robot.leg_overlap import LegOverlap
 from footfall.robot.model import Robot
-from footfall.robot.overlap_kernel import CHASSIS, LEG, NOTHING, SELF
-from footfall.robot.overlap_kernel import PAYLOAD as PAYLOAD_CODE
-from footfall.robot.overlap_kernel import TERRAIN as TERRAIN_CODE
+from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, SELF
+from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
+from footfall.robot.obstacles import TERRAIN as TERRAIN_CODE
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.triangulate import crop
@@ -47,7 +47,7 @@ class Verdict:
     """For n cells. reason: FREE, UNSURE, FOOT_COLLISION, NO_LIFT or WAYPOINT_COLLISION.
 
     chosen: index of the candidate that the reason speaks of. link: index into PARTS of what hits, blame: what is hit
-    (robot.overlap_kernel), both only in collisions. checks: mesh checks made.
+    (robot.obstacles), both only in collisions. checks: mesh checks made.
     turnable: (candidates,) those that another heading of the wheel may help: only links that turn with it collide, or
     there is no posture above.
     """
@@ -60,28 +60,13 @@ class Verdict:
     turnable: NDArray[np.bool_]
 
 
-def leg_collisions(
-    robot: Robot,
-    state: RobotState,
-    leg: int,
-    ground: Dem,
-    clearance: float = 0.0,
-    raise_terrain: float = 0.15,
-    most_checks: int | None = None,
-) -> "LegCollisions":
-    """The collision checks of one leg with the certificate of robot.clearance; see :class:`LegCollisions`."""
-    hip = (np.asarray(state.T_site_base) @ robot.description.legs[robot.require_leg(leg)].T_base_hip)[:2, 3]
-    tables = clearance_ground(robot, ground.heights, ground.geometry, clearance, hip, leg_reach(robot))
-    proof = LegClearance(robot, state.posture, leg, state.T_site_base, tables, clearance, raise_terrain)
-    return LegCollisions(robot, state, leg, ground, clearance, raise_terrain, proof.certified, most_checks)
-
-
 class LegCollisions:
     """One leg's collision checks over one ground, for very many postures; one thread at a time.
 
     ground: without holes where the leg may get, as for planning: what is unknown there is taken for free.
     clearance [m]: added to every δ. raise_terrain [m]: how much higher the ground is for a leg above its footfall.
-    certified: the certificate, made for the same robot, state, ground and distances; none: meshes for all.
+    certified: a certificate for the same robot, state, ground and distances, see :meth:`with_certificate`; None: what
+    does not overlap is asked of the meshes.
     most_checks: mesh checks for one reach map; what they don't decide is UNSURE. None: no bound.
     """
 
@@ -101,10 +86,16 @@ class LegCollisions:
             raise InvalidInput("most_checks can't be negative", most_checks=most_checks)
         hip = (np.asarray(state.T_site_base) @ robot.description.legs[leg].T_base_hip)[:3, 3]
         spec = robot.description.legs[leg]
-        radius = float(np.linalg.norm(spec.hip_offset)) + spec.thigh + spec.shank + spec.foot + _MORE_THAN_LEG
+        radius = spec.reaches[-1] + _MORE_THAN_LEG
         args = robot, state.posture, leg, state.T_site_base
+
+        def certificate() -> LegClearance:
+            tables = clearance_ground(robot, ground.heights, ground.geometry, clearance, hip[:2], leg_reach(robot))
+            return LegClearance(*args, tables, clearance, raise_terrain)
+
         self._meshes = lambda: NamingScene(*args, crop(ground, hip[:2], radius), clearance, raise_terrain)
         self._overlap = LegOverlap(*args, ground.heights, ground.geometry, clearance, raise_terrain)
+        self._certificate = certificate
         self._certified = certified
         self.most_checks = most_checks
         meshes = robot_meshes(robot.description)
@@ -115,6 +106,12 @@ class LegCollisions:
     def scene(self) -> NamingScene:
         """The exact meshes; they take the longest to build, so they are built when first needed."""
         return self._meshes()
+
+    def with_certificate(self) -> "LegCollisions":
+        """The same checks, with the certificate of robot.clearance before all others."""
+        sure = copy(self)
+        sure._certified = self._certificate().certified
+        return sure
 
     def sketch(self) -> "LegCollisions":
         """The same checks without meshes: at once, and what only meshes tell is UNSURE."""

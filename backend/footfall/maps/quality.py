@@ -30,7 +30,6 @@ from footfall.core.grid import GridGeometry
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
 from footfall.maps.quality_settings import FACTORS, QualitySettings, factor_of
-from footfall.maps.reach import leg_length
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -85,7 +84,7 @@ def situation_of(robot: Robot, state: RobotState, leg: int, towards: tuple[float
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
     wheel = apply(state.T_site_base, wheel_centers(robot, state.posture)[leg])
     x, y, z = (float(one) for one in wheel - [0.0, 0.0, robot.wheel_radius])
-    return Situation((float(hip[0]), float(hip[1]), float(hip[2])), (x, y, z), leg_length(robot, leg), towards)
+    return Situation((float(hip[0]), float(hip[1]), float(hip[2])), (x, y, z), robot.leg_length(leg), towards)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Value, value
 
+MOST = 50
+"""Most footfalls that one question may ask for."""
+
 PREFERENCE_LEAST = 0.1
 UNKNOWN_COUNTS_AS = 0.25
 """A limit's factor where it is not known, on ground that is offered all the same: poor, yet no veto."""
@@ -22,8 +25,9 @@ UNKNOWN_COUNTS_AS = 0.25
 
 @dataclass(frozen=True)
 class Factor:
-    """What one factor measures. limit: reaching the worst amount is a veto; else a preference."""
+    """What one factor measures. title: for the page. limit: reaching the worst amount is a veto; else a preference."""
 
+    title: str
     unit: str
     meaning: str
     limit: bool
@@ -31,16 +35,16 @@ class Factor:
 
 FACTORS: Mapping[str, Factor] = MappingProxyType(
     {
-        "slope": Factor("rad", "tilt of the ground under the wheel", True),
-        "roughness": Factor("m", "roughness of the ground under the wheel", True),
-        "step": Factor("m", "largest step under the wheel", True),
-        "support": Factor("share", "share of the wheel's footprint that carries", True),
-        "limit_margin": Factor("rad", "distance to the nearest joint limit", True),
-        "margin": Factor("m", "stability margin on the new footfall", True),
-        "certainty": Factor("share", "share of the ground under the wheel that was seen", False),
-        "age": Factor("s", "age of the measurement", False),
-        "height_sd": Factor("m", "standard deviation of the height", False),
-        "advance": Factor("m", "how far the foot moves towards the goal", False),
+        "slope": Factor("Slope", "rad", "tilt of the ground under the wheel", True),
+        "roughness": Factor("Roughness", "m", "roughness of the ground under the wheel", True),
+        "step": Factor("Step", "m", "largest step under the wheel", True),
+        "support": Factor("Support under the wheel", "share", "share of the wheel's footprint that carries", True),
+        "limit_margin": Factor("Joint limits", "rad", "distance to the nearest joint limit", True),
+        "margin": Factor("Stability", "m", "stability margin on the new footfall", True),
+        "certainty": Factor("Ground known", "share", "share of the ground under the wheel that was seen", False),
+        "age": Factor("Age", "s", "age of the measurement", False),
+        "height_sd": Factor("Certainty", "m", "standard deviation of the height", False),
+        "advance": Factor("Advance", "m", "how far the foot moves towards the goal", False),
     }
 )
 

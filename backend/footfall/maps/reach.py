@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
@@ -44,7 +45,7 @@ class Reach:
 
     rows, cols: (n,) indices into the grid; contacts, normals: (n, 3) in site.
     reason: (n,) class, see :mod:`footfall.maps.reach_classes`. blame: (n,) the joint 0…5 of JOINT_LIMIT, what is hit in
-    a collision (robot.overlap_kernel); link: (n,) index into PARTS of what hits.
+    a collision (robot.obstacles); link: (n,) index into PARTS of what hits.
     solutions: (n,) inverse-kinematics solutions inside the joint limits with some heading, 0…8.
     postures: (n, 6) [rad] the free one, if one is known, else the one that gets farthest; NaN where there is none.
     above: (n, 6) [rad] the same wheel raised by ``lift`` [m], NaN where the limits forbid it.
@@ -95,12 +96,6 @@ class Reach:
         return out
 
 
-def leg_length(robot: Robot, leg: int) -> float:
-    """Farthest that a contact can be from the hip-yaw joint [m]: the leg stretched straight."""
-    spec = robot.description.legs[robot.require_leg(leg)]
-    return float(np.linalg.norm(spec.hip_offset) + spec.thigh + spec.shank + spec.foot + robot.wheel_radius)
-
-
 def reach(
     robot: Robot,
     dem: Dem,
@@ -120,8 +115,7 @@ def reach(
     leg = robot.require_leg(leg)
     if stride < 1:
         raise InvalidInput("stride must be 1 or more", stride=stride)
-    if not 0 < lift < np.inf:
-        raise InvalidInput("lift must be above zero [m]", lift=lift)
+    require_above_zero("m", lift=lift)
     rows, cols, contacts, normals, unknown = _ground(robot, dem, state, leg, stride)
     progress(0.2, "normals fitted")
     found = _solved(robot, state, leg, contacts, normals)
@@ -225,7 +219,7 @@ def _ground(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, NDArray[np.int64]]:
     """rows, cols, contacts and normals of the known cells in range that are asked for, and the unknown ones (m, 2)."""
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
-    length = leg_length(robot, leg)
+    length = robot.leg_length(leg)
     rows, cols = _box(dem.geometry, hip, length)
     if rows.start >= rows.stop or cols.start >= cols.stop:
         none = np.zeros(0, np.int64)

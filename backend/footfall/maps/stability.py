@@ -28,15 +28,14 @@ Array = NDArray[np.float64]
 class Stance:
     """The feet that stay while one leg steps, in a frame with z against gravity.
 
-    legs: those that stand. feet: their contacts, site. points, normals: (k, 3) of them, level.
-    R_level_site: see :attr:`footfall.balance.settings.BalanceSettings.R_level_site`.
+    legs: those that stand. feet: their contacts, site. points, normals: (k, 3) of them, level, see
+    :meth:`footfall.balance.settings.BalanceSettings.level`.
     """
 
     legs: tuple[int, ...]
     feet: Contacts
     points: Array
     normals: Array
-    R_level_site: Array
 
 
 def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance: BalanceSettings) -> Stance:
@@ -49,8 +48,7 @@ def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance:
         raise InvalidInput(f"{robot.name} stands on {len(others)} legs while leg {leg} moves; it needs three")
     down = standing(robot, dem, state.posture, state.T_site_base, others)
     feet = contacts(robot, dem, state.posture, state.T_site_base, down)
-    R = balance.R_level_site
-    return Stance(tuple(down), feet, feet.points @ R.T, feet.normals @ R.T, R)
+    return Stance(tuple(down), feet, balance.level(feet.points), balance.level(feet.normals))
 
 
 def geometric(
@@ -71,9 +69,9 @@ def geometric(
 
     The centre of mass is that of the present posture with the leg's new angles, and the payload of ``balance``.
     """
-    mass, coms = _coms(robot, state, leg, reached.postures, stance, balance)
-    _, lifted = _coms(robot, state, leg, reached.above, stance, balance)
-    feet = reached.contacts @ stance.R_level_site.T
+    mass, coms = _coms(robot, state, leg, reached.postures, balance)
+    _, lifted = _coms(robot, state, leg, reached.above, balance)
+    feet = balance.level(reached.contacts)
     there, above = np.isfinite(coms).all(axis=1), np.isfinite(lifted).all(axis=1)
     in_air = np.full(len(feet), np.nan)
     in_air[above] = margins(stance.points, lifted[above, :2], conservative)
@@ -106,8 +104,8 @@ def with_friction(
     what of it survives the loss of any one leg. "torque_ratio": least possible largest torque over its limit.
     """
     postures, normals = reached.postures[at], reached.normals[at]
-    _, coms = _coms(robot, state, leg, postures, stance, balance)
-    args = stance.points, stance.normals, reached.contacts[at] @ stance.R_level_site.T, normals @ stance.R_level_site.T
+    _, coms = _coms(robot, state, leg, postures, balance)
+    args = stance.points, stance.normals, balance.level(reached.contacts[at]), balance.level(normals)
     found = {}
     for name, conservative in (("margin_friction", False), ("margin_friction_conservative", True)):
         found[name] = region_margins_for_candidates(
@@ -131,9 +129,7 @@ def with_friction(
     return layers
 
 
-def _coms(
-    robot: Robot, state: RobotState, leg: int, postures: Array, stance: Stance, balance: BalanceSettings
-) -> tuple[float, Array]:
+def _coms(robot: Robot, state: RobotState, leg: int, postures: Array, balance: BalanceSettings) -> tuple[float, Array]:
     """Mass [kg], and centres of mass (n, 3) [m], level."""
     mass, coms = loaded(robot, centers_of_mass(robot, state.posture, leg, postures), balance)
-    return mass, apply(state.T_site_base, coms) @ stance.R_level_site.T
+    return mass, balance.level(apply(state.T_site_base, coms))

@@ -11,10 +11,11 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.maps import binding, reach_classes
 from footfall.maps import layers as footing
-from footfall.maps.choice import stack_quality
+from footfall.maps.choice import layers_quality
 from footfall.maps.layers import MapSettings, MapStack
-from footfall.maps.leg_collisions import LegCollisions, leg_collisions
-from footfall.maps.reach import Reach, leg_length, reach
+from footfall.maps.leg_collisions import LegCollisions
+from footfall.maps.quality import situation_of
+from footfall.maps.reach import Reach, reach
 from footfall.maps.stability import Stance, geometric, stance_without, with_friction
 from footfall.maps.standing import contacts
 from footfall.maps.traversability import Traversability, traversability
@@ -83,10 +84,11 @@ def _collisions(robot: Robot, dem: Dem, state: RobotState, leg: int, settings: M
         return None
     hip = (np.asarray(state.T_site_base) @ robot.description.legs[leg].T_base_hip)[:2, 3]
     foot = contacts(robot, dem, state.posture, state.T_site_base, [leg]).points
-    whole = without_holes(dem, hip, leg_length(robot, leg) + AROUND, foot)
+    whole = without_holes(dem, hip, robot.leg_length(leg) + AROUND, foot)
     if whole is None:
         return None
-    return leg_collisions(robot, state, leg, whole.dem, settings.clearance, settings.raise_terrain)
+    checks = LegCollisions(robot, state, leg, whole.dem, settings.clearance, settings.raise_terrain)
+    return checks.with_certificate()
 
 
 class _Made:
@@ -155,7 +157,10 @@ class _Made:
         if settings.friction:
             held = numbers["margin_friction" + suffix] >= settings.stable_margin
             made["footing_friction"] = stands(lifted & held & (numbers["torque_ratio"] <= 1.0))
-        stack = MapStack(
+        situation = situation_of(self.robot, self.state, self.leg)
+        found = layers_quality(self.dem, grid, made, settings.conservative, situation, settings.quality)
+        made["quality"] = np.where(found.unknown, np.nan, found.score).astype(np.float32)
+        return MapStack(
             geometry=grid,
             leg=self.leg,
             stability="conservative" if settings.conservative else "plain",
@@ -164,9 +169,6 @@ class _Made:
                 {"dem": self.dem.digest, "state": self.state.digest, "robot": self.robot.digest}, settings
             ),
         )
-        found = stack_quality(self.robot, self.dem, self.state, stack)
-        made["quality"] = np.where(found.unknown, np.nan, found.score).astype(np.float32)
-        return MapStack(stack.geometry, stack.leg, stack.stability, made, stack.provenance)
 
 
 def _every(grid: GridGeometry, stride: int) -> GridGeometry:

@@ -23,10 +23,7 @@ from footfall.maps.quality import (
     UNSURE,
     Quality,
 )
-from footfall.maps.quality_settings import FACTORS, factor_of
-
-MOST = 50
-"""Most footfalls that one question may ask for."""
+from footfall.maps.quality_settings import FACTORS, MOST, factor_of
 
 GOOD = 0.8
 """A factor from here up is named as a good one."""

@@ -25,6 +25,13 @@ def bvh(mesh: Mesh) -> coal.BVHModelOBBRSS:
     return model
 
 
+def mesh_reach(description: RobotDescription) -> float:
+    """How far from its hip-yaw joint any point of a leg may get [m]."""
+    meshes = robot_meshes(description)
+    sizes = [np.linalg.norm(meshes[part].vertices, axis=1).max() for part in PARTS]
+    return float(max(description.legs[0].reaches + sizes))
+
+
 def robot_meshes(description: RobotDescription) -> dict[str, Mesh]:
     """Collision meshes by part (all legs have the same), with "base", TOUCHING_WHEEL and, if carried, PAYLOAD."""
     meshes = {part: description.meshes[link_name(0, part)] for part in PARTS} | {"base": description.meshes["base"]}

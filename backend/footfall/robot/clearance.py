@@ -18,6 +18,23 @@ proven, not sampled:
    s_z ≤ p_z − √((ρ + δ)² − d²) ≤ p_z − √(ρ² − d²) ≤ y_z ≤ x_z = m_z, with d the horizontal distance of y and p.
    So the exact check finds nothing below the ground either.
 
+4. *Motion.* ``leg_stays_clear`` says the same of every joint vector within given turns of one. A joint that turns by Δ
+   moves a point by at most Δ times the point's distance from the axis, and the joints beyond it change that distance by
+   no more than they move the point; summed from the wheel inward that bounds by how much, m, a point of each part moves
+   (Schwarzer, Saha & Latombe, IEEE Trans. Robotics 21, 2005, §III). Links that are m farther apart than required stay
+   apart as required. A ball of radius ρ + δ moved by at most m stays inside the ball of radius ρ + δ + m around where
+   it was; where that is clear of the ground with none above, so is the moved one, and 2 and 3 hold at the other joint
+   vector as well.
+
+5. *Lines.* ``clear_span`` says how far along a straight line q + s d the leg is clear. A point x that joints with axes
+   a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's middle and
+   the part's turning times its reach together. The second derivative of x is Σᵢⱼ dᵢ dⱼ aₖ × (aₘ × (x − oₘ)), k the
+   smaller and m the larger of i and j, at most Σᵢⱼ |dᵢ dⱼ| |x − oₘ|, and |x − oₘ| is at most what the links between
+   measure, in any posture. So x moves by at most v s + b s², v the most speed at q and b half of that sum, and by at
+   most Σ |dᵢ| |x − oᵢ| s; 4 holds with either as m. Two parts of the leg are seen from the one nearer to the hip: only
+   the joints between move the other. The smallest s that a pair or a ball allows is the answer. The centre of mass
+   moves likewise, and so does its margin (planning/step/leg_free_kernel.py).
+
 The wheel in mode "true" is the smaller wheel of the exact check with δ = 0. Unknown ground is no obstacle, as there.
 Every distance is required with SLACK more. That is above what the two computations may differ by: rounding, the
 exact check's tolerance (1e-6 m), and an orientation of the base that is orthogonal to 1e-6 only (see
@@ -30,6 +47,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.bounds import require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
@@ -78,7 +96,7 @@ def clearance_ground(
     needs its hip's x, y and :func:`leg_reach`. Raises InvalidInput where heights and geometry don't fit together
     and where the ground is too large to be made whole.
     """
-    _require_distance("clearance", clearance)
+    require_distances(clearance=clearance)
     radii = np.unique(np.concatenate(_required_radii(robot.description, clearance)))
     classes = []
     while len(radii):
@@ -89,10 +107,9 @@ def clearance_ground(
 
 def leg_reach(robot: Robot) -> float:
     """How far from its hip-yaw joint the middle of any ball of a leg may get [m]."""
-    leg, cover = robot.description.legs[0], _covers(_ByDigest(robot.description))
-    lengths = (0.0, float(np.linalg.norm(leg.hip_offset)), leg.thigh, 0.0, leg.shank, 0.0, leg.foot, 0.0)
+    reaches, cover = robot.description.legs[0].reaches, _covers(_ByDigest(robot.description))
     sizes = [np.linalg.norm(cover[part].centers, axis=1).max() for part in _COVERED]
-    return float((np.cumsum(lengths) + sizes).max())
+    return float((np.append(reaches, reaches[-1]) + sizes).max())
 
 
 class LegClearance:
@@ -113,8 +130,7 @@ class LegClearance:
         clearance: float = 0.0,
         raise_terrain: float = 0.0,
     ) -> None:
-        _require_distance("clearance", clearance)
-        _require_distance("raise_terrain", raise_terrain)
+        require_distances(clearance=clearance, raise_terrain=raise_terrain)
         q, self.leg = robot.require_posture(posture), robot.require_leg(leg)
         T_site_base = require_transform(T_site_base, "T_site_base")
         description = robot.description
@@ -140,6 +156,8 @@ class LegClearance:
             balls=balls,
             trees=trees,
             lift=np.array([0.0, raise_terrain]),
+            reach=_reaches(description, shell_table),
+            radii=ground.radii if ground is not None else np.zeros(0),
             ground=ground.heights if ground is not None else np.zeros(0),
             ground_layout=ground.layout if ground is not None else np.zeros((0, 6)),
         )
@@ -214,6 +232,19 @@ def _balls(
     return np.concatenate(rows).astype(float), trees
 
 
+def _reaches(description: RobotDescription, shell_table: Array) -> Array:
+    """Of each part: how far its surface and the middles of the balls that cover it get from its shell's middle [m]."""
+    cover = _covers(_ByDigest(description))
+    covered = [[part] if part != "wheel" else [part, TOUCHING_WHEEL] for part in PARTS]
+    middles = shell_table[: len(PARTS), None, CENTER : CENTER + 3]
+    return np.array(
+        [
+            max(reach, *(float(np.linalg.norm(cover[name].centers - at, axis=1).max()) for name in names))
+            for names, at, reach in zip(covered, middles, shell_table[:, REACH], strict=False)
+        ]
+    )
+
+
 def _required_radii(description: RobotDescription, clearance: float) -> list[Array]:
     """ρ + δ of the balls of each covered part [m]."""
     deltas = {part: delta + clearance for part, delta in description.clearances.terrain.items()}
@@ -257,8 +288,3 @@ def _shells(key: _ByDigest) -> tuple[Array, Array]:
     """Shells of the leg's parts in order, then of the chassis and the payload."""
     meshes = robot_meshes(key.description)
     return shells([meshes[name] for name in (*PARTS, "base", PAYLOAD) if name in meshes])
-
-
-def _require_distance(name: str, distance: float) -> None:
-    if not 0 <= distance < np.inf:
-        raise InvalidInput(f"{name} must be finite and not negative [m]", **{name: distance})

@@ -19,11 +19,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.bounds import require_distances
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse, require_transform, transform
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
-from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, robot_meshes
+from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, mesh_reach, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import GroundHeights, crop, inner_radius
 from footfall.robot.kinematics import leg_link_poses
@@ -67,7 +68,7 @@ class CollisionScene:
         clearance: float = 0.0,
         raise_terrain: float = 0.0,
     ) -> None:
-        _require_distances(clearance=clearance, raise_terrain=raise_terrain)
+        require_distances(clearance=clearance, raise_terrain=raise_terrain)
         q = robot.require_posture(posture)
         self.robot, self.leg = robot, robot.require_leg(leg)
         pairs = Pairs(robot.leg_models[self.leg])
@@ -82,7 +83,8 @@ class CollisionScene:
                 for part in PARTS:
                     pairs.check(moving[part], shape, robot.description.clearances.other_leg + clearance)
         hip = apply(require_transform(T_site_base, "T_site_base"), robot.description.legs[self.leg].T_base_hip[:3, 3])
-        self._ground = _Ground(body, T_site_base, terrain_mesh, hip, _leg_reach(robot) + body.largest_ground_delta)
+        reach = mesh_reach(robot.description) + body.largest_ground_delta
+        self._ground = _Ground(body, T_site_base, terrain_mesh, hip, reach)
         for mode, lift in (("true", 0.0), ("raised", raise_terrain)):
             self._ground.check_leg(moving, mode, lift)
         self._posture = q
@@ -132,7 +134,7 @@ def posture_collisions(
     clearance: float = 0.0,
 ) -> list[Collision]:
     """Every pair of the whole robot that is too close at one posture, link by link; the wheels may touch the ground."""
-    _require_distances(clearance=clearance)
+    require_distances(clearance=clearance)
     q = robot.require_posture(posture)
     T_site_base = require_transform(T_site_base, "T_site_base")
     pairs = Pairs(robot.model)
@@ -145,7 +147,7 @@ def posture_collisions(
                 for b in PARTS:
                     pairs.check(shapes[a], other[b], robot.description.clearances.other_leg + clearance)
     mounts = [float(np.linalg.norm(leg.T_base_hip[:3, 3])) for leg in robot.description.legs]
-    reach = max(mounts) + _leg_reach(robot) + body.largest_ground_delta
+    reach = max(mounts) + mesh_reach(robot.description) + body.largest_ground_delta
     ground = _Ground(body, T_site_base, terrain_mesh, T_site_base[:3, 3], reach)
     for shapes in legs:
         ground.check_leg(shapes, "true", 0.0)
@@ -252,18 +254,3 @@ class _Ground:
 
     def _watch(self, parts: dict[int, str]) -> None:
         self._offsets |= {shape: self._body.meshes[part].vertices.mean(axis=0) for shape, part in parts.items()}
-
-
-def _leg_reach(robot: Robot) -> float:
-    """How far any point of a leg may get from the hip-yaw mount [m]."""
-    leg = robot.description.legs[0]
-    lengths = (0.0, float(np.linalg.norm(leg.hip_offset)), leg.thigh, 0.0, leg.shank, 0.0, leg.foot)
-    meshes = robot_meshes(robot.description)
-    sizes = [np.linalg.norm(meshes[part].vertices, axis=1).max() for part in PARTS]
-    return float(max(np.cumsum(lengths) + sizes))
-
-
-def _require_distances(**distances: float) -> None:
-    for name, distance in distances.items():
-        if not 0 <= distance < np.inf:
-            raise InvalidInput(f"{name} must be finite and not negative [m]", **{name: distance})

@@ -67,6 +67,12 @@ class Leg(Value):
             if not getattr(self, name) > 0:
                 raise InvalidRobot(f"the {name} must be longer than zero", length=getattr(self, name))
 
+    @property
+    def reaches(self) -> NDArray[np.float64]:
+        """How far from the hip-yaw joint the frame of each link can get, (7,) in the order of PARTS [m]."""
+        hip = float(np.linalg.norm(self.hip_offset))
+        return np.cumsum((0.0, hip, self.thigh, 0.0, self.shank, 0.0, self.foot))
+
 
 @value
 class CameraPairSpec(Value):

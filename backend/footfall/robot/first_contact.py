@@ -1,30 +1,20 @@
 """What the meshes hit first: a collision scene that names the pair without measuring distances."""
 
+from functools import cached_property
+
 from numpy.typing import ArrayLike
 
-from footfall.core.mesh import Mesh
 from footfall.robot.collision import GROUND_MODES, TERRAIN, CollisionScene
-from footfall.robot.model import Robot
 
 
 class NamingScene(CollisionScene):
     """A :class:`CollisionScene` whose answer is the first pair found, or None; see there for the arguments."""
 
-    def __init__(
-        self,
-        robot: Robot,
-        posture: ArrayLike,
-        leg: int,
-        T_site_base: ArrayLike,
-        terrain_mesh: Mesh | None = None,
-        clearance: float = 0.0,
-        raise_terrain: float = 0.0,
-    ) -> None:
-        super().__init__(robot, posture, leg, T_site_base, terrain_mesh, clearance, raise_terrain)
+    @cached_property
+    def _active(self) -> dict[str, list[tuple[int, tuple[int, int]]]]:
+        """The pairs that each ground mode checks, with their numbers; listed once, and not for each contact."""
         every = list(enumerate((pair.first, pair.second) for pair in self._pairs.objects.collisionPairs))
-        self._active = {
-            mode: [one for one in every if self._data[mode].activeCollisionPairs[one[0]]] for mode in GROUND_MODES
-        }
+        return {mode: [one for one in every if self._data[mode].activeCollisionPairs[one[0]]] for mode in GROUND_MODES}
 
     def first_contact(self, q_leg: ArrayLike, terrain: str) -> tuple[str, str] | None:
         """Names of two things that are closer than they may be ("leg3" for a frozen leg as a whole), or None."""

@@ -8,15 +8,16 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.robot.model import Robot
+from footfall.robot.pin_scratch import pin_scratch
 
 Array = NDArray[np.float64]
 
 
 def link_poses(robot: Robot, posture: ArrayLike) -> dict[str, Array]:
     """T_base_link, (4, 4), of every link of the robot, by link name (``base`` included)."""
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, robot.require_posture(posture))
-    return {link: data.oMf[frame].homogeneous for link, frame in robot.link_frames.items()}
+    with pin_scratch(robot) as data:
+        pin.framesForwardKinematics(robot.model, data, robot.require_posture(posture))
+        return {link: data.oMf[frame].homogeneous for link, frame in robot.link_frames.items()}
 
 
 def leg_link_poses(robot: Robot, q_leg: ArrayLike, leg: int) -> dict[str, Array]:
@@ -46,16 +47,17 @@ def leg_wheel_pose(robot: Robot, q_leg: ArrayLike, leg: int) -> Array:
 
 def wheel_centers(robot: Robot, posture: ArrayLike) -> Array:
     """Wheel centres in base, (legs, 3) [m]."""
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, robot.require_posture(posture))
-    ankles = [data.oMi[6 * (leg + 1)] for leg in robot.legs]
-    legs = robot.description.legs
-    return np.array([T.translation + spec.foot * T.rotation[:, 0] for T, spec in zip(ankles, legs, strict=True)])
+    with pin_scratch(robot) as data:
+        pin.forwardKinematics(robot.model, data, robot.require_posture(posture))
+        ankles = [data.oMi[6 * (leg + 1)] for leg in robot.legs]
+        legs = robot.description.legs
+        return np.array([T.translation + spec.foot * T.rotation[:, 0] for T, spec in zip(ankles, legs, strict=True)])
 
 
 def center_of_mass(robot: Robot, posture: ArrayLike) -> Array:
     """Centre of mass of the rover with its payload, in base, (3,) [m]."""
-    center = pin.centerOfMass(robot.model, robot.model.createData(), robot.require_posture(posture))
+    with pin_scratch(robot) as data:
+        center = np.array(pin.centerOfMass(robot.model, data, robot.require_posture(posture)))
     # pin leaves out what is fixed to the base
     chassis, payload = robot.model.inertias[0], robot.description.payload
     fixed = chassis.mass * chassis.lever

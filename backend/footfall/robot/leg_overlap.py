@@ -22,8 +22,9 @@ from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import leg_link_poses
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
-from footfall.robot.overlap_kernel import CHASSIS, LEG, NOTHING, Ground, Solids
-from footfall.robot.overlap_kernel import PAYLOAD as PAYLOAD_CODE
+from footfall.robot.obstacles import CHASSIS, LEG, NOTHING
+from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
+from footfall.robot.overlap_kernel import Ground, Solids
 
 Array = NDArray[np.float64]
 _WHEEL_SIDES = 8
@@ -108,7 +109,7 @@ class LegOverlap:
     def certain(self, qs: ArrayLike, terrain: str) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """For leg postures (n, 6) [rad] the link that surely hits, index into PARTS, and what it hits, (n,) each.
 
-        Codes of what is hit: see :mod:`footfall.robot.overlap_kernel`; NOTHING where no collision is sure.
+        Codes of what is hit: see :mod:`footfall.robot.obstacles`; NOTHING where no collision is sure.
         """
         qs = np.ascontiguousarray(qs, float)
         if qs.ndim != 2 or qs.shape[1] != 6:

@@ -88,6 +88,10 @@ class Robot:
             raise InvalidInput(f"{self.name} has legs 0 to {self.leg_count - 1}", leg=str(leg))
         return int(leg)
 
+    def leg_length(self, leg: int) -> float:
+        """Farthest that a contact can be from the hip-yaw joint [m]: the leg stretched straight."""
+        return float(self.description.legs[self.require_leg(leg)].reaches[-1] + self.wheel_radius)
+
 
 def _checked_model(description: RobotDescription) -> pin.Model:
     model = pin.buildModelFromXML(description.urdf)

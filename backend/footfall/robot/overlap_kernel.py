@@ -8,11 +8,9 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
+from footfall.robot.obstacles import NOTHING, SELF, TERRAIN
 
 Array = NDArray[np.float64]
-
-# What a link hits; a leg is LEG + its number.
-NOTHING, CHASSIS, PAYLOAD, SELF, TERRAIN, LEG = 0, 1, 2, 3, 4, 8
 
 _TOUCH = 1e-9
 """Overlaps smaller than this [m] are left to the meshes."""

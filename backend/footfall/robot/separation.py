@@ -47,8 +47,74 @@ def apart(
 
     shells, points: see shells.py. poses: (n, 3, 4). scratch: memory to work in, (SCRATCH, 3). False means no proof.
     """
+    return apart_by(shells, points, a, poses_a, i, b, poses_b, j, required, required, scratch) >= required
+
+
+@njit(cache=True)
+def apart_by(
+    shells: Array,
+    points: Array,
+    a: int,
+    poses_a: Array,
+    i: int,
+    b: int,
+    poses_b: Array,
+    j: int,
+    required: float,
+    enough: float,
+    scratch: Array,
+) -> float:
+    """A proven lower bound of the distance of two shells [m]; below ``required`` > 0 it says that there is no proof.
+
+    Less than their distance may be told where it is more than ``enough`` ≥ required; see :func:`apart`.
+    """
     R, t, simplex = scratch[:3], scratch[3], scratch[4:]
-    # in the axes of a, from the middle of a: b is turned by R and its middle is at t
+    square = _from_middle(shells, a, poses_a, i, b, poses_b, j, scratch)
+    far = shells[a, REACH] + shells[b, REACH] + enough
+    if square >= far * far:
+        return enough
+    _turn(poses_a, i, poses_b, j, R)
+    faces = _faces_apart(shells, a, b, R, t, enough, simplex)
+    if faces >= enough:
+        return faces
+    return max(faces, _search(shells, points, a, b, R, t, enough, required, simplex))
+
+
+@njit(cache=True)
+def least_apart(
+    shells: Array,
+    points: Array,
+    a: int,
+    poses_a: Array,
+    i: int,
+    b: int,
+    poses_b: Array,
+    j: int,
+    enough: float,
+    scratch: Array,
+) -> float:
+    """A proven lower bound of the distance of two shells [m], mostly their distance; see :func:`apart`.
+
+    Less may be told where it is more than ``enough``; what is not above zero says nothing.
+    """
+    R, t, simplex = scratch[:3], scratch[3], scratch[4:]
+    square = _from_middle(shells, a, poses_a, i, b, poses_b, j, scratch)
+    balls = math.sqrt(square) - shells[a, REACH] - shells[b, REACH]
+    if balls >= enough:
+        return balls
+    _turn(poses_a, i, poses_b, j, R)
+    faces = _faces_apart(shells, a, b, R, t, enough, simplex)
+    if faces >= enough:
+        return faces
+    return max(balls, faces, _search(shells, points, a, b, R, t, enough, 0.0, simplex))
+
+
+@njit(cache=True)
+def _from_middle(
+    shells: Array, a: int, poses_a: Array, i: int, b: int, poses_b: Array, j: int, scratch: Array
+) -> float:
+    """Write where the middle of b is from that of a, in the axes of a, into scratch[3]; its square."""
+    t = scratch[3]
     for row in range(3):
         scratch[4, row] = (
             poses_b[j, row, 0] * shells[b, CENTER]
@@ -63,9 +129,12 @@ def apart(
         for row in range(3):
             t[k] += poses_a[i, row, k] * scratch[4, row]
         square += t[k] * t[k]
-    far = shells[a, REACH] + shells[b, REACH] + required
-    if square >= far * far:
-        return True
+    return square
+
+
+@njit(cache=True)
+def _turn(poses_a: Array, i: int, poses_b: Array, j: int, R: Array) -> None:
+    """Write the turn from the axes of a to those of b."""
     for k in range(3):
         for m in range(3):
             R[k, m] = (
@@ -73,19 +142,21 @@ def apart(
                 + poses_a[i, 1, k] * poses_b[j, 1, m]
                 + poses_a[i, 2, k] * poses_b[j, 2, m]
             )
-    return _faces_apart(shells, a, b, R, t, required, simplex) or _search(shells, points, a, b, R, t, required, simplex)
 
 
 @njit(cache=True)
-def _faces_apart(shells: Array, a: int, b: int, R: Array, t: Array, required: float, simplex: Array) -> bool:
-    """Whether a face of the boxes around the shells separates them; else simplex[0] is the axis nearest to that."""
+def _faces_apart(shells: Array, a: int, b: int, R: Array, t: Array, required: float, simplex: Array) -> float:
+    """How far a face of the boxes around the shells separates them, no more is looked for than ``required``.
+
+    simplex[0] is the axis that does so best.
+    """
     best = -np.inf
     for k in range(3):
         gap = abs(t[k]) - shells[a, EXTENT + k]
         for m in range(3):
             gap -= shells[b, EXTENT + m] * abs(R[k, m])
         if gap >= required:
-            return True
+            return gap
         if gap > best:
             best = gap
             simplex[0, 0] = simplex[0, 1] = simplex[0, 2] = 0.0
@@ -96,17 +167,23 @@ def _faces_apart(shells: Array, a: int, b: int, R: Array, t: Array, required: fl
         for k in range(3):
             gap -= shells[a, EXTENT + k] * abs(R[k, m])
         if gap >= required:
-            return True
+            return gap
         if gap > best:
             best = gap
             for k in range(3):
                 simplex[0, k] = math.copysign(R[k, m], along * R[k, m])
-    return False
+    return best
 
 
 @njit(cache=True)
-def _search(shells: Array, points: Array, a: int, b: int, R: Array, t: Array, required: float, simplex: Array) -> bool:
-    """The search for a separating direction that points from a to b, from the one in simplex[0] on."""
+def _search(
+    shells: Array, points: Array, a: int, b: int, R: Array, t: Array, enough: float, too_near: float, simplex: Array
+) -> float:
+    """The best bound found by a search for separating directions from a to b, from the one in simplex[0] on.
+
+    It ends when the bound is ``enough``, or when a point of A − B is nearer to the origin than ``too_near``.
+    """
+    best = -np.inf
     vx, vy, vz = simplex[0, 0], simplex[0, 1], simplex[0, 2]
     size, count = 1.0, 0
     for _ in range(MOST_STEPS):
@@ -119,10 +196,9 @@ def _search(shells: Array, points: Array, a: int, b: int, R: Array, t: Array, re
         wy = R[1, 0] * qx + R[1, 1] * qy + R[1, 2] * qz + t[1] - py
         wz = R[2, 0] * qx + R[2, 1] * qy + R[2, 2] * qz + t[2] - pz
         along = vx * wx + vy * wy + vz * wz
-        if along >= required * size:
-            return True
-        if count > 0 and size * size - along <= _PROGRESS * size * size:
-            return False
+        best = max(best, along / size)
+        if best >= enough or (count > 0 and size * size - along <= _PROGRESS * size * size):
+            return best
         simplex[count, 0], simplex[count, 1], simplex[count, 2] = wx, wy, wz
         if count == 0:
             count, vx, vy, vz = 1, wx, wy, wz
@@ -133,9 +209,9 @@ def _search(shells: Array, points: Array, a: int, b: int, R: Array, t: Array, re
         else:
             count, vx, vy, vz = _nearest_on_tetrahedron(simplex)
         size = math.sqrt(vx * vx + vy * vy + vz * vz)
-        if not size >= required:
-            return False
-    return False
+        if not size >= too_near or size <= 0.0:
+            return best
+    return best
 
 
 @njit(cache=True)

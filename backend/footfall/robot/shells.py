@@ -35,10 +35,22 @@ def shells(meshes: list[Mesh]) -> tuple[Array, Array]:
 
     Raises InvalidRobot where a mesh is not closed.
     """
-    table, points = np.zeros((len(meshes), COLUMNS)), []
+    return _tables([_fit(mesh) for mesh in meshes])
+
+
+def point_shells(meshes: list[Mesh]) -> tuple[Array, Array]:
+    """Shells of the meshes' corners alone, as :func:`shells`: their hulls, no larger than a convex mesh is."""
+    fits = []
+    for mesh in meshes:
+        center = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+        fits.append((center, mesh.vertices[np.unique(mesh.triangles)] - center, np.zeros(3), 0.0))
+    return _tables(fits)
+
+
+def _tables(fits: list[tuple[Array, Array, Array, float]]) -> tuple[Array, Array]:
+    table, points = np.zeros((len(fits), COLUMNS)), []
     first = 0
-    for row, mesh in zip(table, meshes, strict=True):
-        center, corners, half, disc = _fit(mesh)
+    for row, (center, corners, half, disc) in zip(table, fits, strict=True):
         row[CENTER : CENTER + 3] = center
         row[HALF : HALF + 3] = half
         row[EXTENT : EXTENT + 3] = np.abs(corners).max(axis=0) + half + (disc, 0.0, disc)
