@@ -10,14 +10,16 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts
 from footfall.planning.stance.body_move import plan_body_move
+from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import BodyShift, PredictedState, shifted_state
+from footfall.planning.stance.shift import shifted_state
 from footfall.planning.step.problem import Status
 from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass, link_poses
 from footfall.telemetry.state import RobotState
 from footfall.terrain.triangulate import crop, triangulate
 from tests.support.chassis_ground import lifted, wavy
+from tests.support.shifts import back
 
 SHIFT = BodyShift(dx=0.15, dy=-0.1, dz=-0.5, droll=0.03, dpitch=-0.05, dyaw=0.1)
 
@@ -95,8 +97,8 @@ def test_the_move_ends_where_the_what_if_is(athlete, scene, found):
     there = shifted_state(athlete, dem, state, SHIFT)
     assert isinstance(there, PredictedState)
     assert np.array_equal(found.plan.waypoints[-1], there.posture)
-    back = plan_body_move(athlete, dem, there, SHIFT.inverse)
-    assert np.abs(plan_in(back).waypoints[-1] - state.posture).max() < 1e-6
+    again = plan_body_move(athlete, dem, there, back(SHIFT))
+    assert np.abs(plan_in(again).waypoints[-1] - state.posture).max() < 1e-6
 
 
 def test_a_plan_names_its_parents_and_is_the_same_every_time(athlete, scene, found):

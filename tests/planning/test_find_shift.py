@@ -10,9 +10,10 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts
 from footfall.planning.stance.body_move import plan_body_move
+from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.find_shift import find_shift
-from footfall.planning.stance.shift import BodyShift, PredictedState, shifted_state
+from footfall.planning.stance.shift import shifted_state
 from footfall.planning.stance.shift_search import search
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings

@@ -2,6 +2,7 @@
 
 import itertools
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -22,26 +23,13 @@ from footfall.robot.collision import CollisionScene, posture_collisions
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import link_poses, wheel_pose
-from footfall.telemetry.state import RobotState
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.surface import height_at
 from footfall.terrain.triangulate import crop
+from tests.support.chassis_ground import wavy, with_posture
 
 NAMES = ("line", "fast", "astar", "sbl", "rrtconnect")
-
-
-def ground(rocks=(), hole=None, half=4.0, resolution=0.05):
-    x = np.arange(-half, half + resolution / 2, resolution)
-    X, Y = np.meshgrid(x, x)
-    heights = 0.01 * np.sin(2 * X) * np.cos(1.7 * Y)
-    for east, north, radius, height in rocks:
-        dome = np.sqrt(np.maximum(0.0, 1 - ((X - east) ** 2 + (Y - north) ** 2) / radius**2))
-        heights = np.maximum(heights, height * dome)
-    if hole is not None:
-        heights[np.hypot(X - hole[0], Y - hole[1]) < hole[2]] = np.nan
-    return from_heights(heights.astype(np.float32), resolution, -half, -half, "test ground")
-
-
+ground = partial(wavy, half=4.0, resolution=0.05)
 OPEN_TARGET = (2.05, 0.45)
 ROCK_TARGET = (1.95, 0.55)
 
@@ -73,9 +61,7 @@ def around_leg_0(dem):
 def moved(state, leg, q):
     posture = np.array(state.posture)
     posture[6 * leg : 6 * leg + 6] = q
-    return RobotState(
-        state.robot, state.time, posture, state.T_site_base, state.wheel_forces, state.joint_torques, state.mode
-    )
+    return with_posture(state, posture)
 
 
 def assert_good(robot, dem, state, leg, target, result):

@@ -63,7 +63,7 @@ def require_same(rows, commands) -> None:
             assert bits(joints) == bits(command.joints)
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", READERS)
 def test_numbers_come_back_bit_for_bit(athlete, sequence, format, tmp_path):
     edited = with_wait(athlete, sequence)
     path = tmp_path / f"step{SUFFIXES[format]}"
@@ -79,7 +79,7 @@ def test_numbers_come_back_bit_for_bit(athlete, sequence, format, tmp_path):
     angles=st.lists(st.floats(-1e3, 1e3) | st.sampled_from([-0.0, 5e-324, 1e-300, 0.1 + 0.2]), min_size=6, max_size=6),
     duration=st.floats(0, 1e6),
 )
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("format", READERS)
 def test_any_finite_number_survives(format, angles, duration):
     commands = (Command("LEG_MOVE", 1, np.array(angles), duration, "swing"),)
     start = np.zeros(36)

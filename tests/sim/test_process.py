@@ -19,6 +19,7 @@ from footfall.telemetry.link import (
     ErrorMessage,
     HelloMessage,
     ImageRequestMessage,
+    QueryMessage,
     StopAckMessage,
     StopMessage,
     decode,
@@ -92,6 +93,12 @@ def test_a_day_on_the_link(athlete, rover_process, link_server):
     server.send(lift(athlete, "c1", 0.3, 0.5))
     server.wait_for(of(AckMessage, count=2, id="c1", state="done"))
     assert count_acks(server.frames, "c1", "started") == 1
+
+    # asked what became of commands: nothing moves
+    server.send(encode(QueryMessage("c1")))
+    server.wait_for(of(AckMessage, count=3, id="c1", state="done"))
+    server.send(encode(QueryMessage("c0")))
+    assert "no command" in server.wait_for(of(AckMessage, id="c0", state="unknown")).reason
 
     server.send(lift(athlete, "c2", 1.2, 30.0))
     server.wait_for(of(AckMessage, id="c2", state="started"))

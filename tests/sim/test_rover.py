@@ -132,6 +132,7 @@ def test_an_id_is_executed_at_most_once(athlete, rover):
     rover.command(command)
     (again,) = rover.command(command)
     assert again.state == "started"
+    assert rover.became("c0") == again
     drive(rover)
     rover.command(order(1, 2, athlete.posture("stand")[12:18], 2.0))
     drive(rover)
@@ -141,6 +142,8 @@ def test_an_id_is_executed_at_most_once(athlete, rover):
     assert rover.step(1.0) == []
     assert np.array_equal(rover.posture, athlete.posture("stand"))
     assert rover.refuse("c0", "unreadable").state == "done"
+    assert rover.became("c0").state == "done"
+    assert rover.became("never").state == "unknown"
 
 
 def test_stop_freezes_and_latches(athlete, rover):

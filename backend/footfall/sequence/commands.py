@@ -1,13 +1,18 @@
 """Commands and sequences of them: what the rover is told, with what it is predicted to do."""
 
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, value
 from footfall.robot.description import JOINTS
+from footfall.telemetry.state import RobotState
 
-COMMAND_NAMES = ("LEG_MOVE", "WAIT")
+COMMAND_NAMES = ("LEG_MOVE", "WAIT", "POSTURE_MOVE", "LEG_LOWER")
+ONE_LEG = ("LEG_MOVE", "LEG_LOWER")
+"""Commands that move one leg."""
 
 LEG_JOINTS = tuple(name for name, _ in JOINTS)
 """The six joints of a leg, in the order of a command's ``joints``."""
@@ -17,11 +22,21 @@ LEG_JOINTS = tuple(name for name, _ in JOINTS)
 class Command(Value):
     """One command.
 
-    name: "LEG_MOVE" (drive one leg's joints in a straight joint-space line to ``joints``) or "WAIT".
-    leg: which leg; None for WAIT.
-    joints: target angles of that leg, (6,) [rad]; None for WAIT.
+    ============  ==========================================================================================
+    name          what it does
+    ============  ==========================================================================================
+    LEG_MOVE      one leg's joints in a straight joint-space line to ``joints``, (6,)
+    LEG_LOWER     the same, but done as soon as the wheel's force along the site's up has risen by ``force``
+    POSTURE_MOVE  the joints of all legs in one straight joint-space line to ``joints``, (legs × 6,); the
+                  chassis goes where the standing wheels let it
+    WAIT          nothing
+    ============  ==========================================================================================
+
+    leg: which leg; None for POSTURE_MOVE and WAIT.
+    joints: target angles [rad]; None for WAIT.
     duration: seconds from its start to its end.
-    phase: "lift", "swing", "lower", or "" where an operator wrote it.
+    phase: "lift", "swing", "lower", "shift", or "" where an operator wrote it.
+    force: of LEG_LOWER, above a moving baseline of what the wheel bore before it touched [N]; None for the others.
 
     Raises InvalidSequence where a field has the wrong type. Numbers that break a rule are accepted
     here, so that an operator sees which rule they break.
@@ -32,6 +47,7 @@ class Command(Value):
     joints: NDArray[np.float64] | None
     duration: float
     phase: str = ""
+    force: float | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if not isinstance(self.name, str) or not isinstance(self.phase, str):
@@ -44,6 +60,8 @@ class Command(Value):
             raise InvalidSequence("the joints of a command are a flat float64 array [rad], or None")
         if not isinstance(self.duration, (int, float)) or isinstance(self.duration, bool):
             raise InvalidSequence("the duration of a command is a number of seconds", duration=repr(self.duration))
+        if self.force is not None and (not isinstance(self.force, (int, float)) or isinstance(self.force, bool)):
+            raise InvalidSequence("the force of a command is a number of newtons, or None", force=repr(self.force))
 
 
 @value
@@ -62,11 +80,26 @@ class RuleResult(Value):
 
 
 @value
-class Sequence(Value):
-    """Commands in order, the posture they start from, and the posture predicted after each.
+class AtRest(Value):
+    """How a rover that sags stood at rest: what it measured, and the set points of its joints, (legs × 6,) [rad]."""
 
-    start: (legs × 6,) [rad]; predicted: (len(commands), legs × 6) [rad]; T_site_base: (4, 4).
+    state: RobotState
+    set_points: NDArray[np.float64]
+
+    def check(self) -> None:
+        if self.set_points.shape != self.state.posture.shape or not np.isfinite(self.set_points).all():
+            raise InvalidSequence("set_points needs as many finite angles as the posture of the state")
+
+
+@value
+class Sequence(Value):
+    """Commands in order, the posture they start from, and the posture and chassis pose predicted after each.
+
+    start: (legs × 6,) [rad]; predicted: (len(commands), legs × 6) [rad]; T_site_base: (4, 4), where it starts.
     rules: every rule's result; a sequence may be exported and sent only when all hold.
+    Ts_site_base: (len(commands), 4, 4), or None where the chassis stays at T_site_base.
+    at_rest: how the rover stood that ``predicted`` lets sag; None: it was taken as rigid, its joints where they are
+    commanded. Only with it, commanded: set points after each command, (len(commands), legs × 6) [rad].
     """
 
     robot: str
@@ -76,11 +109,27 @@ class Sequence(Value):
     T_site_base: NDArray[np.float64]
     rules: tuple[RuleResult, ...]
     provenance: Provenance
+    Ts_site_base: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+    at_rest: AtRest | None = field(default=None, metadata=LATER)
+    commanded: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     @property
     def valid(self) -> bool:
         """Whether every rule holds."""
         return all(rule.holds for rule in self.rules)
+
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """T_site_base after each command, (len(commands), 4, 4)."""
+        if self.Ts_site_base is not None:
+            return self.Ts_site_base
+        return np.tile(self.T_site_base, (len(self.commands), 1, 1))
+
+    def set_points_before(self, row: int) -> NDArray[np.float64]:
+        """Set points of the joints when a command begins, (legs × 6,) [rad]."""
+        if row == 0:
+            return self.start if self.at_rest is None else self.at_rest.set_points
+        return (self.predicted if self.commanded is None else self.commanded)[row - 1]
 
     @property
     def failures(self) -> tuple[RuleResult, ...]:

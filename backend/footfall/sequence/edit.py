@@ -4,16 +4,21 @@ An edit that breaks a rule still gives a sequence, invalid, so that the operator
 An edit that can't be carried out at all (no such row) raises InvalidSequence.
 """
 
+from dataclasses import replace
 from typing import TypeVar
+
+import numpy as np
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
 from footfall.robot.model import Robot
-from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult, Sequence
+from footfall.sequence.commands import LEG_JOINTS, AtRest, Command, RuleResult, Sequence
 from footfall.sequence.motion import MOTION_RULES
-from footfall.sequence.predict import predict, target
+from footfall.sequence.passage import passages, poses, postures
+from footfall.sequence.predict import target
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
 from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.yielding import follow, require_terrain
 from footfall.terrain.dem import Dem
 
 _T = TypeVar("_T")
@@ -29,13 +34,15 @@ class Edit(Value):
     kind      what it does
     ========  =============================================================================
     set       row becomes ``command``
-    joint     joint ``joint`` (0…5) of row becomes ``number`` [rad]
+    joint     joint ``joint`` of row becomes ``number`` [rad]: 0…5, of a POSTURE_MOVE 6 × leg + 0…5
     duration  duration of row becomes ``number`` [s]
     insert    ``command`` comes before row; row = number of commands appends
     delete    row goes
     move      row goes to where row ``to`` is
     split     row becomes two, divided at the fraction ``number`` (one half when None)
     ========  =============================================================================
+
+    Both halves of a LEG_LOWER wait for its force: where the first ends by it, the second presses on.
 
     Raises InvalidSequence where the kind is unknown or lacks what it needs.
     """
@@ -60,8 +67,8 @@ class Edit(Value):
         missing = [name for name in needs if getattr(self, name) is None]
         if missing:
             raise InvalidSequence(f"the edit {self.kind!r} needs {' and '.join(missing)}", missing=missing)
-        if self.joint is not None and not 0 <= self.joint < 6:
-            raise InvalidSequence("joint is 0…5: " + ", ".join(LEG_JOINTS), joint=self.joint)
+        if self.joint is not None and self.joint < 0:
+            raise InvalidSequence("joint counts from 0: " + ", ".join(LEG_JOINTS), joint=self.joint)
 
 
 def apply_edit(
@@ -76,7 +83,8 @@ def apply_edit(
     ``settings`` None: those of the sequence. With ``dem`` the motion rules are checked too; without it an edit
     that changes the motion, or keeps one that broke a rule, fails the rule terrain-given.
 
-    Raises InvalidSequence where the edit can't be carried out.
+    Raises InvalidSequence where the edit can't be carried out, and without ``dem`` where a row is a POSTURE_MOVE or the
+    rover sags.
     """
     if sequence.robot != robot.name:
         raise InvalidSequence(f"the sequence is for {sequence.robot}, not for {robot.name}")
@@ -87,17 +95,45 @@ def apply_edit(
     parents = {"sequence": sequence.digest, "edit": edit.digest, "robot": robot.digest}
     if dem is not None:
         parents["dem"] = dem.digest
+    if sequence.at_rest is not None:
+        return _yielding(robot, sequence, sequence.at_rest, commands, require_terrain(dem), settings, parents)
     rules = check_rules(robot, commands, sequence.start, sequence.T_site_base, dem, settings)
+    way = passages(robot, sequence.start, sequence.T_site_base, commands, dem)
     if dem is None:
         rules = (*_unchecked(sequence, edit, commands), *rules)
     return Sequence(
         robot=sequence.robot,
         commands=commands,
         start=sequence.start,
-        predicted=predict(sequence.start, commands),
+        predicted=postures(way, sequence.start),
         T_site_base=sequence.T_site_base,
         rules=rules,
         provenance=Provenance(parents, settings),
+        Ts_site_base=poses(way),
+    )
+
+
+def _yielding(
+    robot: Robot,
+    sequence: Sequence,
+    at_rest: AtRest,
+    commands: tuple[Command, ...],
+    dem: Dem,
+    settings: SequenceSettings,
+    parents: dict[str, str],
+) -> Sequence:
+    """The sequence with other commands, predicted from the same rest."""
+    start, T_site_base = sequence.start, sequence.T_site_base
+    way = follow(robot, at_rest, commands, dem, settings)
+    set_points = np.vstack([at_rest.set_points, way.commanded])
+    return replace(
+        sequence,
+        commands=commands,
+        predicted=way.postures,
+        rules=check_rules(robot, commands, start, T_site_base, dem, settings, set_points, way),
+        provenance=Provenance(parents, settings),
+        Ts_site_base=way.Ts_site_base,
+        commanded=way.commanded,
     )
 
 
@@ -113,8 +149,8 @@ def _unchecked(sequence: Sequence, edit: Edit, commands: tuple[Command, ...]) ->
     return [RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text)]
 
 
-def _motion(commands: tuple[Command, ...]) -> list[tuple[int | None, bytes]]:
-    return [(one.leg, one.joints.tobytes()) for one in commands if one.joints is not None]
+def _motion(commands: tuple[Command, ...]) -> list[tuple[str, int | None, bytes]]:
+    return [(one.name, one.leg, one.joints.tobytes()) for one in commands if one.joints is not None]
 
 
 def edited(sequence: Sequence, edit: Edit) -> tuple[Command, ...]:
@@ -132,7 +168,7 @@ def edited(sequence: Sequence, edit: Edit) -> tuple[Command, ...]:
             rows[edit.row] = _with_joint(command, edit)
         case "duration":
             seconds = _given(edit.number, "number")
-            rows[edit.row] = Command(command.name, command.leg, command.joints, seconds, command.phase)
+            rows[edit.row] = replace(command, duration=seconds)
         case "delete":
             del rows[edit.row]
         case "move":
@@ -157,11 +193,15 @@ def _require_row(row: int, count: int, name: str) -> None:
 
 
 def _with_joint(command: Command, edit: Edit) -> Command:
-    if command.joints is None or len(command.joints) != 6:
+    if command.joints is None or len(command.joints) < 6:
         raise InvalidSequence(f"row {edit.row} is a {command.name} without six joints to set", row=edit.row)
+    joint, last = _given(edit.joint, "joint"), len(command.joints) - 1
+    if joint > last:
+        order = ", ".join(LEG_JOINTS)
+        raise InvalidSequence(f"joint of a {command.name} is 0…{last}, leg by leg {order}", joint=joint, row=edit.row)
     joints = command.joints.copy()
-    joints[_given(edit.joint, "joint")] = _given(edit.number, "number")
-    return Command(command.name, command.leg, joints, command.duration, command.phase)
+    joints[joint] = _given(edit.number, "number")
+    return replace(command, joints=joints)
 
 
 def _split(sequence: Sequence, edit: Edit) -> list[Command]:
@@ -175,11 +215,10 @@ def _split(sequence: Sequence, edit: Edit) -> list[Command]:
         moved = target(command, len(sequence.start) // 6)
         if moved is None:
             raise InvalidSequence(f"row {edit.row} moves no leg, so there is nothing to split", row=edit.row)
-        leg, end = moved
-        before = sequence.predicted[edit.row - 1] if edit.row else sequence.start
-        begin = before[6 * leg : 6 * leg + 6]
+        own, end = moved
+        begin = sequence.set_points_before(edit.row)[own]
         joints = begin + fraction * (end - begin)
     return [
-        Command(command.name, command.leg, joints, first, command.phase),
-        Command(command.name, command.leg, command.joints, command.duration - first, command.phase),
+        replace(command, joints=joints, duration=first),
+        replace(command, duration=command.duration - first),
     ]

@@ -1,14 +1,20 @@
 """A checked plan becomes commands with durations; nothing is merged, rounded or left out."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
+from footfall.planning.execution.problem import Execution
+from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
-from footfall.sequence.predict import needed_duration, predict
+from footfall.sequence.of_execution import sequence_of_execution
+from footfall.sequence.passage import passages, poses, postures
+from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import check_rules
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
@@ -17,42 +23,65 @@ Array = NDArray[np.float64]
 
 
 def make_sequence(
-    plan: StepPlan, robot: Robot, dem: Dem | None = None, settings: SequenceSettings | None = None
+    plan: StepPlan | BodyMovePlan | Execution,
+    robot: Robot,
+    dem: Dem | None = None,
+    settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """One LEG_MOVE for each waypoint after the first, at ``speed_fraction`` of the speed limits.
+    """One command for each waypoint after the first, at ``speed_fraction`` of the speed limits.
 
-    With ``dem`` the motion rules (collision, balance, torque…) are checked too. Without ``settings`` the
-    clearance and the balance preference are the plan's own.
+    A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, both as if the rover were rigid. An execution becomes
+    what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the motion rules
+    (collision, balance, torque…) are checked too. Without ``settings`` the clearance and the balance preference are the
+    plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, or moves more than its leg.
     """
+    if isinstance(plan, Execution):
+        return sequence_of_execution(plan, robot, dem, settings)
     settings = settings or settings_of(plan)
     _require_fit(plan, robot)
-    leg = slice(6 * plan.leg, 6 * plan.leg + 6)
-    limits = robot.speed_limits[leg] * settings.speed_fraction
-    commands = tuple(
-        Command("LEG_MOVE", plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits), phase)
-        for before, target, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True)
-    )
+    limits = robot.speed_limits * settings.speed_fraction
+    if isinstance(plan, StepPlan):
+        commands, T_site_base, down = _of_step(plan, limits), plan.T_site_base, None
+    else:
+        commands, T_site_base, down = _of_body_move(plan, limits), plan.Ts_site_base[0], plan.standing
     start = plan.waypoints[0]
     parents = {"plan": plan.digest, "robot": robot.digest}
     if dem is not None:
         parents["dem"] = dem.digest
+    way = passages(robot, start, T_site_base, commands, dem, down)
     return Sequence(
         robot=robot.name,
         commands=commands,
         start=start,
-        predicted=predict(start, commands),
-        T_site_base=plan.T_site_base,
-        rules=check_rules(robot, commands, start, plan.T_site_base, dem, settings),
+        predicted=postures(way, start),
+        T_site_base=T_site_base,
+        rules=check_rules(robot, commands, start, T_site_base, dem, settings),
         provenance=Provenance(parents, settings),
+        Ts_site_base=poses(way),
     )
 
 
-def settings_of(plan: StepPlan) -> SequenceSettings:
+def _of_step(plan: StepPlan, limits: Array) -> tuple[Command, ...]:
+    leg = slice(6 * plan.leg, 6 * plan.leg + 6)
+    return tuple(
+        Command("LEG_MOVE", plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits[leg]), phase)
+        for before, target, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True)
+    )
+
+
+def _of_body_move(plan: BodyMovePlan, limits: Array) -> tuple[Command, ...]:
+    return tuple(
+        Command("POSTURE_MOVE", None, target, needed_duration(target - before, limits), "shift")
+        for before, target in pairwise(plan.waypoints)
+    )
+
+
+def settings_of(plan: StepPlan | BodyMovePlan) -> SequenceSettings:
     """Sequence settings that check what the plan was checked with."""
     made_with = plan.provenance.settings
-    if not isinstance(made_with, StepSettings):
+    if not isinstance(made_with, (StepSettings, BodyMoveSettings)):
         return SequenceSettings()
     return SequenceSettings(
         clearance=made_with.clearance,
@@ -62,7 +91,7 @@ def settings_of(plan: StepPlan) -> SequenceSettings:
     )
 
 
-def _require_fit(plan: StepPlan, robot: Robot) -> None:
+def _require_fit(plan: StepPlan | BodyMovePlan, robot: Robot) -> None:
     planned_for = plan.parents.get("robot")
     if planned_for is not None and planned_for != robot.digest:
         raise InvalidSequence(
@@ -75,6 +104,8 @@ def _require_fit(plan: StepPlan, robot: Robot) -> None:
         raise InvalidSequence(
             f"a plan for {robot.name} needs at least two waypoints of {n} angles", shape=list(plan.waypoints.shape)
         )
+    if isinstance(plan, BodyMovePlan):
+        return
     if not 0 <= plan.leg < robot.leg_count:
         raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=plan.leg)
     others = np.delete(plan.waypoints, np.s_[6 * plan.leg : 6 * plan.leg + 6], axis=1)

@@ -1,8 +1,8 @@
 """The rules of motion over a terrain: collisions, dragging, balance and torque at dense samples of every command.
 
-Each LEG_MOVE is a straight joint-space line; it is sampled so that no joint moves more than
+Each move is a straight joint-space line; it is sampled so that no joint moves more than
 ``settings.sample`` between two checked postures. The terrain is the true one, not raised; its holes near the rover
-are filled as for planning: unseen ground must not be free.
+are filled as for planning: unseen ground must not be free. Moves of all legs are in ``posture_motion``.
 """
 
 from collections.abc import Iterator
@@ -11,28 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
-from footfall.balance.support import margins
-from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply
-from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
+from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
+from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.ground import Nearby, Refused, nearby
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, RuleResult
-from footfall.sequence.predict import after, target
+from footfall.sequence.passage import CLEAR, Passage, passages, standing_legs
+from footfall.sequence.posture_motion import check_posture_move
+from footfall.sequence.predict import target
+from footfall.sequence.sampled import samples, told_balance, told_drag, told_torque
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
 MOTION_RULES = ("self-collision", "terrain-collision", "no-drag", "balance", "torque", "ends-on-ground")
-DRAG = 0.02
-"""How far a wheel may move sideways while it is down on the ground [m]."""
-CLEAR = 0.01
-"""A wheel higher than this over the ground is off it [m]."""
-TORQUE_SAMPLING = 0.05
-"""Largest joint step between two postures whose torques are checked [rad]: each is a linear program."""
+DEEPEST = 0.2
+"""How far under the ground the set point of a lowered wheel may lie [m]: under full weight a rover sags by as much."""
 
 
 def check_motion(
@@ -43,40 +41,81 @@ def check_motion(
     dem: Dem,
     settings: SequenceSettings,
 ) -> list[RuleResult]:
-    """Results of the rules of motion for every row that moves a leg, and of ends-on-ground for every leg moved."""
-    moves = [(row, moved[0]) for row, command in enumerate(commands) if (moved := target(command, robot.leg_count))]
+    """Results of the rules of motion for every row that moves joints, and of ends-on-ground for every leg moved.
+
+    A leg that only moves with all others is asked for where it stood and was drawn up.
+    """
+    moves = [row for row, command in enumerate(commands) if target(command, robot.leg_count) is not None]
     if not moves:
         return []
-    legs = sorted({leg for _, leg in moves})
+    way = passages(robot, start, T_site_base, commands, dem)
+    of_leg = {row: leg for row in moves if (leg := commands[row].leg) is not None}
+    legs = sorted(set(of_leg.values())) if len(of_leg) == len(moves) else list(robot.legs)
     feet = contacts(robot, dem, start, T_site_base, legs).points
-    ground = nearby(dem, np.asarray(T_site_base)[:2, 3], reach(robot), feet)
+    centers = np.array([passage.T_after[:2, 3] for passage in way])
+    shifted = float(np.linalg.norm(centers - way[0].T_before[:2, 3], axis=1).max())
+    ground = nearby(dem, way[0].T_before[:2, 3], reach(robot) + shifted, feet)
     if isinstance(ground, Refused):
-        return [RuleResult("terrain-collision", moves[0][0], False, np.nan, "m", ground.reason)]
+        return [RuleResult("terrain-collision", moves[0], False, np.nan, "m", ground.reason)]
+    body = WholeBody(robot, ground, settings.clearance) if len(of_leg) < len(moves) else None
     results: list[RuleResult] = []
     scene: CollisionScene | None = None
-    before = start
     touched: dict[int, Array] = {}
-    for row, leg in moves:
+    for row in moves:
+        passage = way[row]
+        if row not in of_leg:
+            if body is not None:
+                results += check_posture_move(robot, row, passage, body, dem, touched, settings)
+            scene = None
+            continue
+        leg = of_leg[row]
         # consecutive rows of one leg leave the others where they are, so they share a scene
         if scene is None or leg != scene.leg:
-            scene = CollisionScene(robot, before, leg, T_site_base, ground.mesh, clearance=settings.clearance)
-        reached = after(before, commands[row])
-        postures = samples(before, reached, settings.sample)
-        results += _collisions(row, scene, postures[:, 6 * leg : 6 * leg + 6])
-        results.append(_drag(robot, row, leg, postures, T_site_base, ground, touched))
-        down = _down(robot, dem, start, before, T_site_base, [i for i in robot.legs if i != leg])
-        support = contacts(robot, dem, before, T_site_base, down)
-        results.append(_balance(robot, row, leg, postures, T_site_base, support, settings))
-        results.append(_torque(robot, row, postures, T_site_base, down, support, settings))
-        before = reached
-    last = {leg: row for row, leg in moves}
-    return results + [_ends(robot, last[leg], leg, before, T_site_base, dem) for leg in legs]
+            scene = CollisionScene(
+                robot, passage.before, leg, passage.T_before, ground.mesh, clearance=settings.clearance
+            )
+        results += _leg_row(robot, row, leg, passage, scene, ground, dem, touched, settings)
+    last = {leg: row for row, leg in of_leg.items()}
+    end, T_end = way[-1].after, way[-1].T_after
+    results += [_ends(robot, last[leg], leg, end, T_end, dem) for leg in sorted(last)]
+    stood = {leg: row for row in moves for leg in way[row].standing if leg not in last}
+    gaps = wheel_gaps(robot, dem, end, T_end, list(stood))
+    drawn_up = [leg for leg, gap in zip(stood, gaps, strict=True) if gap > STANDING_GAP]
+    return results + [_ends(robot, stood[leg], leg, end, T_end, dem) for leg in drawn_up]
 
 
-def samples(before: Array, reached: Array, largest_step: float) -> Array:
-    """Postures on the straight line from before to reached, ends included, (n, legs × 6) [rad]."""
-    count = max(1, int(np.ceil(np.max(np.abs(reached - before)) / largest_step)))
-    return before + np.linspace(0.0, 1.0, count + 1)[:, None] * (reached - before)
+def _leg_row(
+    robot: Robot,
+    row: int,
+    leg: int,
+    passage: Passage,
+    scene: CollisionScene,
+    ground: Nearby,
+    dem: Dem,
+    touched: dict[int, Array],
+    settings: SequenceSettings,
+) -> Iterator[RuleResult]:
+    """A row that moves one leg; what it asks for beyond where the wheel touches is asked of the set point alone."""
+    own, T_site_base = slice(6 * leg, 6 * leg + 6), passage.T_before
+    postures = samples(passage.before, passage.after, settings.sample)
+    asked = postures
+    if passage.after is not passage.target:
+        asked = np.concatenate([postures, samples(passage.after, passage.target, settings.sample)[1:]])
+    depth = -float(wheel_gaps(robot, dem, passage.target, T_site_base, [leg])[0])
+    too_deep = passage.after is not passage.target and depth > DEEPEST
+    for result in _collisions(row, scene, postures[:, own], asked[:, own]):
+        if result.rule == "terrain-collision" and result.holds and too_deep:
+            text = f"the set point of the wheel ends {depth:.3f} m under the ground, {DEEPEST:.2f} m are allowed"
+            yield RuleResult("terrain-collision", row, False, DEEPEST - depth, "m", text)
+        else:
+            yield result
+    yield _drag(robot, row, leg, asked, T_site_base, ground, touched)
+    others = [i for i in robot.legs if i != leg]
+    down = standing_legs(robot, dem, passage.resting, passage.before, T_site_base, others)
+    support = contacts(robot, dem, passage.before, T_site_base, down)
+    yield _balance(robot, row, leg, postures, T_site_base, support, settings)
+    Ts_site_base = np.broadcast_to(T_site_base, (len(postures), 4, 4))
+    yield told_torque(robot, row, postures, Ts_site_base, down, support, settings)
 
 
 def reach(robot: Robot) -> float:
@@ -91,7 +130,8 @@ def reach(robot: Robot) -> float:
     )
 
 
-def _collisions(row: int, scene: CollisionScene, qs_leg: Array) -> Iterator[RuleResult]:
+def _collisions(row: int, scene: CollisionScene, qs_leg: Array, qs_asked: Array) -> Iterator[RuleResult]:
+    """qs_asked: qs_leg and what is asked for beyond it, which must be clear of the rover, not of the ground."""
     hit: dict[str, int] = {}
     for index, q_leg in enumerate(qs_leg):
         if scene.collides(q_leg, terrain="true"):
@@ -99,13 +139,16 @@ def _collisions(row: int, scene: CollisionScene, qs_leg: Array) -> Iterator[Rule
             hit.setdefault(rule, index)
             if len(hit) == 2:
                 break
+    beyond = range(len(qs_leg), len(qs_asked))
+    if "self-collision" not in hit and (met := [i for i in beyond if scene.collides(qs_asked[i], terrain="none")]):
+        hit["self-collision"] = met[0]
     for rule in ("self-collision", "terrain-collision"):
         if rule not in hit:
             yield RuleResult(rule, row, True, np.nan, "m", f"clear at {len(qs_leg)} samples")
             continue
         terrain = "none" if rule == "self-collision" else "true"
-        at = f"first at {hit[rule] / (len(qs_leg) - 1):.0%} of the row"
-        contacts = scene.contacts(qs_leg[hit[rule]], terrain=terrain)
+        at = f"first at {hit[rule] / (len(qs_asked) - 1):.0%} of the row"
+        contacts = scene.contacts(qs_asked[hit[rule]], terrain=terrain)
         if not contacts:
             yield RuleResult(rule, row, False, np.nan, "m", f"a clearance is just missed, {at}")
             continue
@@ -113,14 +156,6 @@ def _collisions(row: int, scene: CollisionScene, qs_leg: Array) -> Iterator[Rule
         apart = f"{worst.distance:.3f} m apart" if worst.distance >= 0 else f"{-worst.distance:.3f} m into each other"
         text = f"{worst.link_a} and {worst.link_b} are {apart}, {worst.required:.3f} m are required, {at}"
         yield RuleResult(rule, row, False, worst.distance - worst.required, "m", text)
-
-
-def _down(robot: Robot, dem: Dem, start: Array, posture: Array, T_site_base: Array, legs: list[int]) -> list[int]:
-    """The legs that carry the rover. On unseen ground that is one that never moved, not one that was put there."""
-    moved = [leg for leg in legs if (posture != start)[6 * leg : 6 * leg + 6].any()]
-    gaps = wheel_gaps(robot, dem, posture, T_site_base, moved)
-    unseen = [leg for leg, gap in zip(moved, gaps, strict=True) if np.isnan(gap)]
-    return [leg for leg in standing(robot, dem, posture, T_site_base, legs) if leg not in unseen]
 
 
 def _drag(
@@ -143,9 +178,7 @@ def _drag(
         away = float(np.hypot(*(centre - touched.setdefault(leg, centre))))
         if away > worst:
             worst, at = away, index
-    text = f"the wheel moves {worst:.3f} m sideways while it is down, {DRAG:.3f} m are allowed"
-    where = f", farthest at {at / (len(postures) - 1):.0%} of the row" if worst > DRAG else ""
-    return RuleResult("no-drag", row, worst <= DRAG, DRAG - worst, "m", text + where)
+    return told_drag(row, "the wheel", worst, at / (len(postures) - 1))
 
 
 def _balance(
@@ -158,35 +191,7 @@ def _balance(
     settings: SequenceSettings,
 ) -> RuleResult:
     coms = apply(T_site_base, centers_of_mass(robot, postures[0], leg, postures[:, 6 * leg : 6 * leg + 6]))
-    all_margins = margins(support.points, coms[:, :2], settings.conservative)
-    worst = int(np.argmin(all_margins))
-    kind = "conservative support polygon" if settings.conservative else "support polygon"
-    spare = float(all_margins[worst]) - settings.least_margin
-    text = (
-        f"margin {all_margins[worst]:.3f} m to the {kind} of {len(support.points)} feet, "
-        f"at least {settings.least_margin:.3f} m wanted, least at {worst / (len(postures) - 1):.0%} of the row"
-    )
-    return RuleResult("balance", row, spare >= 0, spare, "m", text)
-
-
-def _torque(
-    robot: Robot,
-    row: int,
-    postures: Array,
-    T_site_base: Array,
-    down: list[int],
-    support: Contacts,
-    settings: SequenceSettings,
-) -> RuleResult:
-    every = max(1, int(TORQUE_SAMPLING / settings.sample))
-    chosen = sorted({*range(0, len(postures), every), len(postures) - 1})
-    checks = [torque_margin(robot, postures[i], T_site_base, down, support.normals, settings.friction) for i in chosen]
-    worst = int(np.argmax([check.ratio for check in checks]))
-    at, check = f"at {chosen[worst] / (len(postures) - 1):.0%} of the row", checks[worst]
-    text = f"{check.joint_name} at {check.ratio:.0%} of its limit {at}"
-    if not check.feasible:
-        text = f"no contact forces inside friction hold the rover {at}"
-    return RuleResult("torque", row, check.holds, 1.0 - check.ratio, "of the limit", text)
+    return told_balance(row, support, coms, settings)
 
 
 def _ends(robot: Robot, row: int, leg: int, posture: Array, T_site_base: Array, dem: Dem) -> RuleResult:

@@ -6,23 +6,30 @@ Rule names are stable; the page, exports and the command gate show them.
 rule               what it asks                                                    margin
 =================  ==============================================================  =========
 not-empty          there is at least one command (row −1)                          –
-known-command      the name is LEG_MOVE or WAIT                                    –
-leg-exists         the robot has the leg; WAIT names none                          –
-six-joints         LEG_MOVE has six joints, WAIT none                              –
-finite             joints and duration are finite numbers                          –
+known-command      the name is one of those of ``commands``                        –
+leg-exists         the robot has the leg; WAIT and POSTURE_MOVE name none          –
+six-joints         a move of one leg has six joints, WAIT none                     –
+all-joints         POSTURE_MOVE has six joints for each leg                        –
+force              LEG_LOWER's is above zero, at most the rover's weight on Earth; N
+                   the others have none
+finite             joints, duration and force are finite numbers                   –
 duration           not negative                                                    s
 joint-limits       every joint within its limits                                   rad
 speed              no joint faster than its limit                                  s
 self-collision     dense samples keep the clearances between links                 m
-terrain-collision  dense samples keep the clearances to the true terrain           m
+terrain-collision  dense samples keep the clearances to the true terrain; the      m
+                   set point of a lowered wheel is at most so far under it
 no-drag            a wheel that is down on the ground is not moved sideways        m
 balance            centre of mass inside the polygon of the feet on the ground     m
 torque             some contact forces keep every joint within its torque limit    ratio
-ends-on-ground     a leg that was moved is down after its last row                 m
+ends-on-ground     a leg that was moved by itself, or stood, is down at the end    m
 terrain-given      an edit without a terrain left the checked motion as it was     –
 =================  ==============================================================  =========
 
 The six before the last need a terrain; the last stands only where it fails (row −1).
+What a LEG_LOWER of a sequence leads to is where its wheel first touches the terrain, as if wheel and ground were rigid.
+A sequence that knows how the rover stood at rest is asked where the sagging rover is predicted to be, and for two more
+rules: ``yielding_rules``. Its set points have the rules joint-limits and speed.
 A rule that can't be asked because an earlier one of the same row failed (the speed of NaN) is left out for that row.
 """
 
@@ -31,13 +38,17 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.model import Robot
-from footfall.sequence.commands import COMMAND_NAMES, LEG_JOINTS, Command, RuleResult
+from footfall.sequence.commands import COMMAND_NAMES, LEG_JOINTS, ONE_LEG, Command, RuleResult
 from footfall.sequence.motion import check_motion
-from footfall.sequence.predict import after, needed_duration, target
+from footfall.sequence.passage import passages
+from footfall.sequence.predict import needed_duration, predict, target
 from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.yielding import Yielding
+from footfall.sequence.yielding_rules import check_yielding
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -54,21 +65,32 @@ def check_rules(
     T_site_base: Array,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
+    set_points: Array | None = None,
+    yielding: Yielding | None = None,
 ) -> tuple[RuleResult, ...]:
     """Check every rule on every row; see the module docstring.
 
-    start: (legs × 6,) [rad]; T_site_base: (4, 4). Raises InvalidSequence where the start doesn't fit the robot.
+    start: (legs × 6,) [rad]; T_site_base: (4, 4). Of a rover that sags: set_points, (commands + 1, legs × 6) [rad]
+    before the first command and after each; yielding: the prediction over the terrain, instead of that of ``dem``.
+    Raises InvalidSequence where the start doesn't fit the robot.
     """
     n = 6 * robot.leg_count
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InvalidSequence(f"the start posture needs {n} finite joint angles [rad]", shape=list(start.shape))
     require_transform(T_site_base, "T_site_base")
     results = [RuleResult("not-empty", -1, bool(commands), np.nan, "", f"{len(commands)} commands")]
-    before = start
+    if set_points is None:
+        reached = (
+            predict(start, commands)
+            if dem is None
+            else np.array([one.after for one in passages(robot, start, T_site_base, commands, dem)])
+        )
+        set_points = np.vstack([start, reached.reshape(-1, n)])
     for row, command in enumerate(commands):
-        results += _row_rules(robot, row, command, before)
-        before = after(before, command)
-    if dem is not None:
+        results += _row_rules(robot, row, command, set_points[row])
+    if yielding is not None:
+        results += check_yielding(robot, commands, yielding, settings or SequenceSettings())
+    elif dem is not None:
         results += check_motion(robot, commands, start, T_site_base, dem, settings or SequenceSettings())
     return tuple(sorted(results, key=lambda result: result.row))
 
@@ -83,35 +105,43 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
     )
     if not known:
         return
-    wait = command.name == "WAIT"
-    if wait:
+    count = 0 if command.joints is None else len(command.joints)
+    if command.name == "WAIT":
         yield result("leg-exists", command.leg is None, "WAIT moves no leg: its leg is None")
         yield result("six-joints", command.joints is None, "WAIT moves nothing: its joints are None")
-    else:
+    elif command.name in ONE_LEG:
         last = robot.leg_count - 1
         leg_exists = command.leg is not None and 0 <= command.leg <= last
         yield result("leg-exists", leg_exists, f"leg {command.leg} of 0…{last}")
-        count = 0 if command.joints is None else len(command.joints)
         yield result("six-joints", count == 6, f"{count} joints of 6")
+    else:
+        yield result("leg-exists", command.leg is None, f"{command.name} moves all legs: its leg is None")
+        yield result("all-joints", count == 6 * robot.leg_count, f"{count} joints of {6 * robot.leg_count}")
     joints = np.array([]) if command.joints is None else command.joints
-    finite = bool(np.isfinite(joints).all()) and bool(np.isfinite(command.duration))
-    yield result("finite", finite, "all numbers are finite" if finite else "a joint or the duration is not finite")
+    numbers = [*joints, command.duration, *([] if command.force is None else [command.force])]
+    finite = bool(np.isfinite(numbers).all())
+    yield result(
+        "finite", finite, "all numbers are finite" if finite else "a joint, the duration or the force is not finite"
+    )
+    if finite and (checked := _force(robot, command)) is not None:
+        yield result("force", *checked, "N")
     if np.isfinite(command.duration):
         yield result("duration", command.duration >= 0, f"{command.duration:.3f} s", command.duration, "s")
     moved = target(command, robot.leg_count)
     if finite and moved is not None:
-        leg = slice(6 * moved[0], 6 * moved[0] + 6)
-        room = np.minimum(joints - robot.lower[leg], robot.upper[leg] - joints)
+        own = moved[0]
+        room = np.minimum(joints - robot.lower[own], robot.upper[own] - joints)
         worst = int(np.argmin(room))
+        name = LEG_JOINTS[worst] if command.name in ONE_LEG else robot.joint_names[worst]
         yield result(
             "joint-limits",
             room[worst] >= 0,
-            f"{LEG_JOINTS[worst]} at {joints[worst]:.4f} rad, "
-            f"limits {robot.lower[leg][worst]:.4f} … {robot.upper[leg][worst]:.4f} rad",
+            f"{name} at {joints[worst]:.4f} rad, "
+            f"limits {robot.lower[own][worst]:.4f} … {robot.upper[own][worst]:.4f} rad",
             room[worst],
             "rad",
         )
-        needed = needed_duration(joints - before[leg], robot.speed_limits[leg])
+        needed = needed_duration(joints - before[own], robot.speed_limits[own])
         yield result(
             "speed",
             command.duration >= needed - SPEED_TOLERANCE,
@@ -119,3 +149,15 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
             command.duration - needed,
             "s",
         )
+
+
+def _force(robot: Robot, command: Command) -> tuple[bool, str, float] | None:
+    """The rule force: whether it holds, in words, and its margin [N]. None where there is nothing to ask."""
+    if command.name != "LEG_LOWER":
+        given = f"{command.name} waits for no force: its force is None"
+        return None if command.force is None else (False, given, np.nan)
+    if command.force is None:
+        return False, "LEG_LOWER needs the force that ends it", np.nan
+    most = robot.mass * GRAVITY
+    text = f"{command.force:.1f} N, above zero and at most the rover's weight on Earth, {most:.0f} N"
+    return 0 < command.force <= most, text, min(command.force, most - command.force)

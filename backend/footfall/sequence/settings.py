@@ -1,9 +1,11 @@
 """With which settings a sequence is made and checked."""
 
-import numpy as np
+from dataclasses import field
 
+from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidSequence
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
+from footfall.planning.compliance.settings import ComplianceSettings
 
 FINEST, COARSEST = 1e-4, 0.02
 """Coarser samples would let a leg pass through a rock between two of them: a wheel moves 2 m for each radian."""
@@ -16,7 +18,8 @@ class SequenceSettings(Value):
     clearance: added to every clearance of the robot description [m].
     conservative: check the supporting feet's conservative polygon, not the plain one.
     least_margin: least margin of the centre of mass to that polygon [m].
-    friction: coefficient between wheel and ground, for the torque rule.
+    friction: coefficient between wheel and ground, for the torque rule of a rigid rover.
+    compliance: how a rover sags, for sequences that know how it stood at rest; None: as its description says.
     """
 
     speed_fraction: float = 0.8
@@ -25,15 +28,12 @@ class SequenceSettings(Value):
     conservative: bool = False
     least_margin: float = 0.0
     friction: float = 0.6
+    compliance: ComplianceSettings | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if not 0 < self.speed_fraction <= 1:
             raise InvalidSequence("speed_fraction must be above 0 and at most 1", speed_fraction=self.speed_fraction)
         if not FINEST <= self.sample <= COARSEST:
             raise InvalidSequence(f"sample must be {FINEST:g}…{COARSEST:g} rad", sample=self.sample)
-        if not 0 <= self.clearance < np.inf:
-            raise InvalidSequence("clearance can't be negative [m]", clearance=self.clearance)
-        if not 0 < self.friction < np.inf:
-            raise InvalidSequence("friction must be above zero", friction=self.friction)
-        if not 0 <= self.least_margin < np.inf:
-            raise InvalidSequence("least_margin can't be negative [m]", least_margin=self.least_margin)
+        require_not_negative("m", InvalidSequence, clearance=self.clearance, least_margin=self.least_margin)
+        require_above_zero("", InvalidSequence, friction=self.friction)

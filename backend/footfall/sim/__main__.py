@@ -5,8 +5,10 @@ import logging
 import sys
 from pathlib import Path
 
+from footfall.balance.settings import GRAVITY
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.io.artifacts import decode
+from footfall.sim.physics.settings import PhysicsSettings
 from footfall.sim.process import Start, run_rover
 from footfall.telemetry.state import RobotState
 
@@ -17,12 +19,15 @@ def main() -> int:
     parser.add_argument("--url", required=True, help="ws://127.0.0.1:PORT/api/v1/rover")
     parser.add_argument("--terrain", required=True, type=Path, help="terrain file that is its world")
     parser.add_argument("--robot", default="athlete", help="name or description of the robot")
-    parser.add_argument("--seed", type=int, default=0, help="of the cameras' noise")
+    parser.add_argument("--seed", type=int, default=0, help="of what is random: the cameras' noise")
     parser.add_argument("--x", type=float, default=0.0, help="where it stands, site frame [m]")
     parser.add_argument("--y", type=float, default=0.0, help="where it stands, site frame [m]")
     parser.add_argument("--yaw", type=float, default=0.0, help="[rad]")
     parser.add_argument("--posture", default="stand", help="named posture")
     parser.add_argument("--state", type=Path, help="stored RobotState (.npz) instead of x, y, yaw and posture")
+    parser.add_argument("--physics", action="store_true", help="a rover with masses and springs, not a kinematic one")
+    parser.add_argument("--gravity", type=float, default=GRAVITY, help="of that rover's world [m/s²]")
+    parser.add_argument("--certificate", type=Path, help="PEM file of the server's own certificate")
     parser.add_argument("--with-parent", action="store_true", help="end when the starting process is gone")
     options = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
@@ -34,7 +39,9 @@ def main() -> int:
             options.robot,
             options.seed,
             start=_stored(options.state) if options.state else start,
+            physics=PhysicsSettings(gravity=options.gravity, seed=options.seed) if options.physics else None,
             with_parent=options.with_parent,
+            certificate=options.certificate,
         )
     except FootFallError as err:
         sys.stderr.write(f"footfall.sim: {err.message}\n")

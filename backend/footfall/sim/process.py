@@ -11,9 +11,13 @@ import os
 import signal
 import time
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
+import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
@@ -23,7 +27,10 @@ from footfall.io.robot_files import load_robot
 from footfall.io.terrain_files import read_terrain
 from footfall.planning.stance.stand import stand
 from footfall.robot.model import Robot
+from footfall.sim.door import door_options
 from footfall.sim.imager import Imager
+from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.settings import PhysicsSettings
 from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.fields import parse_object
 from footfall.telemetry.link import (
@@ -36,6 +43,7 @@ from footfall.telemetry.link import (
     HelloMessage,
     ImageRequestMessage,
     Message,
+    QueryMessage,
     StopAckMessage,
     StopMessage,
     decode,
@@ -48,6 +56,9 @@ log = logging.getLogger("footfall.sim")
 
 TELEMETRY_PERIOD = 0.1
 STEP_PERIOD = 0.05
+LONGEST_STEP = 0.25
+"""Where the machine is slower than the world, the rover's clock falls behind rather than its answers: at most this much
+is simulated at once [s]."""
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0
 """Seconds between two attempts to connect: doubled from the first to the longest."""
 
@@ -69,20 +80,42 @@ def run_rover(
     seed: int = 0,
     *,
     start: Start | RobotState | None = None,
+    physics: PhysicsSettings | None = None,
     with_parent: bool = False,
+    certificate: Path | None = None,
 ) -> None:
     """Run one simulated rover until SIGINT or SIGTERM.
 
     url: of the server's rover link, ``ws://127.0.0.1:8080/api/v1/rover``. terrain: its world, a file or a Dem.
     seed: of the cameras' noise. start: where it stands, or exactly in which state (default: the origin).
+    physics: of a rover with masses and springs; None: a kinematic one, whose joints are where they are told to be.
     with_parent: end when the process that started this one is gone.
+    certificate: see :func:`footfall.sim.door.door_options`, which also says where the token is from.
 
     Raises what loading the robot and the terrain and standing on it raise.
     """
     body = load_robot(robot)
     dem = terrain if isinstance(terrain, Dem) else read_terrain(terrain)
     state = start if isinstance(start, RobotState) else _standing(body, dem, start or Start())
-    asyncio.run(_run(url, SimulatedRover(body, dem, _now(state)), Imager(body, dem, seed), with_parent))
+    imager = Imager(body, dem, seed)
+    client = RoverClient(url, _rover(body, dem, state, physics), imager, door_options(url, certificate))
+    asyncio.run(_run(client, imager, with_parent))
+
+
+def _rover(
+    robot: Robot, dem: Dem, state: RobotState, physics: PhysicsSettings | None
+) -> SimulatedRover | PhysicalRover:
+    if physics is None:
+        return SimulatedRover(robot, dem, _now(state))
+    rover = PhysicalRover(robot, dem, _now(state), physics)
+    moved = rover.settled
+    log.info(
+        "in physics the rover came to rest %.1f mm and %.2f° from where it was to stand, its joints within %.4f rad",
+        1000 * float(np.linalg.norm(moved.moved)),
+        np.rad2deg(moved.turned),
+        moved.joints,
+    )
+    return rover
 
 
 def _standing(robot: Robot, dem: Dem, start: Start) -> RobotState:
@@ -102,12 +135,12 @@ def _now(state: RobotState) -> RobotState:
     )
 
 
-async def _run(url: str, rover: SimulatedRover, imager: Imager, with_parent: bool) -> None:
+async def _run(client: "RoverClient", imager: Imager, with_parent: bool) -> None:
     ended = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):
             asyncio.get_running_loop().add_signal_handler(number, ended.set)
-    tasks = [asyncio.create_task(RoverClient(url, rover, imager).run()), asyncio.create_task(ended.wait())]
+    tasks = [asyncio.create_task(client.run()), asyncio.create_task(ended.wait())]
     if with_parent:
         tasks.append(asyncio.create_task(_parent_gone(os.getppid())))
     try:
@@ -129,8 +162,15 @@ async def _parent_gone(parent: int) -> None:
 class RoverClient:
     """The rover's end of the link; :meth:`run` never returns by itself."""
 
-    def __init__(self, url: str, rover: SimulatedRover, imager: Imager) -> None:
+    def __init__(
+        self,
+        url: str,
+        rover: SimulatedRover | PhysicalRover,
+        imager: Imager,
+        door: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
         self._url = url
+        self._door = door
         self._rover = rover
         self._imager = imager
         self._unsent: deque[str | bytes] = deque()
@@ -153,7 +193,7 @@ class RoverClient:
         """Move the rover on to this moment."""
         now = time.monotonic()
         elapsed, self._moved_at = now - self._moved_at, now
-        self._say(*self._rover.step(elapsed))
+        self._say(*self._rover.step(min(elapsed, LONGEST_STEP)))
 
     async def _stay_connected(self) -> None:
         pause = FIRST_PAUSE
@@ -165,6 +205,7 @@ class RoverClient:
                     compression=None,
                     max_size=MAX_TEXT_FRAME,
                     proxy=None,
+                    **self._door,
                 ) as socket:
                     if socket.subprotocol != SUBPROTOCOL:
                         raise InvalidTelemetry(f"the server does not speak {SUBPROTOCOL}")
@@ -226,6 +267,8 @@ class RoverClient:
         match message:
             case CommandMessage():
                 self._say(*self._rover.command(message))
+            case QueryMessage():
+                self._say(self._rover.became(message.id))
             case StopMessage():
                 self._say(*self._rover.stop(), StopAckMessage(message.id, self._rover.time))
             case ClearStopMessage():

@@ -9,6 +9,24 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTelemetry
 
+FAULTS = (
+    "not-json",
+    "not-finite",
+    "unknown-message",
+    "not-for-ground",
+    "wrong-version",
+    "wrong-robot",
+    "wrong-legs",
+    "wrong-field",
+    "no-hello",
+    "time-backwards",
+    "too-large",
+    "images",
+    "refused-by-rover",
+    "other",
+)
+"""Kinds of what may be wrong on the rover link, as ``fault`` in an error's details; see docs/rover-link.md."""
+
 MAX_TEXT = 2000
 """Longest accepted text field [characters]."""
 
@@ -21,14 +39,16 @@ def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
     try:
         parsed = json.loads(text, parse_constant=_no_constant if finite else float, object_pairs_hook=_unique)
     except (ValueError, RecursionError) as err:
-        raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}") from err
+        raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}", fault="not-json") from err
     if not isinstance(parsed, dict):
-        raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}")
+        raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}", fault="not-json")
     return parsed
 
 
 def _no_constant(name: str) -> Any:
-    raise InvalidTelemetry(f"{name} is no number of the rover link; numbers are finite", number=name)
+    raise InvalidTelemetry(
+        f"{name} is no number of the rover link; numbers are finite", number=name, fault="not-finite"
+    )
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -36,7 +56,9 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(out) != len(pairs):
         names = [name for name, _ in pairs]
         raise InvalidTelemetry(
-            "a name is given twice in one object", names=sorted({n for n in names if names.count(n) > 1})
+            "a name is given twice in one object",
+            names=sorted({n for n in names if names.count(n) > 1}),
+            fault="not-json",
         )
     return out
 
@@ -95,7 +117,9 @@ class Fields:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise self._refuse(name, "a finite number", got)
+            refusal = self._refuse(name, "a finite number", got)
+            refusal.details["fault"] = "not-finite"
+            raise refusal
         return number
 
     def array(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -110,7 +134,24 @@ class Fields:
         count = len(got) if isinstance(got, list) else 0
         if legs is None and (count == 0 or count % 6):
             raise self._refuse(name, "a list of six numbers for each leg", self._take(name))
+        if legs is not None and count and count % 6 == 0 and count != 6 * legs:
+            raise InvalidTelemetry(
+                f"{self._message}: {name} needs {6 * legs} numbers, not {count} of them: "
+                f"the rover has {legs} legs, not {count // 6}",
+                field=name,
+                fault="wrong-legs",
+            )
         return self.array(name, (count if legs is None else 6 * legs,))
+
+    def number_or_null(self, name: str) -> float | None:
+        if self._left.get(name, 0) is None:
+            return self._take(name)
+        return self.number(name)
+
+    def angles_or_null(self, name: str, legs: int | None) -> NDArray[np.float64] | None:
+        if self._left.get(name, 0) is None:
+            return self._take(name)
+        return self.angles(name, legs)
 
     def array_or_null(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
         if self._left.get(name, 0) is None:

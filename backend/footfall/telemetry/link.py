@@ -19,7 +19,9 @@ from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
 PROTOCOL = 1
 SUBPROTOCOL = "footfall-rover-1"
 PATH = "/api/v1/rover"
-ACK_STATES = ("received", "started", "done", "refused")
+TOKEN_VARIABLE = "FOOTFALL_ROVER_TOKEN"
+"""Environment variable with the token that a rover shows to a server with accounts."""
+ACK_STATES = ("received", "started", "done", "refused", "unknown")
 MAX_TEXT_FRAME = 1 << 20
 """Longest text frame [bytes]."""
 MAX_BINARY_FRAME = 16 << 20
@@ -40,7 +42,7 @@ class HelloMessage(Value):
 class CommandMessage(Value):
     """One command down. id: unique; a rover executes an id at most once. sequence: digest; row: in that sequence.
 
-    name, leg, joints [rad], duration [s]: as in :class:`footfall.sequence.commands.Command`.
+    name, leg, joints [rad], duration [s], force [N]: as in :class:`footfall.sequence.commands.Command`.
     """
 
     id: str
@@ -50,13 +52,14 @@ class CommandMessage(Value):
     leg: int | None
     joints: NDArray[np.float64] | None
     duration: float
+    force: float | None = None
 
 
 @value
 class AckMessage(Value):
-    """What became of a command. state: one of ACK_STATES; reason: text for "refused", else "".
+    """What became of a command. state: one of ACK_STATES; reason: text for "refused" and "unknown", else "".
 
-    time: rover clock [s].
+    "unknown" answers a query only: the rover remembers no command of that id. time: rover clock [s].
     """
 
     id: str
@@ -67,6 +70,13 @@ class AckMessage(Value):
     def check(self) -> None:
         if self.state not in ACK_STATES:
             raise InvalidTelemetry(f"an acknowledgement is one of {', '.join(ACK_STATES)}", state=self.state)
+
+
+@value
+class QueryMessage(Value):
+    """What became of command ``id``? Answered with its last acknowledgement; nothing moves."""
+
+    id: str
 
 
 @value
@@ -112,6 +122,7 @@ Message = (
     | TelemetryFrame
     | CommandMessage
     | AckMessage
+    | QueryMessage
     | StopMessage
     | StopAckMessage
     | ClearStopMessage
@@ -124,6 +135,7 @@ _names: dict[type, str] = {
     TelemetryFrame: "telemetry",
     CommandMessage: "command",
     AckMessage: "ack",
+    QueryMessage: "query",
     StopMessage: "stop",
     StopAckMessage: "stop_ack",
     ClearStopMessage: "clear_stop",
@@ -138,10 +150,17 @@ def encode(message: Message) -> str:
 
 
 def decode(text: str | bytes, legs: int | None = None) -> Message:
-    """A message from one text frame; see :func:`message_from`. Raises InvalidTelemetry saying what is wrong."""
+    """A message from one text frame; see :func:`message_from`. Raises InvalidTelemetry saying what is wrong; its
+    ``details["fault"]`` names the kind, one of ``footfall.telemetry.fields.FAULTS``; "wrong-field" where none is said.
+    """
     if len(text) > MAX_TEXT_FRAME:
-        raise InvalidTelemetry(f"a text frame has at most {MAX_TEXT_FRAME} bytes", bytes=len(text))
+        raise InvalidTelemetry(f"a text frame has at most {MAX_TEXT_FRAME} bytes", bytes=len(text), fault="too-large")
     return message_from(parse_object(text), legs)
+
+
+def kind_of(message: Message) -> str:
+    """The ``type`` of a message."""
+    return _names[type(message)]
 
 
 def message_object(message: Message) -> dict[str, Any]:
@@ -166,12 +185,13 @@ def message_object(message: Message) -> dict[str, Any]:
                 "leg": message.leg,
                 "joints": None if message.joints is None else message.joints.tolist(),
                 "duration": message.duration,
+                "force": message.force,
             }
         case AckMessage():
             body |= {"id": message.id, "state": message.state, "reason": message.reason, "time": message.time}
         case StopAckMessage():
             body |= {"id": message.id, "time": message.time}
-        case StopMessage() | ClearStopMessage():
+        case QueryMessage() | StopMessage() | ClearStopMessage():
             body |= {"id": message.id}
         case ImageRequestMessage():
             body |= {"id": message.id, "pairs": None if message.pairs is None else list(message.pairs)}
@@ -187,7 +207,11 @@ def message_from(body: dict[str, Any], legs: int | None = None) -> Message:
     a missing, unknown or wrongly typed field, and numbers that are not finite.
     """
     fields = Fields(body, "message")
-    kind = fields.choice("type", tuple(_names.values()))
+    try:
+        kind = fields.choice("type", tuple(_names.values()))
+    except InvalidTelemetry as err:
+        err.details["fault"] = "unknown-message"
+        raise
     fields = Fields({name: one for name, one in body.items() if name != "type"}, kind)
     try:
         message = _read(kind, fields, legs)
@@ -208,14 +232,17 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
             state, count = _state(fields, legs)
             return TelemetryFrame(number, state, fields.array("commanded", (6 * count,)))
         case "command":
+            name = fields.text("name", longest=64)
+            of_all = name == "POSTURE_MOVE"
             return CommandMessage(
                 id=fields.identifier(),
                 sequence=fields.text("sequence", longest=64),
                 row=fields.whole("row"),
-                name=fields.text("name", longest=64),
+                name=name,
                 leg=fields.whole_or_null("leg"),
-                joints=fields.array_or_null("joints", (6,)),
+                joints=fields.angles_or_null("joints", legs) if of_all else fields.array_or_null("joints", (6,)),
                 duration=fields.number("duration"),
+                force=fields.number_or_null("force"),
             )
         case "ack":
             return AckMessage(
@@ -224,6 +251,8 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
                 reason=fields.text("reason", empty=True),
                 time=fields.number("time"),
             )
+        case "query":
+            return QueryMessage(fields.identifier())
         case "stop":
             return StopMessage(fields.identifier())
         case "stop_ack":
@@ -240,7 +269,10 @@ def _hello(fields: Fields, legs: int | None) -> HelloMessage:
     protocol = fields.whole("protocol")
     if protocol != PROTOCOL:
         raise InvalidTelemetry(
-            f"hello: the rover speaks protocol {protocol}, this end speaks {PROTOCOL}", protocol=protocol
+            f"hello: the rover speaks protocol {protocol}, this end speaks {PROTOCOL}",
+            protocol=protocol,
+            expected=PROTOCOL,
+            fault="wrong-version",
         )
     hello = HelloMessage(
         protocol=protocol,
@@ -249,7 +281,9 @@ def _hello(fields: Fields, legs: int | None) -> HelloMessage:
         software=fields.text("software", longest=64),
     )
     if legs is not None and hello.legs != legs:
-        raise InvalidTelemetry(f"hello: the rover has {hello.legs} legs, {legs} are expected", legs=hello.legs)
+        raise InvalidTelemetry(
+            f"hello: the rover has {hello.legs} legs, {legs} are expected", legs=hello.legs, fault="wrong-legs"
+        )
     return hello
 
 

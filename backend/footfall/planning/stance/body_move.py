@@ -10,10 +10,11 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.follow import Followed, Obstacle, follow
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveResult, BodyMoveSettings
 from footfall.planning.stance.move_checks import Checked, recheck
-from footfall.planning.stance.shift import BodyShift, require_same_robot, require_shift, told
+from footfall.planning.stance.shift import require_same_robot, require_shift, told
 from footfall.planning.stance.whole_body import FAR, WholeBody
 from footfall.planning.step.ground import Refused, nearby
 from footfall.planning.step.problem import Check, Status

@@ -1,11 +1,10 @@
 """Which shift of the chassis makes a footfall possible: how it is asked, and what comes back."""
 
-import numpy as np
-
+from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
-from footfall.planning.stance.shift import BodyShift
 from footfall.planning.step.problem import Check, Footfall, Status
 
 
@@ -32,12 +31,10 @@ class FindShiftSettings(Value):
     time_limit: float = 30.0
 
     def check(self) -> None:
-        for name in ("lift", "friction", "lever", "most_shift", "most_tilt", "most_turn", "time_limit"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} must be above zero", **{name: getattr(self, name)})
-        for name in ("raise_terrain", "clearance", "least_margin"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} can't be negative", **{name: getattr(self, name)})
+        require_above_zero(lift=self.lift, friction=self.friction, lever=self.lever)
+        require_above_zero(most_shift=self.most_shift, most_tilt=self.most_tilt, most_turn=self.most_turn)
+        require_above_zero(time_limit=self.time_limit)
+        require_not_negative(raise_terrain=self.raise_terrain, clearance=self.clearance, least_margin=self.least_margin)
         if self.most_shift > 2.0 or max(self.most_tilt, self.most_turn) > 1.0:
             raise InvalidInput("most_shift is at most 2 m, most_tilt and most_turn at most 1 rad")
 

@@ -9,11 +9,11 @@ from footfall.balance.support import half_planes
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.maps.reach import leg_length
 from footfall.planning.stance.body_move import Move, No, Stance, checked, followed, plan_of, stance_of
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.follow import Obstacle
-from footfall.planning.stance.shift import BodyShift, require_same_robot, told
+from footfall.planning.stance.shift import require_same_robot, told
 from footfall.planning.stance.shift_search import Ranked, search
 from footfall.planning.stance.shortcomings import Shortcomings, largest
 from footfall.planning.stance.step_ends import StepEnds
@@ -99,7 +99,7 @@ def _found(
         return No(contact.status, contact.reason)
     away = float(np.hypot(*(contact.point[:2] - np.asarray(state.T_site_base)[:2, 3])))
     mount = float(np.linalg.norm(robot.description.legs[footfall.leg].T_base_hip[:2, 3]))
-    farthest = mount + leg_length(robot, footfall.leg) + np.sqrt(2) * settings.most_shift
+    farthest = mount + robot.leg_length(footfall.leg) + np.sqrt(2) * settings.most_shift
     if away > farthest:
         reason = (
             f"the footfall is {away:.2f} m from the middle of the chassis; shifted by up to {settings.most_shift:g} m "

@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
-from footfall.planning.stance.shift import BodyShift
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Check, Status
 
 
@@ -25,12 +26,8 @@ class BodyMoveSettings(Value):
     time_limit: float = 30.0
 
     def check(self) -> None:
-        for name in ("friction", "time_limit"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} must be above zero", **{name: getattr(self, name)})
-        for name in ("clearance", "least_margin"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} can't be negative", **{name: getattr(self, name)})
+        require_above_zero(friction=self.friction, time_limit=self.time_limit)
+        require_not_negative(clearance=self.clearance, least_margin=self.least_margin)
 
 
 @value

@@ -10,13 +10,14 @@ from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.kept import Kept
-from footfall.planning.step.leg_free_kernel import SURE, BodyTables, clear_rows, first_unsure
+from footfall.planning.step.leg_free_kernel import SURE, BodyTables, first_unsure
 from footfall.planning.step.problem import StepSettings
-from footfall.robot.bvh import robot_meshes
+from footfall.robot.bvh import mesh_reach
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground_tables import GroundTables
 from footfall.robot.kinematics import center_of_mass, leg_link_poses
+from footfall.robot.leg_clearance_kernel import path_is_clear
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -59,8 +60,8 @@ class Certificate:
         return len(qs) if found == SURE else found
 
     def clear(self, qs: Array, terrain: str) -> NDArray[np.bool_]:
-        """Which of n postures (n, 6) surely keep all clearances, (n,); limits and balance are not asked."""
-        return clear_rows(np.ascontiguousarray(qs), self.clearance, MODES[terrain])
+        """Which samples of a path, n postures (n, 6), surely keep all clearances, (n,); limits and balance aside."""
+        return path_is_clear(np.ascontiguousarray(qs), self.clearance, MODES[terrain])
 
 
 def _body(robot: Robot, state: RobotState, leg: int, normals: Array, offsets: Array, least_margin: float) -> BodyTables:
@@ -111,13 +112,9 @@ def _tables(robot: Robot, T_site_base: Array, leg: int, world: Dem, ground: Near
 
 def _reaches_filled(robot: Robot, hip: Array, ground: Nearby, clearance: float) -> bool:
     """Whether ground that was not seen, but filled in, is within a leg's reach."""
-    spec, meshes = robot.description.legs[0], robot_meshes(robot.description)
-    along = np.cumsum((0.0, float(np.linalg.norm(spec.hip_offset)), spec.thigh, 0.0, spec.shank, 0.0, spec.foot))
-    reach = max(
-        length + np.linalg.norm(meshes[part].vertices, axis=1).max() for length, part in zip(along, PARTS, strict=True)
-    )
     grid = ground.dem.geometry
     # a filled cell is a corner of blocks that reach one cell farther
-    needed = reach + max(robot.description.clearances.terrain.values()) + clearance + 2 * grid.resolution
+    largest_delta = max(robot.description.clearances.terrain.values()) + clearance
+    needed = mesh_reach(robot.description) + largest_delta + 2 * grid.resolution
     rows, cols = np.nonzero(ground.filled)
     return bool((np.hypot(grid.xs[cols] - hip[0], grid.ys[rows] - hip[1]) <= needed).any())

@@ -42,8 +42,7 @@ class Stance:
     @property
     def reach(self) -> float:
         """How far the leg gets from its hip [m]."""
-        spec = self.robot.description.legs[self.leg]
-        return float(np.linalg.norm(spec.hip_offset) + spec.thigh + spec.shank + spec.foot + self.robot.wheel_radius)
+        return self.robot.leg_length(self.leg)
 
 
 @dataclass(frozen=True)

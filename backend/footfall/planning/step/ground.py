@@ -83,6 +83,13 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
 
 def _unknown_in_disc(dem: Dem, x: float, y: float, radius: float) -> float:
     """Share of unknown places in a disc, looked at on a lattice as fine as the grid or a quarter of the radius."""
+    grid = dem.geometry
+    middle = np.array([(y - grid.y0), (x - grid.x0)]) / grid.resolution
+    first, last = np.floor(middle - radius / grid.resolution), np.ceil(middle + radius / grid.resolution)
+    if (first >= 0).all() and (last < grid.shape).all():
+        rows, cols = (slice(int(begin), int(end) + 1) for begin, end in zip(first, last, strict=True))
+        if np.isfinite(dem.heights[rows, cols]).all():
+            return 0.0
     steps = math.ceil(radius / min(dem.geometry.resolution, radius / 4))
     offsets = np.linspace(-radius, radius, 2 * steps + 1)
     dx, dy = np.meshgrid(offsets, offsets)

@@ -27,21 +27,28 @@ BLOCKS = 24
 
 
 class GroundTiles:
-    """Tiles of a Dem without holes, site frame."""
+    """Tiles of a Dem without holes, site frame.
+
+    heights: (rows, cols) [m]; corner: (2,) x, y of the first; windows: (tiles, 4) first and last row and column,
+    and boxes: (tiles, 6) lowest and highest corner [m], of each tile.
+    """
 
     def __init__(self, dem: Dem) -> None:
-        self._heights, self._resolution = np.asarray(dem.heights), dem.geometry.resolution
         grid = dem.geometry
+        self.heights, self.resolution = np.ascontiguousarray(dem.heights, np.float32), grid.resolution
+        self.corner = np.array([grid.x0, grid.y0])
         # tiles begin at multiples of BLOCKS of the whole map, so that crops of one map share them
         rows = list(_beginnings(grid.rows, round(grid.y0 / grid.resolution)))
         cols = list(_beginnings(grid.cols, round(grid.x0 / grid.resolution)))
-        self._windows = [(r0, r1, c0, c1) for r0, r1 in rows for c0, c1 in cols]
+        windows = [(r0, r1, c0, c1) for r0, r1 in rows for c0, c1 in cols]
+        self.windows = np.array(windows, np.int64).reshape(-1, 4)
         low, high = [], []
-        for r0, r1, c0, c1 in self._windows:
-            window = self._heights[r0 : r1 + 1, c0 : c1 + 1]
+        for r0, r1, c0, c1 in windows:
+            window = self.heights[r0 : r1 + 1, c0 : c1 + 1]
             low.append((grid.x0 + c0 * grid.resolution, grid.y0 + r0 * grid.resolution, float(window.min())))
             high.append((grid.x0 + c1 * grid.resolution, grid.y0 + r1 * grid.resolution, float(window.max())))
         self._low, self._high = np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3)
+        self.boxes = np.hstack([self._low, self._high])
 
     def distances(self, low: Array, high: Array) -> Array:
         """Lower bounds of the distances from boxes with corners (n, 3) to the tiles' triangles, (n, tiles) [m]."""
@@ -54,10 +61,10 @@ class GroundTiles:
 
     def shape(self, tile: int) -> tuple[coal.BVHModelOBBRSS, Array]:
         """A tile's hierarchy and T_site_tile (4, 4)."""
-        r0, r1, c0, c1 = self._windows[tile]
-        window = np.ascontiguousarray(self._heights[r0 : r1 + 1, c0 : c1 + 1], np.float32)
+        r0, r1, c0, c1 = self.windows[tile]
+        window = np.ascontiguousarray(self.heights[r0 : r1 + 1, c0 : c1 + 1], np.float32)
         corner = (*self._low[tile, :2], 0.0)
-        return _hierarchy(window.tobytes(), *window.shape, self._resolution), transform(translation=corner)
+        return _hierarchy(window.tobytes(), *window.shape, self.resolution), transform(translation=corner)
 
 
 def _beginnings(count: int, first: int) -> Iterator[tuple[int, int]]:

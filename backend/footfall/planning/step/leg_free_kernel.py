@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from footfall.robot.leg_clearance_kernel import LegTables, leg_is_clear
-from footfall.robot.leg_frames import PART_COUNT, leg_frames
+from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
+from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.leg_span_kernel import UNSURE, WORK, clear_span, line_bends, most_bend, reached
 
 Array = NDArray[np.float64]
 
@@ -21,6 +22,9 @@ coordinates of millions of metres."""
 
 SURE = -1
 """Answer of the kernels where nothing is unsure."""
+
+SPAN = 0.15
+"""Most of an edge that is asked for on each side of one look [rad]: more is seldom granted, and asking costs."""
 
 
 class BodyTables(NamedTuple):
@@ -41,23 +45,18 @@ class BodyTables(NamedTuple):
 
 
 @njit(cache=True)
-def margin_at(q: Array, T_site_hip: Array, lengths: Array, body: BodyTables) -> float:
-    """Margin of the centre of mass to the nearest half-plane [m]; −inf where there is none."""
+def margin_at(poses: Array, body: BodyTables) -> float:
+    """Margin of the centre of mass to the nearest half-plane [m]; −inf where there is none.
+
+    poses: (7, 3, 4) of the leg's parts in site.
+    """
     if body.offsets.size == 0:
         return -np.inf
-    R, at = np.empty((PART_COUNT, 3, 3)), np.empty((PART_COUNT, 3))
-    leg_frames(lengths, q, R, at)
-    hx = hy = hz = share = 0.0
+    x, y = body.rest[0], body.rest[1]
     for part in range(PART_COUNT):
         mx, my, mz, m = body.moments[part, 0], body.moments[part, 1], body.moments[part, 2], body.moments[part, 3]
-        hx += m * at[part, 0] + R[part, 0, 0] * mx + R[part, 0, 1] * my + R[part, 0, 2] * mz
-        hy += m * at[part, 1] + R[part, 1, 0] * mx + R[part, 1, 1] * my + R[part, 1, 2] * mz
-        hz += m * at[part, 2] + R[part, 2, 0] * mx + R[part, 2, 1] * my + R[part, 2, 2] * mz
-        share += m
-    x = body.rest[0] + share * T_site_hip[0, 3]
-    y = body.rest[1] + share * T_site_hip[1, 3]
-    x += T_site_hip[0, 0] * hx + T_site_hip[0, 1] * hy + T_site_hip[0, 2] * hz
-    y += T_site_hip[1, 0] * hx + T_site_hip[1, 1] * hy + T_site_hip[1, 2] * hz
+        x += poses[part, 0, 0] * mx + poses[part, 0, 1] * my + poses[part, 0, 2] * mz + poses[part, 0, 3] * m
+        y += poses[part, 1, 0] * mx + poses[part, 1, 1] * my + poses[part, 1, 2] * mz + poses[part, 1, 3] * m
     least = np.inf
     for k in range(body.offsets.size):
         least = min(least, body.offsets[k] - body.normals[k, 0] * x - body.normals[k, 1] * y)
@@ -70,9 +69,11 @@ def is_sure(q: Array, clearance: LegTables, body: BodyTables, mode: int) -> bool
     for k in range(6):
         if not body.lower[k] <= q[k] <= body.upper[k]:
             return False
-    if not margin_at(q, clearance.T_site_hip, clearance.lengths, body) >= body.least + ROUNDING:
-        return False
-    return leg_is_clear(q, clearance, mode)
+    poses = np.empty((PART_COUNT, 3, 4))
+    place_leg(q, clearance.T_site_hip, clearance.lengths, poses)
+    return margin_at(poses, body) >= body.least + ROUNDING and keeps_distances(
+        q, poses, np.zeros((PART_COUNT, 7)), clearance, mode
+    )
 
 
 @njit(cache=True)
@@ -108,20 +109,80 @@ def level_is_sure(a: Array, b: Array, level: int, q: Array, clearance: LegTables
 
 
 @njit(cache=True)
-def edge_is_sure(
-    a: Array, b: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int, q: Array
-) -> bool:
-    """Whether everything between a and b is sure at ε; the ends are not looked at."""
-    for level in range(1, halvings(a, b, epsilon) + 1):  # noqa: SIM110 (numba has no all of a generator)
-        if not level_is_sure(a, b, level, q, clearance, body, mode):
+def edge_is_sure(a: Array, b: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
+    """Whether everything between a and b, both sure, is sure at ε.
+
+    No posture between is farther than ε from the next that was looked at, or it is proven itself: each look tells for
+    how much of the edge around it (robot/leg_span_kernel.py), and what is left on both sides is halved in turn.
+    """
+    levels = halvings(a, b, epsilon)
+    if levels == 0:
+        return True
+    # what is put in is at most half as long as what it came from, and more than ε
+    left = np.empty((2**levels, 2))
+    left[0, 0], left[0, 1] = 0.0, 1.0
+    count, at, d, q = 1, 0, b - a, np.empty(6)
+    shortest, poses, work = 0.0, np.empty((PART_COUNT, 3, 4)), np.empty(WORK)
+    for k in range(6):
+        shortest = max(shortest, abs(d[k]))
+    most, shortest = SPAN / shortest, epsilon / shortest
+    bend = balance_bend(d, clearance.lengths, body)
+    bends, rates = line_bends(d, clearance)
+    while at < count:
+        low, high = left[at, 0], left[at, 1]
+        middle, at = 0.5 * (low + high), at + 1
+        for k in range(6):
+            q[k] = a[k] + middle * d[k]
+        place_leg(q, clearance.T_site_hip, clearance.lengths, poses)
+        half = balanced_span(poses, d, bend, min(0.5 * (high - low), most), body)
+        if half >= 0.0:
+            half = clear_span(poses, d, bends, rates, half, clearance, mode, work)
+        if half < 0.0:
             return False
+        if middle - half - low > shortest:
+            left[count, 0], left[count, 1] = low, middle - half
+            count += 1
+        if high - middle - half > shortest:
+            left[count, 0], left[count, 1] = middle + half, high
+            count += 1
     return True
 
 
 @njit(cache=True)
-def clear_rows(qs: Array, clearance: LegTables, mode: int) -> NDArray[np.bool_]:
-    """Which rows of qs (n, 6) are certified clear, whatever the limits and the balance; on one thread."""
-    out = np.empty(qs.shape[0], np.bool_)
-    for i in range(qs.shape[0]):
-        out[i] = leg_is_clear(qs[i], clearance, mode)
-    return out
+def balanced_span(poses: Array, d: Array, bend: float, most: float, body: BodyTables) -> float:
+    """A half length h ≤ ``most`` with the rover surely balanced at q + s d for every s from −h to h, or UNSURE."""
+    if body.offsets.size == 0:
+        return UNSURE
+    x, y, vx, vy = body.rest[0], body.rest[1], 0.0, 0.0
+    hx = hy = hz = share = 0.0
+    for part in range(PART_COUNT - 1, -1, -1):
+        mx, my, mz, m = body.moments[part, 0], body.moments[part, 1], body.moments[part, 2], body.moments[part, 3]
+        hx += poses[part, 0, 0] * mx + poses[part, 0, 1] * my + poses[part, 0, 2] * mz + poses[part, 0, 3] * m
+        hy += poses[part, 1, 0] * mx + poses[part, 1, 1] * my + poses[part, 1, 2] * mz + poses[part, 1, 3] * m
+        hz += poses[part, 2, 0] * mx + poses[part, 2, 1] * my + poses[part, 2, 2] * mz + poses[part, 2, 3] * m
+        share += m
+        if part < 6:
+            # the joint turns all that hangs on it
+            axis = 2 if part == 0 else (0 if part == 3 or part == 5 else 1)
+            ax, ay, az = poses[part, 0, axis], poses[part, 1, axis], poses[part, 2, axis]
+            rx, ry, rz = hx - share * poses[part, 0, 3], hy - share * poses[part, 1, 3], hz - share * poses[part, 2, 3]
+            vx += d[part] * (ay * rz - az * ry)
+            vy += d[part] * (az * rx - ax * rz)
+    x, y, h = x + hx, y + hy, most
+    for k in range(body.offsets.size):
+        spare = body.offsets[k] - body.normals[k, 0] * x - body.normals[k, 1] * y - (body.least + ROUNDING)
+        if not spare >= 0.0:
+            return UNSURE
+        h = reached(abs(body.normals[k, 0] * vx + body.normals[k, 1] * vy), bend, spare, h)
+    return h
+
+
+@njit(cache=True)
+def balance_bend(d: Array, lengths: Array, body: BodyTables) -> float:
+    """b of the centre of mass along a line; see leg_span_kernel.py."""
+    bend = 0.0
+    for part in range(PART_COUNT):
+        mx, my, mz, m = body.moments[part, 0], body.moments[part, 1], body.moments[part, 2], body.moments[part, 3]
+        if m > 0.0:
+            bend += m * most_bend(d, lengths, part, 0, np.sqrt(mx * mx + my * my + mz * mz) / m)[0]
+    return bend

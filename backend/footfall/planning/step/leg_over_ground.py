@@ -14,10 +14,12 @@ from footfall.core.frames import transform
 from footfall.core.mesh import Mesh
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.solids import Gap, Solid, distance, part_poses, solid, touch
+from footfall.planning.step.nearness_kernel import ground_bounds, ground_depths
+from footfall.planning.step.solids import TOLERANCE, Gap, Solid, distance, leg_poses, measured, part_poses, solid, touch
 from footfall.robot.collision import TERRAIN, Collision
 from footfall.robot.description import PARTS, RobotDescription, link_name
 from footfall.robot.model import Robot
+from footfall.robot.shells import FIRST, LAST, point_shells
 from footfall.terrain.surface import height_at
 
 _ROUNDING = 1e-6
@@ -32,43 +34,77 @@ class LegOverGround:
         self._T_site_base = T_site_base
         self._names = {part: link_name(leg, part) for part in PARTS}
         self._moving = {part: solid(robot.description.meshes[name]) for part, name in self._names.items()}
-        self._touching = solid(_sunk_wheel(robot.description, leg))
+        links, sunk = (
+            [robot.description.meshes[name] for name in self._names.values()],
+            _sunk_wheel(robot.description, leg),
+        )
+        self._touching = solid(sunk)
+        # by whether the wheel touches
+        self._shells = _with_ground(links), _with_ground([*links[:-1], sunk])
 
     def collision(self, qs: Array, raise_terrain: float, touching: bool) -> tuple[int, str] | None:
         """The first of n postures in which a link is too close to the ground raised by so much [m], and which.
 
         touching: the wheel may touch the ground, and be in it by what it can sink.
         """
-        first: tuple[int, str] | None = None
-        for part, body, Ts, delta in self._links(qs, touching):
-            spare = self._spare(body, Ts, raise_terrain, delta)
-            for at in np.flatnonzero(spare.min(axis=1) <= 0):
-                if first is not None and at >= first[0]:
-                    break
-                if any(
-                    self._touches(body, Ts[at], int(t), raise_terrain, delta) for t in np.flatnonzero(spare[at] <= 0)
-                ):
-                    first = int(at), f"{self._names[part]} is too close to the terrain"
-            depth = self._depth(body.vertices, Ts, raise_terrain).max(axis=1)
-            under = np.flatnonzero(depth > 0)
-            if len(under) and (first is None or under[0] < first[0]):
-                first = int(under[0]), f"{self._names[part]} is {depth[under[0]]:.3f} m under the terrain"
-        return first
+        poses, deltas = self._poses(qs), self._deltas(touching)
+        shells, tiles = self._shells[touching], self._ground.tiles
+        depths = ground_depths(*shells, poses, raise_terrain, tiles.heights, tiles.corner, tiles.resolution)
+        *_, bounds = self._bounds(poses, deltas, raise_terrain, shells, 0.0, nearest=False)
+        near = bounds <= _ROUNDING
+        bodies = [self._moving[part] for part in PARTS[:-1]] + [self._touching if touching else self._moving["wheel"]]
+        for at in np.flatnonzero(near.any(axis=(1, 2)) | (depths > 0).any(axis=1)):
+            for link, (part, body) in enumerate(zip(PARTS, bodies, strict=True)):
+                T, delta = poses[at, link], float(deltas[link])
+                if any(self._touches(body, T, int(t), raise_terrain, delta) for t in np.flatnonzero(near[at, link])):
+                    return int(at), f"{self._names[part]} is too close to the terrain"
+                if depths[at, link] > 0:
+                    return int(at), f"{self._names[part]} is {depths[at, link]:.3f} m under the terrain"
+        return None
 
     def gap(self, qs: Array, raise_terrain: float, touching: bool, below: float = np.inf) -> tuple[int, Gap]:
-        """The least spare distance of a link to the ground, exact under ``below``; the touching wheel is left out."""
-        links = [one for one in self._links(qs, touching) if one[1] is not self._touching]
-        spare = np.stack([self._spare(body, Ts, raise_terrain, delta) for _, body, Ts, delta in links])
-        worst, least = 0, Gap(below, "")
-        while spare.flat[index := int(np.argmin(spare))] < least.spare:
-            spare.flat[index] = np.inf
-            link, at, tile = np.unravel_index(index, spare.shape)
-            part, body, Ts, delta = links[link]
-            shape, T_site_tile = self._tile(int(tile), raise_terrain)
-            found = distance(body.shape, Ts[at], shape, T_site_tile, least.spare + delta) - delta
+        """The least spare distance of a link to the ground, exact under ``below``; the touching wheel is left out.
+
+        Exact to ``TOLERANCE``: a link's point over the ground is a distance that exists, and only what is not proven
+        to be farther than the least known is measured.
+        """
+        parts = PARTS[:-1] if touching else PARTS
+        poses, deltas = self._poses(qs)[:, : len(parts)], self._deltas(touching)[: len(parts)]
+        spare, worst, link, bounds = self._bounds(
+            poses, deltas, raise_terrain, self._shells[touching], below, nearest=True
+        )
+        least = Gap(spare, "" if link < 0 else self._between(parts[link]))
+        while bounds.flat[index := int(np.argmin(bounds))] < least.spare - TOLERANCE:
+            at, link, tile = (int(one) for one in np.unravel_index(index, bounds.shape))
+            shape, T_site_tile = self._tile(tile, raise_terrain)
+            body, bound = self._moving[parts[link]].shape, float(bounds.flat[index])
+            found = measured(body, poses[at, link], shape, T_site_tile, float(deltas[link]), bound, least.spare)
+            bounds.flat[index] = np.inf
             if found < least.spare:
-                worst, least = int(at), Gap(found, f"{self._names[part]} and the terrain")
-        return worst, least
+                worst, least = at, Gap(found, self._between(parts[link]))
+        return max(worst, 0), least
+
+    def _poses(self, qs: Array) -> Array:
+        """T_site_link (n, 7, 4, 4)."""
+        return self._T_site_base @ leg_poses(self._robot, self._leg, qs)
+
+    def _deltas(self, touching: bool) -> Array:
+        """Required distances of the parts (7,) [m]."""
+        deltas = self._robot.description.clearances.terrain
+        out = np.array([deltas[part] for part in PARTS]) + self._clearance
+        if touching:
+            out[-1] = 0.0
+        return out
+
+    def _bounds(
+        self, poses: Array, deltas: Array, lift: float, shells: tuple[Array, Array], below: float, nearest: bool
+    ) -> tuple[float, int, int, Array]:
+        tiles = self._ground.tiles
+        ground = tiles.heights, tiles.corner, tiles.resolution, tiles.boxes, tiles.windows
+        return ground_bounds(*shells, poses, deltas, lift, *ground, below, nearest)
+
+    def _between(self, part: str) -> str:
+        return f"{self._names[part]} and the terrain"
 
     def contacts(self, q: Array, raise_terrain: float, touching: bool) -> list[Collision]:
         """Every link that is too close to the ground at q (6,), or in it, with sizes for reports."""
@@ -117,6 +153,15 @@ class LegOverGround:
                 yield part, self._touching, Ts, 0.0
             else:
                 yield part, self._moving[part], Ts, deltas[part] + self._clearance
+
+
+def _with_ground(links: list[Mesh]) -> tuple[Array, Array]:
+    """Shells of links, and two more that stand for a box and a triangle of ground in turn."""
+    table, points = point_shells(links)
+    more = np.zeros((2, table.shape[1]))
+    more[:, FIRST] = len(points), len(points) + 1
+    more[:, LAST] = len(points) + 1, len(points) + 4
+    return np.concatenate([table, more]), np.concatenate([points, np.zeros((4, 3))])
 
 
 def _sunk_wheel(description: RobotDescription, leg: int) -> Mesh:

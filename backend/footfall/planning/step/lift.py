@@ -6,10 +6,10 @@ leg passes from wrist 0 to wrist 1 without a jump. On other ground the wheel mus
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import inverse
 from footfall.planning.step.edges import Array
+from footfall.planning.step.lean_kernel import lean_each
 from footfall.planning.step.solids import part_poses
 from footfall.robot.ik import IkSolutions, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose
@@ -22,9 +22,6 @@ LARGEST_STEP = 0.2
 LEANING = 0.05
 """Height over which a wheel leans into its leg's plane, where it has to [m]."""
 _FIRST_PARTS, _MOST_PARTS = 8, 64
-_LEAN_ROUNDS = 10
-_SETTLED = 1e-15
-"""Change of a direction below which the rounds end."""
 
 
 def branch_of(robot: Robot, leg: int, q: Array) -> int:
@@ -50,25 +47,7 @@ def leaned(robot: Robot, leg: int, Ts_base_wheel: Array, share: Array) -> Array:
     that points out of the plane, a few degrees on walkable ground.
     """
     spec = robot.description.legs[leg]
-    R_base_hip, hip = spec.T_base_hip[:3, :3], spec.T_base_hip[:3, 3]
-    x0 = Ts_base_wheel[:, :3, 0]
-    x = x0
-    # the ankle, and with it the plane, moves a little as the wheel leans
-    for _ in range(_LEAN_ROUNDS):
-        ankle = (Ts_base_wheel[:, :3, 3] - spec.foot * x - hip) @ R_base_hip
-        azimuth = np.arctan2(ankle[:, 1], ankle[:, 0])
-        across = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=1) @ R_base_hip.T
-        before = x
-        x = x0 - (share * np.sum(x0 * across, axis=1))[:, None] * across
-        x /= np.linalg.norm(x, axis=1, keepdims=True)
-        if np.abs(x - before).max(initial=0.0) <= _SETTLED:
-            break
-    axis = np.cross(x0, x)
-    sine = np.linalg.norm(axis, axis=1, keepdims=True)
-    turn = axis / np.maximum(sine, 1e-300) * np.arctan2(sine, np.sum(x0 * x, axis=1, keepdims=True))
-    Ts = Ts_base_wheel.copy()
-    Ts[:, :3, :3] = Rotation.from_rotvec(turn).as_matrix() @ Ts_base_wheel[:, :3, :3]
-    return Ts
+    return lean_each(np.ascontiguousarray(Ts_base_wheel, float), share, spec.T_base_hip, spec.foot)
 
 
 def vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height: float) -> Array | str:

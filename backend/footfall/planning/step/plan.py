@@ -5,8 +5,7 @@ and of FootFall: the chassis and the other legs stay, the wheel goes straight up
 in joint space over ground that is raised by a safety height, and comes straight down onto its goal.
 """
 
-import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,22 +17,30 @@ from footfall.core.value import Provenance
 from footfall.planning.step.edges import Array, Space
 from footfall.planning.step.fast import compile_search
 from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
-from footfall.planning.step.lift import branch_of, vertical
-from footfall.planning.step.planners import REGISTRY, Swing, chain
-from footfall.planning.step.problem import Check, Footfall, PlanResult, Status, StepPlan, StepSettings
+from footfall.planning.step.lift import vertical
+from footfall.planning.step.planners import REGISTRY, Answer, Swing, chain
+from footfall.planning.step.problem import (
+    Check,
+    Decision,
+    Footfall,
+    PlanResult,
+    Point,
+    Status,
+    StepPlan,
+    StepSettings,
+)
+from footfall.planning.step.rise import blocked_rise, rises, space_of
 from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.step.smooth import smooth
-from footfall.planning.step.target import Candidate, candidates
+from footfall.planning.step.through import require_points, via_postures
 from footfall.planning.step.verify import recheck
 from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.step.way_out import way_out
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-MOST_GOALS = 3
-"""Goal postures whose lowering works that are handed to the planners, best first."""
-ADVICE = "choose a footfall nearer to the leg's present one or on more open ground, or lower raise_terrain or clearance"
 
 LIFT_ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 
@@ -48,15 +55,19 @@ def plan_step(
     seed: int | None = None,
     settings: StepSettings | None = None,
     progress: Progress = no_progress,
+    *,
+    through: Sequence[Point] = (),
+    explain: bool = False,
 ) -> PlanResult:
     """Plan how ``leg`` steps onto ``target``, (x, y) in site [m].
 
     planner, seed: replace those of ``settings`` unless left at "auto" and None. progress: called at least every 0.3 s;
-    may raise Cancelled.
+    may raise Cancelled. through: points, site [m], that the wheel's centre passes during the swing, in this order.
+    explain: the result says what was tried and taken, and why; that takes a few hundredths of a second.
 
-    Returns a result; a step that can't be made is a result with a reason. Raises InvalidInput where leg, target or
-    settings make no sense or the state is of another robot. The same arguments give the same plan in any process,
-    unless the time limit cuts a search short.
+    Returns a result; a step that can't be made is a result with a reason. Raises InvalidInput where leg, target,
+    points or settings make no sense or the state is of another robot. The same arguments give the same plan in any
+    process, unless the time limit cuts a search short.
     """
     leg = robot.require_leg(leg)
     settings = settings or StepSettings()
@@ -69,18 +80,19 @@ def plan_step(
     if len(target) != 2:
         raise InvalidInput("a target needs x and y [m] in the site frame")
     footfall = Footfall(leg, float(target[0]), float(target[1]))
+    points = require_points(through)
     parents = {"dem": dem.digest, "state": state.digest, "robot": robot.digest}
     provenance = Provenance(parents, settings, settings.seed)
     watch = Watch(progress, settings.time_limit)
     watch.phase(0.0, "looking at the ground")
-    attempt = _Attempt(robot, dem, state, leg, settings, watch)
+    attempt = _Attempt(robot, dem, state, leg, settings, watch, points, explain)
     try:
         found = attempt.run(footfall)
     except OutOfTime:
         reason = f"{settings.time_limit:g} s passed while {watch.text}; raise time_limit or take another planner"
         found = _No(Status.TIME_LIMIT, reason)
     if isinstance(found, _No):
-        return PlanResult(found.status, None, found.reason, found.checks, footfall, provenance)
+        return PlanResult(found.status, None, found.reason, found.checks, footfall, provenance, found.decisions, points)
     plan = StepPlan(
         leg=leg,
         waypoints=found.waypoints,
@@ -93,7 +105,7 @@ def plan_step(
         provenance=provenance,
     )
     watch.phase(1.0, "done")
-    return PlanResult(Status.FOUND, plan, "", found.checks, footfall, provenance)
+    return PlanResult(Status.FOUND, plan, "", found.checks, footfall, provenance, found.decisions, points)
 
 
 @dataclass(frozen=True)
@@ -101,6 +113,7 @@ class _No:
     status: Status
     reason: str
     checks: tuple[Check, ...] = ()
+    decisions: tuple[Decision, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,36 +124,33 @@ class _Yes:
     contact: Contact
     branch: int
     planner: str
+    decisions: tuple[Decision, ...]
 
 
 @dataclass(frozen=True)
-class _Goal:
-    """A goal posture that the wheel can be lowered to. up: (n, 6) from the goal to above it."""
+class _Failure:
+    """A planner that did not lead to a goal; why: said when asked, as saying it takes the meshes."""
 
-    candidate: Candidate
-    up: Array
-
-
-class _Goals:
-    """Goals, best first, each worked out when it is first asked for."""
-
-    def __init__(self, rest: Iterator[_Goal]) -> None:
-        self._found: list[_Goal] = []
-        self._rest = rest
-
-    def __iter__(self) -> Iterator[_Goal]:
-        yield from self._found
-        for goal in self._rest:
-            self._found.append(goal)
-            yield goal
+    planner: str
+    why: Callable[[], str]
+    checks: tuple[Check, ...] = ()
 
 
 class _Attempt:
     def __init__(
-        self, robot: Robot, dem: Dem, state: RobotState, leg: int, settings: StepSettings, watch: Watch
+        self,
+        robot: Robot,
+        dem: Dem,
+        state: RobotState,
+        leg: int,
+        settings: StepSettings,
+        watch: Watch,
+        through: tuple[Point, ...],
+        explain: bool,
     ) -> None:
         self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
         self.settings, self.watch = settings, watch
+        self.through, self.explain = through, explain
 
     def run(self, footfall: Footfall) -> _Yes | _No:
         contact = footfall_contact(self.robot, self.dem, footfall.x, footfall.y)
@@ -149,8 +159,7 @@ class _Attempt:
         stance = Stance(self.robot, self.dem, self.state, self.leg)
         objection = impossible(stance)
         if objection:
-            advice = "correct the state or the terrain, or put the legs down first"
-            return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}; {advice}")
+            return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
         ground = ground_near(stance)
         if isinstance(ground, Refused):
             return _No(ground.status, ground.reason)
@@ -162,128 +171,82 @@ class _Attempt:
         up = self._lift(situation)
         if isinstance(up, _No):
             return up
-        branch = branch_of(self.robot, self.leg, up[0])
         self.watch.phase(0.2, "choosing how the leg stands at the goal")
-        goals = self._goals(situation, contact, stance, up[0], branch)
-        if isinstance(goals, _No):
-            return goals
+        goals = Goals(situation, self.watch, stance, contact, up[0])
+        if goals.refusal:
+            return _No(Status.GOAL_INVALID, goals.refusal)
         return self._search(situation, contact, up, goals)
-
-    def _space(self, situation: Situation, terrain: str) -> Space:
-        return Space(
-            situation.lower,
-            situation.upper,
-            lambda q: situation.free(q, terrain),
-            self.settings.epsilon,
-            self.watch.tick,
-            lambda qs: situation.first_unsure(qs, terrain),
-        )
 
     def _lift(self, situation: Situation) -> Array | _No:
         """Straight up from where the leg stands, (n, 6)."""
         q = np.array(self.state.leg(self.leg))
         objection = situation.objection(q, TRUE)
         if objection:
-            advice = "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
+            ways = way_out(situation, q, self.watch.pulse).told(self.robot, self.leg)
+            advice = f"the smallest way out found: {ways}; else " if ways else ""
+            advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
             return _No(Status.START_INVALID, f"the leg can't move from where it stands: {objection}; {advice}")
         lift = self.settings.lift
         up = vertical(self.robot, self.leg, situation.T_site_base, q, lift)
         if isinstance(up, str):
             reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
             return _No(Status.NO_PATH, reason)
-        if not self._passes(situation, up):
-            blocked = self._blocked(situation, up)
+        if not rises(situation, self.watch, up):
+            blocked = blocked_rise(situation, self.watch, up)
             reason = f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {LIFT_ADVICE}"
             return _No(Status.NO_PATH, reason)
         return up
 
-    def _passes(self, situation: Situation, up: Array) -> bool:
-        """Whether a vertical move is free, and its upper end as the start of a swing."""
-        return self._space(situation, TRUE).path_is_free(up) and self._space(situation, RAISED).is_free(up[-1])
-
-    def _blocked(self, situation: Situation, up: Array) -> str:
-        """What forbids a vertical move that does not pass."""
-        space = self._space(situation, TRUE)
-        height = self.settings.lift / (len(up) - 1)
-        for i, q in enumerate(up):
-            if not space.is_free(q):
-                return f"{i * height:.2f} m above the ground {situation.objection(q, TRUE)}"
-        for i, (a, b) in enumerate(itertools.pairwise(up)):
-            t = None if space.edge_is_free(a, b) else space.first_blocked(a, b)
-            if t is not None:
-                return f"{(i + t) * height:.2f} m above the ground {situation.objection(a + t * (b - a), TRUE)}"
-        return f"{self.settings.lift:.2f} m above the ground {situation.objection(up[-1], RAISED)}"
-
-    def _goals(
-        self, situation: Situation, contact: Contact, stance: Stance, q_start: Array, branch: int
-    ) -> _Goals | _No:
-        """Up to MOST_GOALS postures on the contact, each with its free way up; there is at least one."""
-        possible = candidates(self.robot, self.leg, contact, situation.T_site_base, q_start, branch)
-        x, y, _ = contact.point
-        if not possible:
-            away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
-            too_far = f", farther than the {reach:.2f} m it can reach" if away > reach else ""
-            reason = (
-                f"leg {self.leg} can't stand at ({x:.2f}, {y:.2f}): it is {away:.2f} m from its hip{too_far}; no joint "
-                "angles inside the limits put the wheel upright there; choose a footfall that the reach map shows green"
-            )
-            return _No(Status.GOAL_INVALID, reason)
-        goals = _Goals(self._worked_out(situation, possible))
-        if next(iter(goals), None) is None:
-            reason = (
-                f"leg {self.leg} can't stand at ({x:.2f}, {y:.2f}): none of {len(possible)} postures that reach it is "
-                f"allowed; in the nearest, {self._goal_objection(situation, possible[0])}; {ADVICE}"
-            )
-            return _No(Status.GOAL_INVALID, reason)
-        return goals
-
-    def _worked_out(self, situation: Situation, possible: list[Candidate]) -> Iterator[_Goal]:
-        space, found = self._space(situation, TRUE), 0
-        for candidate in possible:
-            self.watch.tick()
-            if not space.is_free(candidate.q):
-                continue
-            up = vertical(self.robot, self.leg, situation.T_site_base, candidate.q, self.settings.lift)
-            if not isinstance(up, str) and self._passes(situation, up):
-                found += 1
-                yield _Goal(candidate, up)
-                if found == MOST_GOALS:
-                    return
-
-    def _goal_objection(self, situation: Situation, candidate: Candidate) -> str:
-        """What forbids a goal posture or its way up."""
-        objection = situation.objection(candidate.q, TRUE)
-        if objection:
-            return objection
-        up = vertical(self.robot, self.leg, situation.T_site_base, candidate.q, self.settings.lift)
-        return f"the wheel can't be lowered: {up}" if isinstance(up, str) else self._blocked(situation, up)
-
-    def _search(self, situation: Situation, contact: Contact, up: Array, goals: _Goals) -> _Yes | _No:
-        space = self._space(situation, RAISED)
-        reasons: list[Callable[[], str]] = []
-        failed: tuple[Check, ...] = ()
+    def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | _No:
+        failures: list[_Failure] = []
         names = chain(self.settings.planner)
+        space = space_of(situation, self.watch, RAISED)
+        if self.through:
+            vias = [via_postures(situation, space, self.through, up[-1], goal.up[-1]) for goal in goals]
+            if all(isinstance(via, str) for via in vias):
+                return _No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
         for i, name in enumerate(names):
             for goal in goals:
                 self.watch.phase(0.25 + 0.5 * i / len(names), f"planning the swing with {name}")
-                swing = Swing(situation, space, up[-1], goal.up[-1])
-                answer = REGISTRY[name](swing)
-                if answer.path is None:
-                    reasons.append(answer.why)
+                path = self._swing(situation, space, name, up[-1], goal)
+                if isinstance(path, _Failure):
+                    failures.append(path)
                     continue
-                self.watch.phase(0.75, "shortening the path")
-                path = answer.path if answer.short else smooth(space, answer.path)
                 waypoints, phases = self._joined(up, path, goal.up[::-1])
                 self.watch.phase(0.85, "checking the whole path")
                 checks = recheck(situation, self.dem, waypoints, phases, self.watch.pulse)
                 bad = [check for check in checks if not check.holds]
                 if not bad:
-                    return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, name)
-                failed = failed or checks
-                reasons.append(partial("a path of {} fails the check of {}".format, name, _told(bad[0])))
-        # said only now, as saying it takes the meshes; several goals often fail for one reason
-        told = "; ".join(dict.fromkeys(reason() for reason in reasons))
-        return _No(Status.NO_PATH, f"no way to the footfall was found: {told}; {ADVICE}", failed)
+                    decisions = self._decisions(goals, goal, failures, name) if self.explain else ()
+                    return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, name, decisions)
+                why = partial("a path of {} fails the check of {}".format, name, _told(bad[0]))
+                failures.append(_Failure(name, why, checks))
+        self.watch.lift_limit()
+        said = _said(failures)
+        # several goals often fail for one reason
+        told = "; ".join(dict.fromkeys(why for _, why in said))
+        checks = next((failure.checks for failure in failures if failure.checks), ())
+        reason = f"no way to the footfall was found: {told}; {ADVICE}"
+        return _No(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
+
+    def _decisions(self, goals: Goals, goal: Goal, failures: list[_Failure], name: str) -> tuple[Decision, ...]:
+        self.watch.lift_limit()
+        self.watch.phase(0.95, "saying why")
+        return *goals.decisions(goal), *_tried(_said(failures)), Decision("planner", True, f"{name} found the swing")
+
+    def _swing(self, situation: Situation, space: Space, name: str, start: Array, goal: Goal) -> Array | _Failure:
+        """Waypoints (n, 6) from above the start to above a goal, through all points; shortened between them."""
+        via = via_postures(situation, space, self.through, start, goal.up[-1])
+        if isinstance(via, str):
+            return _Failure(name, lambda: via)
+        path = start[None]
+        for there in [*via, goal.up[-1]]:
+            answer: Answer = REGISTRY[name](Swing(situation, space, path[-1], there))
+            if answer.path is None:
+                return _Failure(name, answer.why)
+            self.watch.phase(0.75, "shortening the path")
+            path = np.concatenate([path, (answer.path if answer.short else smooth(space, answer.path))[1:]])
+        return path
 
     def _joined(self, up: Array, swing: Array, down: Array) -> tuple[Array, tuple[str, ...]]:
         """Whole postures of the three phases and the phase that ends at each."""
@@ -292,6 +255,21 @@ class _Attempt:
         waypoints = np.tile(np.asarray(self.state.posture), (len(q), 1))
         waypoints[:, 6 * self.leg : 6 * self.leg + 6] = q
         return waypoints, phases
+
+
+def _said(failures: list[_Failure]) -> list[tuple[str, str]]:
+    """Planner and reason of each."""
+    return [(failure.planner, failure.why()) for failure in failures]
+
+
+def _tried(said: list[tuple[str, str]]) -> list[Decision]:
+    """One decision for each planner that failed, in the order in which they were tried."""
+    found = []
+    for name in dict.fromkeys(name for name, _ in said):
+        mine = [why for planner, why in said if planner == name]
+        goals = f"{len(mine)} goal postures" if len(mine) > 1 else "a goal posture"
+        found.append(Decision("planner", False, f"{name} did not lead to {goals}: {'; '.join(dict.fromkeys(mine))}"))
+    return found
 
 
 def _told(check: Check) -> str:

@@ -85,10 +85,10 @@ def _sbl(swing: Swing) -> Answer:
     return Answer(path, lambda: f"SBL placed {placed} milestones without joining them")
 
 
-def _rrtconnect(swing: Swing) -> Answer:
-    path = _searched(swing, with_ompl.rrtconnect)
+def _by_ompl(search: Callable[..., Array | None], name: str, swing: Swing) -> Answer:
+    path = _searched(swing, search)
     made = swing.situation.settings.milestones
-    return Answer(path, lambda: f"RRTConnect found no path in {made} iterations")
+    return Answer(path, lambda: f"{name} found no path in {made} iterations")
 
 
 def _searched(swing: Swing, search: Callable[..., _Found]) -> _Found:
@@ -109,7 +109,9 @@ REGISTRY: dict[str, Callable[[Swing], Answer]] = {
     "fast": _fast,
     "astar": _astar,
     "sbl": _sbl,
-    "rrtconnect": _rrtconnect,
+    "rrtconnect": partial(_by_ompl, with_ompl.rrtconnect, "RRTConnect"),
+    "kpiece": partial(_by_ompl, with_ompl.kpiece, "KPIECE1"),
+    "bitstar": partial(_by_ompl, with_ompl.bitstar, "BIT*"),
 }
 AUTO = ("line", "fast", "astar", "sbl")
 

@@ -1,14 +1,33 @@
 """One step: what is asked, with which settings, and what comes back."""
 
+from collections.abc import Mapping
+from dataclasses import field
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Provenance, Value, value, value_enum
+from footfall.core.value import LATER, Provenance, Value, value, value_enum
 
-PLANNERS = ("auto", "line", "fast", "astar", "sbl", "rrtconnect")
+PLANNERS: Mapping[str, str] = {
+    "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
+    "line": "a straight line in joint space",
+    "fast": "SBL, compiled over the certificate of clearance",
+    "astar": "A* on a grid of wheel positions; the wheel's way is the shortest on that grid",
+    "sbl": "SBL with meshes: lazy, from both ends",
+    "rrtconnect": "RRT-Connect with meshes",
+    "kpiece": "KPIECE1 with meshes, one tree",
+    "bitstar": "BIT* with meshes, its first path",
+}
+"""Planners by name, with what each does."""
+BRANCHES = 8
+"""Branches of a leg's inverse kinematics."""
+MOST_THROUGH = 20
+"""Points that one swing may be asked to pass."""
+
+Point = tuple[float, float, float]
 
 
 @value_enum
@@ -33,13 +52,15 @@ class StepSettings(Value):
     clearance: added to every clearance of the robot description [m].
     epsilon: bisection resolution of edge checks [rad].
     milestones: SBL's bound s on milestones.
-    radius: SBL's largest connection distance ρ [rad].
+    radius: SBL's ρ, how far from a milestone the next is placed; ``sbl`` joins its trees within it, too [rad].
     cell: A*'s task-space grid [m].
     conservative: check the remaining feet's conservative polygon, not the plain one.
     least_margin: least margin of the centre of mass to that polygon [m].
     friction: coefficient between wheel and ground, for the torque check.
     seed: of every random choice.
     time_limit: wall clock [s]; a search that would run longer stops with TIME_LIMIT.
+    branch: of the inverse kinematics at the goal, 0…7 (robot/ik.py), or None for whichever suits best. Its wrist does
+        not count: a straight wrist joins two branches.
     """
 
     planner: str = "auto"
@@ -55,18 +76,18 @@ class StepSettings(Value):
     friction: float = 0.6
     seed: int = 0
     time_limit: float = 30.0
+    branch: int | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if self.planner not in PLANNERS:
             raise InvalidInput(f"planner is one of {', '.join(PLANNERS)}", planner=self.planner)
-        for name in ("lift", "epsilon", "radius", "cell", "friction", "time_limit"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} must be above zero", **{name: getattr(self, name)})
-        for name in ("raise_terrain", "clearance", "least_margin"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInput(f"{name} can't be negative", **{name: getattr(self, name)})
+        require_above_zero(lift=self.lift, epsilon=self.epsilon, radius=self.radius, cell=self.cell)
+        require_above_zero(friction=self.friction, time_limit=self.time_limit)
+        require_not_negative(raise_terrain=self.raise_terrain, clearance=self.clearance, least_margin=self.least_margin)
         if self.milestones < 1 or self.seed < 0:
             raise InvalidInput("milestones must be at least 1 and the seed not negative")
+        if self.branch is not None and self.branch not in range(BRANCHES):
+            raise InvalidInput(f"branch is 0…{BRANCHES - 1}, or None for whichever suits best", branch=self.branch)
 
 
 @value
@@ -94,6 +115,19 @@ class Check(Value):
     margin: float
     unit: str
     where: str
+
+
+@value
+class Decision(Value):
+    """One thing that was decided on the way to an answer. about: "goal" or "planner".
+
+    taken: whether this one was taken; a goal or planner that was tried and not taken has False. text: which, how it
+    ranked, and why not.
+    """
+
+    about: str
+    taken: bool
+    text: str
 
 
 @value
@@ -126,7 +160,11 @@ class StepPlan(Value):
 
 @value
 class PlanResult(Value):
-    """The answer to one request for a step. ``reason`` says what failed, where, by how much, what to try."""
+    """The answer to one request for a step. ``reason`` says what failed, where, by how much, what to try.
+
+    decisions: what was tried and taken, where that was asked for. through: the points, site [m], that the wheel's
+    centre was to pass during the swing.
+    """
 
     status: Status
     plan: StepPlan | None
@@ -134,6 +172,8 @@ class PlanResult(Value):
     checks: tuple[Check, ...]
     footfall: Footfall
     provenance: Provenance
+    decisions: tuple[Decision, ...] = field(default=(), metadata=LATER)
+    through: tuple[Point, ...] = field(default=(), metadata=LATER)
 
     def check(self) -> None:
         if (self.status is Status.FOUND) != (self.plan is not None):

@@ -2,7 +2,9 @@
 
 G. Sánchez & J.-C. Latombe, "A single-query bi-directional probabilistic roadmap planner with lazy collision checking",
 ISRR 2001, and "On delaying collision checking in PRM planning", IJRR 2002; see sbl.py for the same search over any
-test. Here a configuration counts as free only where it is sure (leg_free_kernel.py). Distances are in the maximum norm.
+test. Here a configuration counts as free only where it is sure (leg_free_kernel.py), and trees are joined over any
+distance: of a bridge that is blocked mostly the middle is, so trying one costs little. Distances are in the maximum
+norm.
 
 All segments but the bridge just tried belong to one of the trees, so each is known by its milestone farther from the
 root. When a bridge has joined the trees and a segment of the route turns out to be blocked, what hangs behind that
@@ -15,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from footfall.planning.step.leg_free_kernel import BodyTables, halvings, is_sure, level_is_sure
+from footfall.planning.step.leg_free_kernel import BodyTables, edge_is_sure, halvings, is_sure, level_is_sure
 from footfall.robot.leg_clearance_kernel import LegTables
 
 Array = NDArray[np.float64]
@@ -29,6 +31,9 @@ DIVISIONS = 16
 """Cells of the density grid along each of its two coordinates."""
 REPICK = 64
 """Milestones after which the density grid changes to two other coordinates."""
+COARSE = 0.2
+"""Pieces of a route that are longer are looked at in their middles alone, which mostly shows what is blocked; shorter
+ones are proven as far as each look allows [rad]."""
 PICKS = 4
 """Milestones may be picked this many times as often as the bound on them says; a pick may place none."""
 
@@ -58,14 +63,15 @@ def planted(start: Array, goal: Array, milestones: int) -> Trees:
     n = milestones + 2
     trees = Trees(
         q=np.empty((n, 6)),
-        side=np.zeros(n, np.int64),
-        parent=np.full(n, -1),
-        level=np.zeros(n, np.int64),
-        cell=np.zeros(n, np.int64),
+        side=np.empty(n, np.int64),
+        parent=np.empty(n, np.int64),
+        level=np.empty(n, np.int64),
+        cell=np.empty(n, np.int64),
         tally=np.zeros((2, DIVISIONS * DIVISIONS), np.int64),
         numbers=np.array([2, 0, 0, 1, -1, -1]),
     )
-    trees.q[0], trees.q[1], trees.side[1] = start, goal, 1
+    trees.side[:2], trees.parent[:2], trees.level[:2], trees.cell[:2] = (0, 1), -1, 0, 0
+    trees.q[0], trees.q[1] = start, goal
     return trees
 
 
@@ -100,14 +106,14 @@ def grow(
     room = trees.q.shape[0]
     if numbers[PICKED] == 0:
         _regrid(trees, rng, body)
-        if _connected(trees, 0, radius, epsilon, clearance, body, mode):
+        if _connected(trees, 0, epsilon, clearance, body, mode):
             return JOINED
     for _ in range(picks):
         if numbers[COUNT] == room or numbers[PICKED] >= PICKS * room:
             return EXHAUSTED
         numbers[PICKED] += 1
         if _expanded(trees, rng, radius, clearance, body, mode) and _connected(
-            trees, numbers[COUNT] - 1, radius, epsilon, clearance, body, mode
+            trees, numbers[COUNT] - 1, epsilon, clearance, body, mode
         ):
             return JOINED
     return GROWING
@@ -195,18 +201,14 @@ def _distance(a: Array, b: Array) -> float:
 
 
 @njit(cache=True)
-def _connected(
-    trees: Trees, newest: int, radius: float, epsilon: float, clearance: LegTables, body: BodyTables, mode: int
-) -> bool:
-    """CONNECT-TREES: bridge a milestone to the closest of the other tree, if within ρ, and TEST-PATH."""
-    other, least = -1, radius
+def _connected(trees: Trees, newest: int, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
+    """CONNECT-TREES: bridge a milestone to the closest of the other tree, and TEST-PATH."""
+    other, least = -1, np.inf
     for i in range(trees.numbers[COUNT]):
         if trees.side[i] != trees.side[newest]:
             away = _distance(trees.q[i], trees.q[newest])
             if away < least:
                 other, least = i, away
-    if other < 0:
-        return False
     trees.numbers[BRIDGE_A], trees.numbers[BRIDGE_B] = newest, other
     q, bridge_level = np.empty(6), 0
     while True:
@@ -224,17 +226,24 @@ def _connected(
                 i = trees.parent[i]
         if worst == -2:
             return True
+        first, second = (newest, other) if worst == -1 else (worst, trees.parent[worst])
+        a, b = trees.q[first], trees.q[second]
+        level = (bridge_level if worst == -1 else trees.level[worst]) + 1
+        if length <= COARSE:
+            level = halvings(a, b, epsilon)
+            passes = edge_is_sure(a, b, epsilon, clearance, body, mode)
+        else:
+            passes = level_is_sure(a, b, level, q, clearance, body, mode)
         if worst == -1:
-            bridge_level += 1
-            if not level_is_sure(trees.q[newest], trees.q[other], bridge_level, q, clearance, body, mode):
+            bridge_level = level
+            if not passes:
                 return False
-            continue
-        trees.level[worst] += 1
-        a, b = trees.q[worst], trees.q[trees.parent[worst]]
-        if not level_is_sure(a, b, trees.level[worst], q, clearance, body, mode):
-            _hand_over(trees, worst, newest, other, bridge_level)
-            _recount(trees, body)
-            return False
+        else:
+            trees.level[worst] = level
+            if not passes:
+                _hand_over(trees, worst, newest, other, bridge_level)
+                _recount(trees, body)
+                return False
 
 
 @njit(cache=True)

@@ -13,6 +13,13 @@ from footfall.robot.leg_clearance_kernel import LegTables
 
 Array = NDArray[np.float64]
 
+LEAST_GAIN = 0.005
+"""Share of the path's length that a shortcut must save."""
+PATIENCE = 16
+"""Blocked shortcuts, one after the other, after which no more are tried."""
+AT_TURNS = 0.5
+"""Share of the shortcuts that cut a corner, as far on one side of a waypoint as on the other."""
+
 
 @njit(cache=True)
 def shortened(
@@ -28,20 +35,26 @@ def shortened(
     # a shortcut past one waypoint puts two in its place
     out = np.empty((path.shape[0] + tries, 6))
     out[: path.shape[0]] = path
-    q = np.empty(6)
     count = path.shape[0]
-    first, last = np.empty(6), np.empty(6)
+    first, last, blocked = np.empty(6), np.empty(6), 0
     for _ in range(tries):
-        if count < 3:
+        if count < 3 or blocked == PATIENCE:
             break
         total = 0.0
         for k in range(count - 1):
             total += _length(out[k], out[k + 1])
         a, b = rng.random() * total, rng.random() * total
+        if rng.random() < AT_TURNS:
+            a, b = _beside_a_turn(out, count, rng)
         i = _place(out, count, min(a, b), first)
         j = _place(out, count, max(a, b), last)
-        if i == j or not edge_is_sure(first, last, epsilon, clearance, body, mode, q):
+        # what saves next to nothing is not worth the looking
+        if i == j or abs(b - a) - _length(first, last) < LEAST_GAIN * total:
             continue
+        if not edge_is_sure(first, last, epsilon, clearance, body, mode):
+            blocked += 1
+            continue
+        blocked = 0
         # first and last take the place of the waypoints i + 1 … j
         moved = i + 3 - (j + 1)
         if moved > 0:
@@ -52,7 +65,7 @@ def shortened(
                 out[k + moved] = out[k]
         out[i + 1], out[i + 2] = first, last
         count += moved
-    count = _without_needless(out, count, epsilon, clearance, body, mode, q)
+    count = _without_needless(out, count, epsilon, clearance, body, mode)
     return out[:count].copy()
 
 
@@ -62,6 +75,17 @@ def _length(a: Array, b: Array) -> float:
     for k in range(a.size):
         square += (a[k] - b[k]) ** 2
     return np.sqrt(square)
+
+
+@njit(cache=True)
+def _beside_a_turn(path: Array, count: int, rng: np.random.Generator) -> tuple[float, float]:
+    """Lengths along a path of two places equally far from a waypoint between its ends."""
+    turn = 1 + int(rng.random() * (count - 2))
+    along = 0.0
+    for k in range(turn):
+        along += _length(path[k], path[k + 1])
+    away = min(_length(path[turn - 1], path[turn]), _length(path[turn], path[turn + 1])) * rng.random()
+    return along - away, along + away
 
 
 @njit(cache=True)
@@ -80,12 +104,12 @@ def _place(path: Array, count: int, along: float, out: Array) -> int:
 
 @njit(cache=True)
 def _without_needless(
-    path: Array, count: int, epsilon: float, clearance: LegTables, body: BodyTables, mode: int, q: Array
+    path: Array, count: int, epsilon: float, clearance: LegTables, body: BodyTables, mode: int
 ) -> int:
     """Take out waypoints whose neighbours see each other, in place; returns how many stay."""
     i = 1
     while i < count - 1:
-        if edge_is_sure(path[i - 1], path[i + 1], epsilon, clearance, body, mode, q):
+        if edge_is_sure(path[i - 1], path[i + 1], epsilon, clearance, body, mode):
             for k in range(i, count - 1):
                 path[k] = path[k + 1]
             count -= 1

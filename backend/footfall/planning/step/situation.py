@@ -6,7 +6,6 @@ The compiled certificate is asked first; where it is unsure the meshes decide, s
 from functools import cached_property
 
 import numpy as np
-import pinocchio as pin
 
 from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
@@ -41,12 +40,6 @@ class Situation:
         self._lift = {TRUE: 0.0, RAISED: settings.raise_terrain}
         self.mesh_queries = 0
         self._own = own
-        self._posture = np.array(state.posture)
-        # pin's centre is that of the moving bodies; chassis and payload are fixed to the base and add a constant
-        self._mass_data = robot.model.createData()
-        self._share = sum(inertia.mass for inertia in list(robot.model.inertias)[1:]) / robot.mass
-        moving = pin.centerOfMass(robot.model, self._mass_data, self._posture)
-        self._rest = center_of_mass(robot, self._posture) - self._share * moving
 
     @cached_property
     def _scene(self) -> CollisionScene:
@@ -68,9 +61,7 @@ class Situation:
         normals, offsets = self.footing.normals, self.footing.offsets
         if not len(offsets):
             return -np.inf
-        self._posture[self._own] = q
-        com = self._rest + self._share * pin.centerOfMass(self.robot.model, self._mass_data, self._posture)
-        com_xy = apply(self.T_site_base, com)[:2]
+        com_xy = apply(self.T_site_base, center_of_mass(self.robot, self.posture(q)))[:2]
         return float((offsets - normals @ com_xy).min())
 
     def collides(self, q: Array, terrain: str) -> bool:

@@ -1,43 +1,65 @@
 """Collision between parts of the rover by other means than the planner's scene, for the recheck of a finished path.
 
-Own kinematics, vectorised over the path; link by link, nothing merged. A pair is passed over only where its
-bounding balls or boxes are farther apart than the clearance. The ground is in leg_over_ground.py.
+Own kinematics, vectorised over the path; link by link, nothing merged. A pair is passed over only where it is proven
+to be farther apart than asked: by bounding balls and boxes, or by a separating direction (nearness_kernel.py). The
+ground is in leg_over_ground.py.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 
 import coal
 import numpy as np
 
-from footfall.core.frames import apply, rotation, transform
 from footfall.core.mesh import Mesh
 from footfall.planning.step.edges import Array
+from footfall.planning.step.nearness_kernel import pair_bounds
 from footfall.robot.bvh import bvh
+from footfall.robot.chain_kernel import FIXED, chain_poses
 from footfall.robot.description import JOINTS, PARTS, link_name
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall.robot.shapes import box
+from footfall.robot.shells import point_shells
 
+TOLERANCE = 1e-7
+"""Least distances are exact to this [m]."""
+_NEARLY = 1e-6
 FAR = 0.5
 """Distances between parts of the rover above this are not measured [m]."""
 
 
 def part_poses(robot: Robot, leg: int, qs: Array) -> dict[str, Array]:
     """part → T_base_link (n, 4, 4) of a leg at joint angles (n, 6) [rad]."""
+    poses = leg_poses(robot, leg, qs)
+    return {part: poses[:, i] for i, part in enumerate(PARTS)}
+
+
+def leg_poses(robot: Robot, leg: int, qs: Array) -> Array:
+    """T_base_link (n, 7, 4, 4) of a leg's parts at joint angles (n, 6) [rad]."""
+    return chain_poses(_placements(robot, leg), _AXES, np.ascontiguousarray(qs, float))
+
+
+_AXES = np.array([*("xyz".index(axis) for _, axis in JOINTS), FIXED])
+
+
+@lru_cache(maxsize=24)
+def _placements(robot: Robot, leg: int) -> Array:
+    """Of a leg's parts on one another at angle 0, the first in base, (7, 4, 4)."""
     spec = robot.description.legs[leg]
-    along = [(0, 0, 0), spec.hip_offset, (spec.thigh, 0, 0), (0, 0, 0), (spec.shank, 0, 0), (0, 0, 0)]
-    T = np.tile(spec.T_base_hip, (len(qs), 1, 1))
-    out = {}
-    for i, ((part, axis), offset) in enumerate(zip(JOINTS, along, strict=True)):
-        turned = np.tile(np.eye(4), (len(qs), 1, 1))
-        turned[:, :3, :3] = rotation(axis, qs[:, i])
-        T = T @ transform(translation=offset) @ turned
-        out[part] = T
-    out["wheel"] = T @ transform(translation=(spec.foot, 0, 0))
-    return out
+    along = [
+        (0, 0, 0),
+        spec.hip_offset,
+        (spec.thigh, 0, 0),
+        (0, 0, 0),
+        (spec.shank, 0, 0),
+        (0, 0, 0),
+        (spec.foot, 0, 0),
+    ]
+    Ts = np.tile(np.eye(4), (len(along), 1, 1))
+    Ts[:, :3, 3] = along
+    Ts[0] = spec.T_base_hip
+    return Ts
 
 
 @dataclass(frozen=True)
@@ -56,10 +78,6 @@ class Solid:
     shape: coal.BVHModelOBBRSS
     middle: Array
     radius: float
-
-    def middles(self, Ts: Array) -> Array:
-        """The middle at each pose (n, 4, 4), (n, 3)."""
-        return Ts[:, :3, :3] @ self.middle + Ts[:, :3, 3]
 
     def boxes(self, Ts: Array) -> tuple[Array, Array]:
         """Lowest and highest corner of the box around it at each pose (n, 4, 4), (n, 3) each."""
@@ -85,90 +103,73 @@ class Solids:
 
     def __init__(self, robot: Robot, posture: Array, leg: int, clearance: float) -> None:
         description = robot.description
-        deltas = description.clearances
+        deltas, meshes = description.clearances, description.meshes
         self._robot, self._leg = robot, leg
-        self._names = {part: link_name(leg, part) for part in PARTS}
-        self._moving = {part: solid(description.meshes[name]) for part, name in self._names.items()}
+        self._names = [link_name(leg, part) for part in PARTS]
+        shapes = [meshes[name] for name in self._names] + [meshes["base"]]
         poses = link_poses(robot, posture)
-        frozen = [("base", solid(description.meshes["base"]), poses["base"], dict(deltas.chassis))]
-        for other, part in product(robot.legs, PARTS):
+        frozen = [("base", len(PARTS), poses["base"], dict(deltas.chassis))]
+        for other in robot.legs:
             if other != leg:
-                link = link_name(other, part)
-                frozen.append(
-                    (link, solid(description.meshes[link]), poses[link], dict.fromkeys(PARTS, deltas.other_leg))
-                )
+                names = [link_name(other, part) for part in PARTS]
+                frozen += [(n, i, poses[n], dict.fromkeys(PARTS, deltas.other_leg)) for i, n in enumerate(names)]
         if description.payload is not None:
-            body = solid(box(description.payload.size, description.payload.position))
-            frozen.append(("payload", body, np.eye(4), dict.fromkeys(PARTS, deltas.payload)))
-        self._frozen = [(name, body, T) for name, body, T, _ in frozen]
-        self._middles = np.array([apply(T, body.middle) for _, body, T in self._frozen])
-        self._radii = np.array([body.radius for _, body, _ in self._frozen])
-        self._low, self._high = np.concatenate([body.boxes(T[None]) for _, body, T in self._frozen], axis=1)
+            frozen.append(("payload", len(shapes), np.eye(4), dict.fromkeys(PARTS, deltas.payload)))
+            shapes.append(box(description.payload.size, description.payload.position))
+        self._bodies = [solid(mesh) for mesh in shapes]
+        self._frozen_names = [name for name, *_ in frozen]
+        own = [
+            (PARTS.index(pair.part_a), PARTS.index(pair.part_b), pair.distance + clearance) for pair in deltas.own_leg
+        ]
+        self._shells, self._points = point_shells(shapes)
+        self._frozen = np.array([T for _, _, T, _ in frozen]), np.array([body for _, body, _, _ in frozen])
         # NaN: this pair is never checked
-        self._delta = {part: np.array([d.get(part, np.nan) for *_, d in frozen]) + clearance for part in PARTS}
-        self._own = [(pair.part_a, pair.part_b, pair.distance + clearance) for pair in deltas.own_leg]
+        delta = np.array([[d.get(part, np.nan) for *_, d in frozen] for part in PARTS]) + clearance
+        self._deltas = delta, np.array(own, float).reshape(-1, 3)
 
     def own_collision(self, qs: Array) -> tuple[int, str] | None:
         """The first of n postures (n, 6) in which two parts of the rover are too close, and which."""
-        for _, at, a, T_a, b, T_b, delta, between in self._pairs(qs, 0.0, nearest_first=False):
+        poses, bounds = self._bounds(qs, 0.0, nearest=False)
+        for index in np.flatnonzero(bounds <= 0.0):
+            at, a, T_a, b, T_b, delta, between = self._pair(poses, bounds, int(index))
             if touch(a.shape, T_a, b.shape, T_b, delta):
                 return at, between
         return None
 
     def own_gap(self, qs: Array, below: float = FAR) -> tuple[int, Gap]:
-        """The least spare distance between parts of the rover over n postures, exact below ``FAR`` and ``below``."""
+        """The least spare distance between parts of the rover over n postures, exact below ``FAR`` and ``below``.
+
+        Exact to ``TOLERANCE``: only pairs that are not proven to be farther apart than the nearest known are measured.
+        """
+        poses, bounds = self._bounds(qs, min(FAR, below), nearest=True)
         worst, least = 0, Gap(min(FAR, below), "nothing is nearer")
-        for bound, at, a, T_a, b, T_b, delta, between in self._pairs(qs, least.spare, nearest_first=True):
-            if bound >= least.spare:
-                break
-            spare = distance(a.shape, T_a, b.shape, T_b, least.spare + delta) - delta
+        while bounds.flat[index := int(np.argmin(bounds))] < least.spare - TOLERANCE:
+            at, a, T_a, b, T_b, delta, between = self._pair(poses, bounds, index)
+            spare = measured(a.shape, T_a, b.shape, T_b, delta, float(bounds.flat[index]), least.spare)
+            bounds.flat[index] = np.inf
             if spare < least.spare:
                 worst, least = at, Gap(spare, between)
         return worst, least
 
-    def _pairs(
-        self, qs: Array, within: float, nearest_first: bool
-    ) -> Iterator[tuple[float, int, Solid, Array, Solid, Array, float, str]]:
-        """Pairs whose balls and boxes leave at most ``within`` to spare, which comes first; by posture, or by it."""
-        poses = part_poses(self._robot, self._leg, qs)
-        middles = {part: body.middles(poses[part]) for part, body in self._moving.items()}
-        boxes = {part: body.boxes(poses[part]) for part, body in self._moving.items()}
-        spare = np.empty((len(qs), len(PARTS) * len(self._frozen) + len(self._own)))
-        for i, (part, body) in enumerate(self._moving.items()):
-            balls = np.linalg.norm(self._middles - middles[part][:, None], axis=2) - self._radii - body.radius
-            low, high = boxes[part]
-            apart = np.maximum(balls, boxes_apart(low[:, None], high[:, None], self._low, self._high))
-            spare[:, i * len(self._frozen) : (i + 1) * len(self._frozen)] = apart - self._delta[part]
-        for i, (a, b, delta) in enumerate(self._own, len(PARTS) * len(self._frozen)):
-            balls = np.linalg.norm(middles[a] - middles[b], axis=1) - self._moving[a].radius - self._moving[b].radius
-            spare[:, i] = np.maximum(balls, boxes_apart(*boxes[a], *boxes[b])) - delta
-        flat = spare.ravel()
-        near = np.flatnonzero(flat <= within)
-        for index in near[np.argsort(flat[near], kind="stable")] if nearest_first else near:
-            at, pair = divmod(int(index), spare.shape[1])
-            part, i = divmod(pair, len(self._frozen))
-            if part < len(PARTS):
-                a = PARTS[part]
-                name, other, T_other = self._frozen[i]
-                delta = float(self._delta[a][i])
-            else:
-                a, b, delta = self._own[pair - len(PARTS) * len(self._frozen)]
-                name, other, T_other = self._names[b], self._moving[b], poses[b][at]
-            yield (
-                float(flat[index]),
-                at,
-                self._moving[a],
-                poses[a][at],
-                other,
-                T_other,
-                delta,
-                f"{self._names[a]} and {name}",
-            )
+    def _bounds(self, qs: Array, below: float, nearest: bool) -> tuple[Array, Array]:
+        """Poses of the leg's parts (n, 7, 4, 4), and lower bounds of what all pairs leave to spare (n, pairs)."""
+        poses = leg_poses(self._robot, self._leg, qs)
+        bounds = pair_bounds(self._shells, self._points, poses, *self._frozen, *self._deltas, below, nearest)
+        return poses, bounds
 
-
-def boxes_apart(low_a: Array, high_a: Array, low_b: Array, high_b: Array) -> Array:
-    """Distances of boxes with corners (…, 3), broadcast [m]."""
-    return np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0.0), axis=-1)
+    def _pair(self, poses: Array, bounds: Array, index: int) -> tuple[int, Solid, Array, Solid, Array, float, str]:
+        """Posture, both things with their poses, required distance and names of a pair, by its place in ``bounds``."""
+        at, pair = divmod(index, bounds.shape[1])
+        (Ts_frozen, bodies), (deltas, own) = self._frozen, self._deltas
+        part, i = divmod(pair, len(bodies))
+        if part < len(PARTS):
+            a, name, other, T_other, delta = part, self._frozen_names[i], int(bodies[i]), Ts_frozen[i], deltas[part, i]
+        else:
+            a, other, delta = own[pair - len(PARTS) * len(bodies)]
+            a, other = int(a), int(other)
+            name, T_other = self._names[other], poses[at, other]
+        between = f"{self._names[a]} and {name}"
+        return at, self._bodies[a], poses[at, a], self._bodies[other], T_other, float(delta), between
 
 
 _DISTANCE = coal.DistanceRequest()
@@ -191,3 +192,17 @@ def distance(a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Ar
     known.min_distance = max(below, 0.0)
     found = coal.distance(a, _pose(T_a), b, _pose(T_b), _DISTANCE, known)
     return max(float(found), 0.0)
+
+
+def measured(
+    a: coal.BVHModelOBBRSS, T_a: Array, b: coal.BVHModelOBBRSS, T_b: Array, delta: float, bound: float, below: float
+) -> float:
+    """Distance of two solids beyond δ where it is less than ``below`` [m]; else some number not less than that.
+
+    bound: a lower bound of it. Of convex solids it is nearly the distance, and little is left to look at.
+    """
+    near = min(bound + _NEARLY, below)
+    spare = distance(a, T_a, b, T_b, near + delta) - delta
+    if spare >= near and near < below:
+        return distance(a, T_a, b, T_b, below + delta) - delta
+    return spare

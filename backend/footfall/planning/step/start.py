@@ -21,12 +21,13 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import height_at
 
+ADVICE = "correct the state or the terrain, or put the legs down first"
 SPACING = 0.1
 """How densely the links' surfaces are compared with the ground [m]."""
 
 
 def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
-    """What makes the state impossible on this ground for a step of ``leg``; empty where nothing does."""
+    """What makes the state impossible on this ground for a step of ``leg``, and what to do; empty where nothing."""
     return (
         _outside_limits(robot, state)
         or _not_on_the_ground(robot, dem, state, [other for other in robot.legs if other != leg])
@@ -38,7 +39,15 @@ def _outside_limits(robot: Robot, state: RobotState) -> str:
     q = np.asarray(state.posture)
     outside = np.maximum(robot.lower - q, q - robot.upper)
     joint = int(np.argmax(outside))
-    return f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits" if outside[joint] > 0 else ""
+    if not outside[joint] > 0:
+        return ""
+    lower, upper = robot.lower[joint], robot.upper[joint]
+    back = "down to" if q[joint] > upper else "up to"
+    end = upper if q[joint] > upper else lower
+    return (
+        f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits ({lower:.3f}…{upper:.3f} rad); "
+        f"turn it {back} {end:.3f} rad, or correct its encoder if the joint is not really there"
+    )
 
 
 def _not_on_the_ground(robot: Robot, dem: Dem, state: RobotState, legs: list[int]) -> str:
@@ -50,7 +59,7 @@ def _not_on_the_ground(robot: Robot, dem: Dem, state: RobotState, legs: list[int
             found.append(f"the wheel of leg {leg} is to carry the rover but is {gap:.2f} m above the ground")
         elif gap < -deepest:
             found.append(f"the wheel of leg {leg} is {-gap:.2f} m in the ground")
-    return " and ".join(found)
+    return f"{' and '.join(found)}; {ADVICE}" if found else ""
 
 
 def _below_the_ground(robot: Robot, dem: Dem, state: RobotState, moving: int) -> str:
@@ -67,7 +76,7 @@ def _below_the_ground(robot: Robot, dem: Dem, state: RobotState, moving: int) ->
         return ""
     ends = np.cumsum([len(surface) for surface in surfaces])
     name = links[int(np.searchsorted(ends, deepest, side="right"))]
-    return f"{name} is {depth[deepest]:.2f} m below the ground"
+    return f"{name} is {depth[deepest]:.2f} m below the ground; {ADVICE}"
 
 
 def _surface(mesh: Mesh) -> Array:

@@ -2,11 +2,12 @@
 
 Every joint moves in straight lines between waypoints; the path is sampled so densely that no joint changes by more
 than ``SAMPLING`` between samples, half of the planner's ε by default. Clearances are certified by a proven check
-(robot/clearance.py), by meshes where that is unsure, and once more by the meshes' distances at every waypoint. Torque
-is a linear program, so it is solved at every waypoint and at least every ``TORQUE_SAMPLING`` between.
+(robot/clearance.py), a piece of the path at a time where there is room, so that what lies between samples is proven
+too; by meshes where that is unsure. The margins are the least distances of the meshes at the waypoints: found by branch
+and bound, so that only what can be the least is measured (nearness_kernel.py). Torque is a linear program, looked at at
+every waypoint and at least every ``TORQUE_SAMPLING`` between, and solved where it can be worst.
 """
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,15 +18,15 @@ from numpy.typing import NDArray
 from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margins
+from footfall.balance.torque_candidates import worst_torque_in_the_air
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
-from footfall.planning.step.edges import Array, largest_change
+from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import Gap, part_poses
-from footfall.planning.step.torque import swing_torque_ratios
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -92,14 +93,13 @@ def recheck(
 
 
 def _sampled(q_path: Array, phases: tuple[str, ...]) -> _Path:
-    qs, segments, fractions = [], [], []
-    for i, (a, b) in enumerate(itertools.pairwise(q_path)):
-        count = max(1, int(np.ceil(largest_change(a, b) / SAMPLING)))
-        along = np.arange(count + 1) / count
-        qs.append(a + along[:, None] * (b - a))
-        segments.append(np.full(count + 1, i))
-        fractions.append(along)
-    return _Path(np.concatenate(qs), np.concatenate(segments), np.concatenate(fractions), phases)
+    changes = np.abs(np.diff(q_path, axis=0)).max(axis=1)
+    counts = np.maximum(np.ceil(changes / SAMPLING).astype(np.int64), 1)
+    segments = np.repeat(np.arange(len(counts)), counts + 1)
+    first = np.cumsum(counts + 1) - (counts + 1)
+    fractions = (np.arange(len(segments)) - first[segments]) / counts[segments]
+    a, b = q_path[segments], q_path[segments + 1]
+    return _Path(a + fractions[:, None] * (b - a), segments, fractions, phases)
 
 
 def _limits(robot: Robot, leg: int, path: _Path) -> Check:
@@ -207,10 +207,10 @@ def _torque(
 ) -> Check:
     due = _torque_samples(path)
     posture, balance = np.array(state.posture), BalanceSettings(friction=settings.friction)
-    ratios = swing_torque_ratios(
+    worst, _ = worst_torque_in_the_air(
         robot, posture, np.asarray(state.T_site_base), others, feet.normals, leg, path.qs[due], balance
     )
-    at = int(due[int(np.argmax(ratios))])
+    at = int(due[worst])
     # the one that matters once more, by the check of single postures, which names the joint
     posture[6 * leg : 6 * leg + 6] = path.qs[at]
     check = torque_check(robot, posture, state.T_site_base, others, feet.normals, balance)

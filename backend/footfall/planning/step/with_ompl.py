@@ -1,4 +1,4 @@
-"""Our space handed to OMPL, and a path brought back: for SBL and for OMPL's own RRTConnect.
+"""Our space handed to OMPL, and a path brought back: for SBL and for planners of OMPL's own, for comparison.
 
 Traps of the bindings that this file takes care of: a planner status is true for approximate
 solutions too, so it is compared with EXACT_SOLUTION; start and goal states belong to the problem and must not
@@ -37,25 +37,42 @@ def sbl(space: Space, start: Array, goal: Array, *, radius: float, milestones: i
 
 
 def rrtconnect(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
-    """Waypoints (n, d) found by OMPL's RRTConnect, for comparison, or None.
+    """Waypoints (n, d) found by OMPL's RRTConnect, or None.
 
-    ``radius`` is its range; ``milestones`` bounds its iterations. OMPL draws the seeds of new generators from one
-    global generator, which is set before every query so that the query alone decides the plan.
+    ``radius`` is its range; ``milestones`` bounds its iterations.
     """
+    return _solve(space, start, goal, lambda si: _ranged(og.RRTConnect(si), radius), milestones, seed)
+
+
+def kpiece(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
+    """The same by KPIECE1, which grows one tree; twenty of its iterations count as one."""
+    return _solve(space, start, goal, lambda si: _ranged(og.KPIECE1(si), radius), 20 * milestones, seed)
+
+
+def bitstar(space: Space, start: Array, goal: Array, *, radius: float, milestones: int, seed: int) -> Array | None:
+    """The same by BIT*, which stops at its first path; it connects over any distance, so ``radius`` is not used."""
 
     def make(si: Any) -> Any:
-        # OMPL takes 0 for "from the clock"
-        ou.RNG.setSeed(seed + 1)
-        planner = og.RRTConnect(si)
-        planner.setRange(radius)
+        planner = og.BITstar(si)
+        planner.setStopOnSolnImprovement(True)
         return planner
 
-    return _solve(space, start, goal, make, most=milestones)
+    return _solve(space, start, goal, make, 20 * milestones, seed)
+
+
+def _ranged(planner: Any, radius: float) -> Any:
+    planner.setRange(radius)
+    return planner
 
 
 def _solve(
-    space: Space, start: Array, goal: Array, make: Callable[[Any], Any], most: int | None = None
+    space: Space, start: Array, goal: Array, make: Callable[[Any], Any], most: int | None = None, seed: int = 0
 ) -> Array | None:
+    """most: how often a planner may ask whether to stop, about once an iteration.
+
+    OMPL draws the seeds of new generators from one global generator, which is set before every query so that the query
+    alone decides the path.
+    """
     dimension = len(space.lower)
     states = ob.RealVectorStateSpace(dimension)
     bounds = ob.RealVectorBounds(dimension)
@@ -81,6 +98,7 @@ def _solve(
         space.tick()
         return most is not None and asked > most
 
+    ou.RNG.setSeed(seed + 1)  # OMPL takes 0 for "from the clock"
     planner = make(si)
     planner.setProblemDefinition(problem)
     planner.setup()

@@ -1,0 +1,58 @@
+"""Where a ball that comes straight down meets the ground: a wheel's rim stands on the highest bump under it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import height_at
+
+Array = NDArray[np.float64]
+
+COARSE = 12
+"""The ground is looked at in at least so many steps from below the centre to the rim, at least once a cell."""
+ROUNDS, FINER = 3, 4
+"""Around the best place it is looked at so often again, each time in steps so many times finer."""
+KNOWN = 0.35
+"""All ground nearer to the point below the centre than this share of the radius must be known."""
+
+
+def ball_contacts(dem: Dem, centers: Array, radius: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Contacts (k, 3) and normals (k, 3) of balls at centers (k, 3) [m] after they came down, or up, to the ground.
+
+    known: (k,), whether the ground below their middles is; where it is not, the other two are NaN.
+    """
+    steps = max(COARSE, int(np.ceil(radius / dem.geometry.resolution)))
+    spacing = radius / steps
+    dx, dy = _square(steps, spacing)
+    heights = height_at(dem, centers[:, :1] + dx, centers[:, 1:2] + dy)
+    near = heights[:, np.hypot(dx, dy) <= KNOWN * radius]
+    known = np.asarray(np.isfinite(near).all(axis=1))
+    places = _best(heights, np.zeros((len(centers), 2)), dx, dy, radius)
+    for _ in range(ROUNDS):
+        spacing /= FINER
+        dx, dy = _square(FINER, spacing)
+        heights = height_at(dem, (centers[:, :2] + places)[:, :1] + dx, (centers[:, :2] + places)[:, 1:] + dy)
+        places = _best(heights, places, dx, dy, radius)
+    down = np.sqrt(np.maximum(radius**2 - np.sum(places**2, axis=1), 0.0))
+    points = np.full((len(centers), 3), np.nan)
+    normals = np.full((len(centers), 3), np.nan)
+    points[known, :2] = (centers[:, :2] + places)[known]
+    points[known, 2] = height_at(dem, points[known, 0], points[known, 1])
+    normals[known] = np.column_stack([-places, down])[known] / radius
+    return points, normals, known
+
+
+def _square(steps: int, spacing: float) -> tuple[Array, Array]:
+    offsets = spacing * np.arange(-steps, steps + 1, dtype=float)
+    dx, dy = np.meshgrid(offsets, offsets)
+    return dx.ravel(), dy.ravel()
+
+
+def _best(heights: Array, places: Array, dx: Array, dy: Array, radius: float) -> Array:
+    """Offsets (k, 2) from the centres where the ground stops the ball first, of places + (dx, dy)."""
+    x, y = places[:, :1] + dx, places[:, 1:] + dy
+    room = radius**2 - x * x - y * y
+    top = np.where(room > 0, heights + np.sqrt(np.maximum(room, 0.0)), np.nan)
+    best = np.argmax(np.where(np.isnan(top), -np.inf, top), axis=1)
+    rows = np.arange(len(places))
+    return np.column_stack([x[rows, best], y[rows, best]])

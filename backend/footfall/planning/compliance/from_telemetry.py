@@ -1,0 +1,136 @@
+"""The springs' present strain, from what the rover measures.
+
+How a standing rover's legs strain against each other depends on all that it did before. From scratch it can't be known
+(it would be centimetres off after some steps); telemetry shows it: deflected joints and pressed wheels are springs that
+measure force.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.balance.forces import equilibrium_matrix
+from footfall.balance.payload import loaded
+from footfall.balance.posture_statics import PostureStatics
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply, inverse
+from footfall.planning.compliance.equilibrium_kernel import Pose
+from footfall.planning.compliance.rover import CompliantRover, Rest, require_three
+from footfall.telemetry.state import RobotState
+
+Array = NDArray[np.float64]
+
+DOUBT = 0.2
+"""How far the stiffness of a joint may be from its description, as a share (one standard deviation)."""
+UNEXPLAINED = 0.003
+"""What of a joint's deflection is from encoders, or from moments at the wheel that the map does not tell [rad] (same).
+"""
+MOST_SOFTER = 2.0
+"""A joint is taken to be at most so many times softer, or stiffer, than described."""
+LEAST_LOAD = 0.005
+"""A wheel that is pressed with less than this share of the weight is in the air: force sensors are not exact."""
+
+
+def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | None = None, fitted: bool = True) -> Rest:
+    """The equilibrium that telemetry shows.
+
+    commanded: (legs × 6,) set points; None: posture + torque / stiffness. Wheel forces are those of the state; where it
+    has none at all, each leg's are those that explain its deflection best, Jᵀ f = G − k (commanded − posture). They are
+    corrected by the least change that balances the rover.
+
+    Wheel forces and set points together show how stiff each joint is: with ``fitted`` what a deflection is more, or
+    less, than expected is taken for stiffness as far as that is likelier than an error of the encoder. The rover then
+    starts exactly where it was measured: what is left stays as ``bias`` on the set points.
+
+    Raises InvalidInput where the state is of another robot or fewer than three wheels are pressed down.
+    """
+    robot = rover.robot
+    if state.robot != robot.name or state.leg_count != robot.leg_count:
+        raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
+    q, T = np.array(state.posture), np.array(state.T_site_base)
+    held = q + state.joint_torques / rover.stiffness
+    set_points = held if commanded is None else robot.require_posture(commanded)
+    points, normals, _ = rover.ground_under(q, T, forces=np.array(state.wheel_forces))
+    hubs, turns = rover.wheels(q, T)
+    forces = np.array(state.wheel_forces)
+    independent = commanded is not None and bool(forces.any())
+    if not forces.any():
+        forces = forces_of_deflection(rover, q, T, hubs, normals, set_points)
+    weight = rover.mass * float(np.linalg.norm(rover.gravity))
+    touching = np.sum(forces * normals, axis=1) > LEAST_LOAD * weight
+    require_three(touching)
+    forces = _balanced(rover, q, T, hubs, normals, np.where(touching[:, None], forces, 0.0), touching)
+    torques = holding(rover, q, T, hubs, normals, forces)
+    stiffness = rover.stiffness
+    if fitted and independent:
+        stiffness = stiffness / softer_by(torques / stiffness, set_points - q)
+    held = q + torques / stiffness
+    pressed = np.sum(forces * normals, axis=1, keepdims=True) / rover.wheel_stiffness
+    # the ground is where a wheel that is pressed so much finds it, whatever the map says
+    points = np.where(touching[:, None], hubs - (robot.wheel_radius - pressed) * normals, points)
+    rims = hubs + forces / rover.wheel_stiffness
+    pose = Pose(T[:3, :3].copy(), T[:3, 3].copy(), q, touching, rims, turns, points, normals, forces)
+    return rover.settle(pose, set_points, set_points, held - set_points, stiffness, 1)
+
+
+def softer_by(expected: Array, deflections: Array) -> Array:
+    """How many times softer joints are than described, most likely, from deflections (n,), expected and seen [rad].
+
+    seen = softer · expected + error, softer around 1 by DOUBT and errors by UNEXPLAINED, both normally distributed.
+    """
+    excess = DOUBT**2 * expected * (deflections - expected) / (DOUBT**2 * expected**2 + UNEXPLAINED**2)
+    return np.clip(1.0 + excess, 1 / MOST_SOFTER, MOST_SOFTER)
+
+
+def forces_of_deflection(
+    rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array, commanded: Array
+) -> Array:
+    """Forces of the ground, site, (legs, 3) [N]: of each leg those that explain its deflection by least squares."""
+    torques = rover.stiffness * (commanded - posture)
+    G, J_site = _gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
+    pushed = (G - torques).reshape(-1, 6)
+    return np.array([np.linalg.lstsq(J.T, tau, rcond=None)[0] for J, tau in zip(J_site, pushed, strict=True)])
+
+
+def holding(
+    rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array, forces: Array
+) -> Array:
+    """Torques that hold the joints against gravity and the wheels' forces (legs, 3), (legs × 6,) [N·m]: G − Jᵀ f."""
+    G, J_site = _gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
+    return G - (forces[:, None] @ J_site).ravel()
+
+
+def wheel_arms(rover: CompliantRover, hubs: Array, normals: Array) -> Array:
+    """Points fixed to the wheels at which the ground's forces act, site, (legs, 3) [m]."""
+    return hubs - rover.body.rolled * normals
+
+
+def _gravity_and_jacobians(
+    rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array
+) -> tuple[Array, Array]:
+    """Gravity's torques (legs × 6,) [N·m], and Jacobians (legs, 3, 6), site, of the points where the ground pushes."""
+    statics = PostureStatics(rover.robot, posture)
+    R = T_site_base[:3, :3]
+    size = float(np.linalg.norm(rover.gravity))
+    G = statics.gravity_torques(-(rover.gravity / size) @ R, size)
+    points_base = apply(inverse(T_site_base), wheel_arms(rover, hubs, normals))
+    return G, R @ statics.contact_jacobians(list(rover.robot.legs), points_base)
+
+
+def _balanced(
+    rover: CompliantRover,
+    posture: Array,
+    T_site_base: Array,
+    hubs: Array,
+    normals: Array,
+    forces: Array,
+    touching: NDArray[np.bool_],
+) -> Array:
+    """The forces with the least change of the touching wheels' that balances weight and moment, (legs, 3) [N]."""
+    coms = PostureStatics(rover.robot, posture).com
+    mass, com_base = loaded(rover.robot, coms, rover.settings.balance)
+    com = apply(T_site_base, com_base)
+    matrix = equilibrium_matrix(wheel_arms(rover, hubs, normals)[touching], com)
+    lacking = np.append(-mass * rover.gravity, np.zeros(3)) - matrix @ forces[touching].ravel()
+    out = forces.copy()
+    out[touching] += np.linalg.lstsq(matrix, lacking, rcond=None)[0].reshape(-1, 3)
+    return out

@@ -1,0 +1,244 @@
+"""The rover as it gives way: joints and wheels are springs, wheels touch the ground by pushing only.
+
+A joint is a spring between its set point (``commanded``) and where it is; its torque is stiffness × (commanded −
+posture). A wheel's rim is a ball that the ground holds; its hub moves against the rim on a spring that is as stiff
+sideways as upwards. A locked wheel rolls over its rim as its leg turns. The force is −k_w · strain while the wheel is
+pressed down, its tangential part no more than friction allows; what is beyond has slipped, for good. So strain is
+carried along: where the rover stands depends on how it got there, and each equilibrium starts from the one before.
+
+Motions are slow (about 0.1 rad/s), so nothing here has inertia. Joints don't end at their limits here.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.balance.payload import ON_DECK
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import require_transform, transform
+from footfall.maps.standing import STANDING_GAP, contacts
+from footfall.planning.compliance.ball_contact import ball_contacts
+from footfall.planning.compliance.equilibrium_kernel import BALANCED, Body, Pose, settle
+from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import height_at
+
+Array = NDArray[np.float64]
+
+INCREMENT = 0.01
+"""Largest change of a set point in one increment of the load [rad]: about 1 cm at a wheel."""
+NO_GROUND = -1e3
+"""Height of the ground where none is known [m]: nothing there bears a wheel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """The rover in equilibrium, with all that its future depends on.
+
+    commanded, posture: (legs × 6,) set points and angles [rad]; T_site_base: (4, 4). forces: of the ground on the
+    wheels, site, (legs, 3) [N]; torques: of the joints, (legs × 6,) [N·m]. hubs: wheel centres, site, (legs, 3) [m];
+    turns: (legs, 3, 3), R_site_wheel. points, normals: (legs, 3), plane of the ground at each wheel. rims: (legs, 3),
+    where the ground holds the middles of the rims. bias: (legs × 6,) [rad], on top of what is commanded; stiffness:
+    (legs × 6,) of the joints [N·m/rad].
+    left_over: largest force or moment out of balance [N, N·m].
+    """
+
+    commanded: Array
+    posture: Array
+    T_site_base: Array
+    forces: Array
+    torques: Array
+    hubs: Array
+    turns: Array
+    points: Array
+    normals: Array
+    rims: Array
+    bias: Array
+    stiffness: Array
+    left_over: float
+
+    @property
+    def settled(self) -> bool:
+        """Whether it is an equilibrium; else none was found: the rover tips over, slides or sits down."""
+        return self.left_over <= BALANCED
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which wheels are pressed down, (legs,)."""
+        return (self.forces != 0.0).any(axis=1)
+
+    @property
+    def loads(self) -> Array:
+        """Force along the ground's normal at each wheel, (legs,) [N]."""
+        return np.sum(self.forces * self.normals, axis=1)
+
+    @property
+    def contacts(self) -> Array:
+        """Where each wheel touches its plane, or would if it came straight down to it, site, (legs, 3) [m]."""
+        above = np.sum((self.rims - self.points) * self.normals, axis=1, keepdims=True)
+        return self.rims - above * self.normals
+
+
+class CompliantRover:
+    """A robot of springs on a ground."""
+
+    def __init__(self, robot: Robot, dem: Dem, settings: ComplianceSettings | None = None) -> None:
+        self.robot, self.dem = robot, dem
+        self.settings = settings or ComplianceSettings()
+        balance = self.settings.balance
+        self.stiffness = self.settings.joint_scale * robot.stiffness
+        self.wheel_stiffness = self.settings.wheel_scale * robot.description.wheel_stiffness
+        self.gravity = np.array(-balance.gravity * balance.R_level_site[2])
+        self.body = _body(robot, self.settings, self.stiffness, self.wheel_stiffness)
+        self.mass = self.body.chassis_mass + float(self.body.masses.sum())
+
+    def let_down(self, commanded: ArrayLike, T_site_base: ArrayLike) -> Rest:
+        """How the rover comes to rest that stands weightless, its joints at ``commanded`` (legs × 6,), and is let go.
+
+        Wheels within STANDING_GAP of the ground, or over ground that nobody saw, touch it where they are. Raises
+        InvalidInput where fewer than three do.
+        """
+        q, T = self.robot.require_posture(commanded), np.array(require_transform(T_site_base, "T_site_base"))
+        hubs, turns = self.wheels(q, T)
+        points, normals, seen = self.ground_under(q, T)
+        above = np.sum((hubs - points) * normals, axis=1) - self.robot.wheel_radius
+        touching = ~seen | (above <= STANDING_GAP)
+        require_three(touching)
+        points = np.where(touching[:, None], hubs - self.robot.wheel_radius * normals, points)
+        # it begins pressed down by its weight, so that no wheel is about to lift off or slip
+        pressed = self.mass * self.gravity / (touching.sum() * self.wheel_stiffness)
+        T[:3, 3] += pressed
+        pose = Pose(
+            T[:3, :3].copy(), T[:3, 3].copy(), np.array(q), touching, hubs + pressed, turns, points, normals, 0.0 * hubs
+        )
+        return self.settle(pose, q, q, np.zeros_like(q), self.stiffness, 1)
+
+    def after(self, rest: Rest, commanded: ArrayLike) -> Rest:
+        """The equilibrium after the set points went straight to ``commanded`` (legs × 6,).
+
+        The ground under a wheel in the air is taken where that wheel is before: ask for a few centimetres at a time.
+        Where there is no equilibrium the result is not ``settled``.
+        """
+        target = self.robot.require_posture(commanded)
+        increments = max(1, int(np.ceil(np.abs(target - rest.commanded).max() / INCREMENT)))
+        touching, T = rest.touching, rest.T_site_base
+        points, normals = rest.points.copy(), rest.normals.copy()
+        if not touching.all():
+            below, upward, _ = self.ground_under(rest.posture, T, np.flatnonzero(~touching))
+            points[~touching], normals[~touching] = below, upward
+        pose = Pose(
+            T[:3, :3].copy(),
+            T[:3, 3].copy(),
+            rest.posture.copy(),
+            touching,
+            rest.rims.copy(),
+            rest.turns.copy(),
+            points,
+            normals,
+            rest.forces.copy(),
+        )
+        return self.settle(pose, rest.commanded, target, rest.bias, rest.stiffness, increments)
+
+    def settle(
+        self, pose: Pose, before: Array, commanded: Array, bias: Array, stiffness: Array, increments: int
+    ) -> Rest:
+        """The equilibrium that ``pose``, one with the set points ``before``, goes to with ``commanded``.
+
+        bias: on top of both; stiffness: of the joints. pose is changed.
+        """
+        target = commanded + bias
+        body = self.body._replace(stiffness=stiffness)
+        left_over = settle(body, pose, before + bias, target, self.gravity, increments)
+        T = transform(pose.R, pose.t)
+        hubs, turns = self.wheels(pose.q, T)
+        return Rest(
+            commanded=np.array(commanded),
+            posture=pose.q,
+            T_site_base=T,
+            forces=pose.forces,
+            torques=stiffness * (target - pose.q),
+            hubs=hubs,
+            turns=turns,
+            points=pose.points,
+            normals=pose.normals,
+            rims=pose.rims,
+            bias=bias,
+            stiffness=stiffness,
+            left_over=float(left_over),
+        )
+
+    def wheels(self, posture: Array, T_site_base: Array) -> tuple[Array, Array]:
+        """Hubs (legs, 3) [m] and R_site_wheel (legs, 3, 3), in site."""
+        legs = self.robot.legs
+        Ts = T_site_base @ np.array([leg_wheel_pose(self.robot, posture[6 * i : 6 * i + 6], i) for i in legs])
+        return Ts[:, :3, 3].copy(), Ts[:, :3, :3].copy()
+
+    def gaps(self, rest: Rest) -> Array:
+        """How far each rim is from its ground along the normal, (legs,) [m]; negative: pressed in."""
+        return np.sum((rest.hubs - rest.points) * rest.normals, axis=1) - self.robot.wheel_radius
+
+    def ground_under(
+        self, posture: Array, T_site_base: Array, legs: ArrayLike | None = None, forces: Array | None = None
+    ) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Points (k, 3) on the ground where wheels meet it, its normals (k, 3) there, and whether it is known, (k,).
+
+        forces: of the ground on all wheels, site, (legs, 3) [N]: rims are shifted by them; None: none. Where the ground
+        below a wheel's middle is not known: under its lowest point, on the plane of what is around.
+        """
+        chosen = self.robot.legs if legs is None else [int(leg) for leg in np.asarray(legs)]
+        rims, _ = self.wheels(posture, T_site_base)
+        rims = rims if forces is None else rims + forces / self.wheel_stiffness
+        points, normals, seen = ball_contacts(self.dem, rims[chosen], self.robot.wheel_radius)
+        if not seen.all():
+            around = contacts(self.robot, self.dem, posture, T_site_base, chosen)
+            heights = height_at(self.dem, around.points[:, 0], around.points[:, 1])
+            points[~seen], normals[~seen] = around.points[~seen], around.normals[~seen]
+            points[~seen, 2] = np.where(np.isfinite(heights), heights, NO_GROUND)[~seen]
+            seen = seen | np.isfinite(heights)
+        return points, normals, seen
+
+    def state(self, rest: Rest, time: float = 0.0) -> RobotState:
+        """What the telemetry of a rover at rest says."""
+        return RobotState(self.robot.name, time, rest.posture, rest.T_site_base, rest.forces, rest.torques, "idle")
+
+
+def require_three(touching: NDArray[np.bool_]) -> None:
+    """Raises InvalidInput unless three wheels touch the ground."""
+    if touching.sum() < 3:
+        legs = ", ".join(str(leg) for leg in np.flatnonzero(touching)) or "none"
+        raise InvalidInput(
+            f"the wheels of three legs must be pressed on the ground for the rover to stand; here: {legs}",
+            touching=np.flatnonzero(touching).tolist(),
+        )
+
+
+def _body(robot: Robot, settings: ComplianceSettings, stiffness: Array, wheel_stiffness: float) -> Body:
+    description, balance = robot.description, settings.balance
+    inertias = list(robot.model.inertias)
+    mass, moment = inertias[0].mass, inertias[0].mass * inertias[0].lever
+    own = description.payload
+    if balance.payload_mass is not None:
+        place = own.position if own is not None else np.array(ON_DECK)
+        place = place if balance.payload_position is None else balance.payload_position
+        mass, moment = mass + balance.payload_mass, moment + balance.payload_mass * place
+    elif own is not None:
+        mass, moment = mass + own.mass, moment + own.mass * own.position
+    links = inertias[1:]
+    return Body(
+        lengths=np.array([leg_lengths(leg) for leg in description.legs]),
+        hips=np.array([leg.T_base_hip for leg in description.legs]),
+        masses=np.array([link.mass for link in links]).reshape(-1, 6),
+        levers=np.array([link.lever for link in links]).reshape(-1, 6, 3),
+        chassis_mass=float(mass),
+        chassis_center=np.array(moment / mass),
+        stiffness=np.array(stiffness),
+        wheel_stiffness=float(wheel_stiffness),
+        radius=float(robot.wheel_radius),
+        rolled=float(robot.wheel_radius) if settings.rolling else 0.0,
+        friction=float(balance.friction),
+    )

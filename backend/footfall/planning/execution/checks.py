@@ -1,0 +1,173 @@
+"""What must hold of a predicted motion, and by how much it does."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.payload import loaded
+from footfall.balance.support import margins
+from footfall.core.frames import apply
+from footfall.planning.execution.problem import Execution
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
+from footfall.planning.stance.whole_body import Nearest, WholeBody
+from footfall.planning.step.problem import Check
+from footfall.robot.description import link_name
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+ADVICE = {
+    "wheel clearance": "ask for a higher lift, or take another mode",
+    "joint limits of the set points": "move the chassis, or choose a footfall nearer to the leg",
+    "joint limits": "move the chassis, or choose a footfall nearer to the leg",
+    "self collision": "choose another footfall or move the chassis",
+    "terrain collision": "ask for a higher lift, take another mode, or move the chassis",
+    "torque": "move the chassis away from the leg, or carry less",
+    "friction": "move the chassis, or take the mode pose_held",
+    "load on the supporting wheels": "move the chassis away from the leg",
+    "balance": "move the chassis away from the leg",
+    "touch-down": "ask for more overshoot; the ground may be lower than the map says",
+    "touch-down offset": "take the mode droop_aware or pose_held",
+}
+"""What to try where a check fails, by its name."""
+
+
+def checks_of(
+    robot: Robot, done: Execution, torques: Array, body: WholeBody, contacts: Array, settings: ExecutionSettings
+) -> tuple[Check, ...]:
+    """Every check; torques: (n, legs × 6) of the springs [N·m]; contacts: (n, legs, 3) of the wheels, site [m]."""
+
+    def where(at: int) -> str:
+        return f"waypoint {at} ({done.phases[at]})"
+
+    swings = np.flatnonzero([phase == "swing" for phase in done.phases])
+    supports = [leg for leg in robot.legs if leg != done.leg]
+    path = dense(done.predicted, done.Ts_site_base)
+    ratios = np.abs(torques) / robot.torque_limits
+    return (
+        _clearance(done, settings, swings, where),
+        _limits("joint limits of the set points", robot, _set_points(done), where),
+        _limits("joint limits", robot, done.predicted, where),
+        _own(body, done, path),
+        _ground(body, done, path, supports),
+        _worst("torque", 1.0 - ratios, "of the limit", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}"),
+        _worst(
+            "friction",
+            1.0 - settings.spare_friction - done.friction_use[:, supports],
+            "of the cone",
+            lambda at, i: f"leg {supports[i]}, {where(at)}",
+        ),
+        _worst(
+            "load on the supporting wheels",
+            done.loads[:, supports] - settings.least_load,
+            "N",
+            lambda at, i: f"leg {supports[i]}, {where(at)}",
+        ),
+        _balance(robot, done, contacts[:, supports], settings, where),
+        _touch_down(done, settings),
+        _offset(done, settings),
+    )
+
+
+def _worst(name: str, spare: Array, unit: str, where: Callable[[int, int], str]) -> Check:
+    at, column = np.unravel_index(int(np.argmin(spare)), spare.shape)
+    least = float(spare[at, column])
+    return Check(name, least >= 0, least, unit, where(int(at), int(column)))
+
+
+def _clearance(
+    done: Execution, settings: ExecutionSettings, swings: NDArray[np.int64], where: Callable[[int], str]
+) -> Check:
+    at = int(swings[np.argmin(done.clearance[swings])])
+    spare = float(done.clearance[at]) - settings.least_clearance
+    doubt = done.clearance_uncertainty[at]
+    told = f"{abs(doubt):.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"
+    told = told if np.isfinite(doubt) else f"with springs {settings.tolerance:.0%} softer it does not stand"
+    return Check("wheel clearance", spare >= 0, spare, "m", f"{where(at)}; {told}")
+
+
+def _set_points(done: Execution) -> Array:
+    """(n, legs × 6) commanded; where lowering stops, as low as it may go."""
+    out = done.commanded.copy()
+    out[done.stopped_at, 6 * done.leg : 6 * done.leg + 6] = done.lowest
+    return out
+
+
+def _limits(name: str, robot: Robot, postures: Array, where: Callable[[int], str]) -> Check:
+    spare = np.minimum(postures - robot.lower, robot.upper - postures)
+    return _worst(name, spare, "rad", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}")
+
+
+def _own(body: WholeBody, done: Execution, path: Path) -> Check:
+    return _near("self collision", body.own_gap(body.poses(path.postures)), np.arange(len(path.part)), done, path)
+
+
+def _ground(body: WholeBody, done: Execution, path: Path, supports: list[int]) -> Check:
+    """Chassis and legs, at the poses that they sag to. How standing wheels are pressed in is no collision.
+
+    The swing leg's wheel keeps its distance in the swing, may touch while it lifts and lowers, and is pressed in else.
+    """
+    ends = np.ceil(path.part * (len(done.phases) - 1) - 1e-9).astype(int)
+    starts = np.maximum(ends - 1, 0)
+    phases = np.array(done.phases)[ends]
+    swings = phases == "swing"
+    above = np.minimum(done.clearance[ends], done.clearance[starts]) > 0
+    touching = ~swings & above & np.isin(phases, ("lift", "lower"))
+    standing = {link_name(leg, part) for leg in supports for part in LOCKED}
+    pressed = standing | {link_name(done.leg, part) for part in LOCKED}
+    Ts_site_link = path.Ts_site_base[:, None] @ body.poses(path.postures)
+    found = []
+    for chosen, left_out, legs in (
+        (swings, standing, ()),
+        (touching, standing, (done.leg,)),
+        (~swings & ~touching, pressed, ()),
+    ):
+        rows = np.flatnonzero(chosen)
+        if len(rows):
+            links = [link for link in body.links if link not in left_out]
+            nearest = body.ground_gap(Ts_site_link[rows], links, touching=legs)
+            found.append(_near("terrain collision", nearest, rows, done, path))
+    return min(found, key=lambda check: check.margin)
+
+
+def _near(name: str, found: Nearest, rows: NDArray[np.int64], done: Execution, path: Path) -> Check:
+    at = int(np.ceil(path.part[rows[found.at]] * (len(done.phases) - 1) - 1e-9))
+    spare = found.gap.spare
+    return Check(name, spare >= 0, spare, "m", f"{found.gap.between}, beyond δ, waypoint {at} ({done.phases[at]})")
+
+
+def _balance(
+    robot: Robot, done: Execution, feet: Array, settings: ExecutionSettings, where: Callable[[int], str]
+) -> Check:
+    """The centre of mass over the polygon of the wheels (n, k, 3) that support all along, looked at along gravity."""
+    R_level_site = settings.compliance.balance.R_level_site
+    coms = coms_of(robot, done.predicted[0], done.predicted)
+    spare = np.empty(len(coms))
+    for i, (T_site_base, com) in enumerate(zip(done.Ts_site_base, coms, strict=True)):
+        _, center = loaded(robot, com, settings.compliance.balance)
+        com_level = R_level_site @ apply(T_site_base, center)
+        spare[i] = margins(feet[i] @ R_level_site.T, com_level[None, :2])[0]
+    at = int(np.argmin(spare))
+    return Check("balance", bool(spare[at] >= 0), float(spare[at]), "m", where(at))
+
+
+def _touch_down(done: Execution, settings: ExecutionSettings) -> Check:
+    """Whether the ground is predicted to stop the lowering."""
+    name = "touch-down"
+    if done.stopped_at < 0:
+        risen = max(float(done.forces[-1, done.leg, 2]), 0.0)
+        where = f"{settings.overshoot:.2f} m below the planned contact the wheel carries {risen:.0f} N"
+        return Check(name, False, risen - done.stop_force, "N", where)
+    left = done.lowest - done.commanded[done.stopped_at, 6 * done.leg : 6 * done.leg + 6]
+    whole = done.lowest - done.commanded[done.guarded_from, 6 * done.leg : 6 * done.leg + 6]
+    share = float(np.abs(left).max() / np.abs(whole).max())
+    return Check(name, True, share, "of the way down", f"waypoint {done.stopped_at}")
+
+
+def _offset(done: Execution, settings: ExecutionSettings) -> Check:
+    name, offset = "touch-down offset", done.touch_down_offset
+    if np.isnan(offset):
+        return Check(name, False, float("nan"), "m", "the wheel does not touch the ground")
+    return Check(name, offset <= settings.largest_offset, settings.largest_offset - offset, "m", f"{offset:.3f} m off")

@@ -1,0 +1,374 @@
+"""The set points of a step in each mode, row by row, together with the motion that they are predicted to give."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.forces import distribute, equilibrium_matrix
+from footfall.balance.payload import loaded
+from footfall.core.frames import apply
+from footfall.core.progress import Progress
+from footfall.planning.compliance.from_telemetry import holding, wheel_arms
+from footfall.planning.compliance.predict import advanced
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.execution.leg_moves import strained, with_hub_at
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.step.problem import StepPlan
+from footfall.robot.kinematics import center_of_mass, wheel_centers
+
+Array = NDArray[np.float64]
+
+ROW = 0.05
+"""Largest change of a planned joint between two waypoints [rad]."""
+SHARES = 10
+"""Waypoints in which load leaves the leg, or comes onto it, with the chassis held."""
+HALF = 0.5
+"""The first set points with load on the wheel give it more than this share: those for less may be above where lowering
+stopped, which depends on the ground, and would lift the wheel again."""
+GUARDED = 0.03
+"""Lowering is guarded from this height over the ground on [m]."""
+FALL = 0.002
+"""Guarded lowering is looked at every so far [m]."""
+LEAST_FALL = 0.01
+"""A shorter way down has no direction worth following [m]."""
+ROUNDS = 3
+"""In which a set point that depends on the sag that it causes is found; the error shrinks tenfold in each."""
+
+
+class Lost(Exception):
+    """The motion can't be commanded or predicted any further; its text says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """rests: one for each waypoint; phases: (n,). guarded_from, stopped_at, lowest, stop_force: see problem.Execution.
+
+    stopped_at is −1 where lowering would not be stopped by the ground.
+    """
+
+    rests: tuple[Rest, ...]
+    phases: tuple[str, ...]
+    guarded_from: int
+    stopped_at: int
+    lowest: Array
+    stop_force: float
+
+    @property
+    def commanded(self) -> Array:
+        return np.array([rest.commanded for rest in self.rests])
+
+
+class _Walker:
+    """Follows set points from row to row and remembers where the rover was."""
+
+    def __init__(self, rover: CompliantRover, start: Rest, rows: int, progress: Progress) -> None:
+        """rows: about how many there will be."""
+        self.rover, self.rest, self._rows, self._progress = rover, start, rows, progress
+        self.rests, self.phases = [start], ["unload"]
+
+    def go(self, commanded: Array, phase: str) -> None:
+        self._progress(min(len(self.rests) / self._rows, 1.0), f"predicting how the rover gives way: {phase}")
+        rest = advanced(self.rover, self.rest, commanded)
+        if not rest.settled:
+            raise Lost(f"in {phase}, at waypoint {len(self.rests)}, nothing holds the rover in balance")
+        self.rest = rest
+        self.rests.append(rest)
+        self.phases.append(phase)
+
+    def line(self, commanded: Array, phase: str, rows: int | None = None) -> None:
+        """Straight to the set points in so many rows, else as many as keep ``ROW``."""
+        origin = self.rest.commanded
+        count = rows or max(1, int(np.ceil(np.abs(commanded - origin).max() / ROW)))
+        for row in range(1, count + 1):
+            self.go(commanded if row == count else origin + row / count * (commanded - origin), phase)
+
+
+class Commander(ABC):
+    """What one mode commands. The plan's wheel path is kept in site; ``T_plan`` is the chassis pose planned with."""
+
+    def __init__(
+        self, rover: CompliantRover, start: Rest, plan: StepPlan, settings: ExecutionSettings, progress: Progress
+    ) -> None:
+        self.rover, self.robot, self.start, self.plan, self.settings = rover, rover.robot, start, plan, settings
+        self.leg, self.own = plan.leg, slice(6 * plan.leg, 6 * plan.leg + 6)
+        self.T_plan = np.asarray(plan.T_site_base)
+        self.postures, self.phases = _finer(plan)
+        self.walker = _Walker(rover, start, len(self.postures) + 3 * SHARES, progress)
+        self.hubs = self._planned_hubs()
+        self.deepest = self.hubs[-1] - (0.0, 0.0, settings.overshoot)
+        self.normals = start.normals.copy()
+        weight = rover.mass * float(np.linalg.norm(rover.gravity))
+        self.stop_force = settings.stop_share * weight / self.robot.leg_count
+
+    def course(self) -> Course:
+        """All rows of the step. Raises Lost where it can't be commanded or predicted to its end."""
+        self.unload()
+        for i in range(1, len(self.postures)):
+            if self.phases[i] == "lower" and self._near_ground(i):
+                break
+            self.carry(i)
+        guarded_from = len(self.walker.rests) - 1
+        lowest = self.lowest()
+        target = self.walker.rest.commanded.copy()
+        target[self.own] = lowest
+        stopped_at = self._lowered(target)
+        if stopped_at >= 0:
+            self.normals[self.leg] = self.plan.normal
+            self.load()
+        walker = self.walker
+        return Course(tuple(walker.rests), tuple(walker.phases), guarded_from, stopped_at, lowest, self.stop_force)
+
+    @abstractmethod
+    def unload(self) -> None:
+        """Take the load off the leg."""
+
+    @abstractmethod
+    def carry(self, i: int) -> None:
+        """To the planned posture i with the wheel in the air."""
+
+    @abstractmethod
+    def lowest(self) -> Array:
+        """Set points (6,) of the leg that would bring its wheel below the ground by the overshoot."""
+
+    @abstractmethod
+    def load(self) -> None:
+        """Give the leg its load again."""
+
+    def set_points(self, posture: Array, T_site_base: Array, hubs: Array, forces: Array) -> Array:
+        """Set points (legs × 6,) that hold a posture against gravity and the ground's forces (legs, 3)."""
+        torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
+        return posture + torques / self.start.stiffness - self.start.bias
+
+    def hanging(self, T_site_base: Array, near: Array, hub: Array) -> Array:
+        """Set points (6,) of the swing leg that hang its hub at a place in site; near: a posture (legs × 6,)."""
+        q = with_hub_at(self.robot, self.leg, near, T_site_base, hub)
+        if q is None:
+            raise Lost(f"leg {self.leg} can't reach where its wheel is to be while the chassis gives way")
+        posture = near.copy()
+        posture[self.own] = q
+        nothing = np.zeros((self.robot.leg_count, 3))
+        hubs, _ = self.rover.wheels(posture, T_site_base)
+        return self.set_points(posture, T_site_base, hubs, nothing)[self.own]
+
+    def standing_forces(self) -> Array:
+        """Forces (legs, 3) [N] of least norm that hold the rover on its new stance, in the planned goal posture."""
+        hubs, center, mass = self.goal()
+        R = self.rover.settings.balance.R_level_site
+        standing = self.start.touching.copy()
+        standing[self.leg] = True
+        found = distribute(
+            wheel_arms(self.rover, hubs, self.normals)[standing] @ R.T,
+            self.normals[standing] @ R.T,
+            R @ center,
+            mass,
+            self.rover.settings.balance.gravity,
+            (1 - self.settings.spare_friction) * self.rover.settings.balance.friction,
+        )
+        if found is None:
+            raise Lost("no contact forces inside friction hold the rover on its new stance")
+        forces = np.zeros_like(hubs)
+        forces[standing] = found @ R
+        return forces
+
+    def goal(self) -> tuple[Array, Array, float]:
+        """Hubs (legs, 3), centre of mass (3,), all in site, and mass [kg], in the planned goal posture."""
+        hubs, _ = self.rover.wheels(self.postures[-1], self.T_plan)
+        mass, center = loaded(self.robot, center_of_mass(self.robot, self.postures[-1]), self.rover.settings.balance)
+        return hubs, apply(self.T_plan, center), mass
+
+    def _planned_hubs(self) -> Array:
+        """Where the swing leg's hub is to be, site, (n, 3) [m]: as planned.
+
+        While it lifts, higher by what the loaded wheel is pressed in at first, which fades with the height.
+        """
+        hubs = np.array([apply(self.T_plan, wheel_centers(self.robot, q)[self.leg]) for q in self.postures])
+        pressed = self.start.rims[self.leg] - hubs[0]
+        lifting = np.array([phase == "lift" for phase in self.phases])
+        heights = np.maximum(hubs[lifting, 2] - hubs[0, 2], 0.0)
+        hubs[lifting] += (1.0 - heights / max(heights.max(), 1e-6))[:, None] * pressed
+        return hubs
+
+    def _near_ground(self, i: int) -> bool:
+        """Whether the way to the planned posture i would bring the wheel too near to the ground to go unguarded."""
+        fall = self.hubs[i - 1, 2] - self.hubs[i, 2]
+        return self.rover.gaps(self.walker.rest)[self.leg] - fall < GUARDED
+
+    def _lowered(self, target: Array) -> int:
+        """Go down the guarded line; the row that is predicted to stop it, or −1."""
+        walker, up = self.walker, np.array([0.0, 0.0, 1.0])
+        origin, T = walker.rest.commanded, walker.rest.T_site_base
+        ends = [apply(T, wheel_centers(self.robot, q)[self.leg]) for q in (origin, target)]
+        rows = max(2, int(np.ceil((ends[0] - ends[1])[2] / FALL)))
+        for row in range(1, rows + 1):
+            walker.go(target if row == rows else origin + row / rows * (target - origin), "lower")
+            if walker.rest.forces[self.leg] @ up >= self.stop_force:
+                return len(walker.rests) - 1
+        return -1
+
+
+class AsCommanded(Commander):
+    """The plan's postures are the set points, before and after them the deflection that the loaded leg had."""
+
+    def unload(self) -> None:
+        self._leg_to(self.plan.waypoints[0][self.own], "unload")
+
+    def carry(self, i: int) -> None:
+        self._leg_to(self.postures[i][self.own], self.phases[i])
+
+    def lowest(self) -> Array:
+        q = with_hub_at(self.robot, self.leg, self.postures[-1], self.T_plan, self.deepest)
+        if q is None:
+            raise Lost(f"leg {self.leg} can't reach {self.settings.overshoot:g} m below the planned contact")
+        return q
+
+    def load(self) -> None:
+        deflection = self.start.commanded[self.own] - self.plan.waypoints[0][self.own]
+        self._leg_to(self.plan.waypoints[-1][self.own] + deflection, "load")
+
+    def _leg_to(self, q: Array, phase: str) -> None:
+        target = self.walker.rest.commanded.copy()
+        target[self.own] = q
+        self.walker.line(target, phase)
+
+
+class DroopAware(AsCommanded):
+    """The swing leg alone is commanded, so that its hub is where it was planned while the chassis sags."""
+
+    def unload(self) -> None:
+        walker, hub = self.walker, self.hubs[0]
+        target = self.start.commanded.copy()
+        end = self.start
+        for _ in range(ROUNDS):
+            target[self.own] = self.hanging(end.T_site_base, end.posture, hub)
+            end = advanced(self.rover, self.start, target)
+            if not end.settled:
+                raise Lost(f"with leg {self.leg} unloaded nothing holds the rover in balance")
+        walker.line(target, "unload")
+
+    def carry(self, i: int) -> None:
+        walker = self.walker
+        target, end = walker.rest.commanded.copy(), walker.rest
+        near = self.postures[i]
+        for _ in range(ROUNDS - 1):
+            target[self.own] = self.hanging(end.T_site_base, _with(end.posture, near, self.own), self.hubs[i])
+            end = advanced(self.rover, walker.rest, target)
+            if not end.settled:
+                break
+        walker.go(target, self.phases[i])
+
+    def lowest(self) -> Array:
+        return self.beyond_goal(self.walker.rest.T_site_base, self.walker.rest.posture)
+
+    def beyond_goal(self, T_site_base: Array, posture: Array) -> Array:
+        """Set points (6,) on the line from the present ones through those that hang the hub where it is to touch.
+
+        A straight line in the joints is a curve of the wheel: so it is right where it matters.
+        """
+        near = _with(posture, self.postures[-1], self.own)
+        height = self.walker.rest.hubs[self.leg, 2] - self.hubs[-1, 2]
+        if height < LEAST_FALL:
+            return self.hanging(T_site_base, near, self.deepest)
+        origin, touching = self.walker.rest.commanded[self.own], self.hanging(T_site_base, near, self.hubs[-1])
+        return origin + (height + self.settings.overshoot) / height * (touching - origin)
+
+    def load(self) -> None:
+        forces = self.standing_forces()
+        hubs, _, _ = self.goal()
+        strains = np.zeros_like(forces)
+        strains[self.leg] = -forces[self.leg] / self.rover.wheel_stiffness
+        posture = strained(self.robot, self.postures[-1], self.T_plan, self.normals, strains, self.rover.body.rolled)
+        self._leg_to(self.set_points(posture, self.T_plan, hubs, forces)[self.own], "load")
+
+
+class PoseHeld(DroopAware):
+    """All legs are commanded, so that the chassis keeps its pose.
+
+    Closed form: with the pose fixed, contact forces of least change balance the rover; each hub shifts by −Δf / k_w
+    against its rim, joints follow, and the set points are q + (G − Jᵀ f) / k.
+    """
+
+    def unload(self) -> None:
+        self._posture, self._forces = self.start.posture.copy(), self.start.forces.copy()
+        swing = self.start.forces[self.leg]
+        for row in range(1, SHARES + 1):
+            self._shift(self._posture, (1 - row / SHARES) * swing)
+            self._command("unload")
+
+    def carry(self, i: int) -> None:
+        q = with_hub_at(self.robot, self.leg, _with(self._posture, self.postures[i], self.own), self._T, self.hubs[i])
+        if q is None:
+            raise Lost(f"leg {self.leg} can't reach where its wheel is planned to be")
+        posture = self._posture.copy()
+        posture[self.own] = q
+        self._shift(posture, np.zeros(3))
+        self._command(self.phases[i])
+
+    def lowest(self) -> Array:
+        return self.beyond_goal(self._T, self._posture)
+
+    def load(self) -> None:
+        posture = _with(self._posture, self.postures[-1], self.own)
+        self._shift(posture, np.zeros(3))
+        in_the_air, standing = self._forces.copy(), self.standing_forces()
+        share_now = self.walker.rest.forces[self.leg, 2] / max(standing[self.leg, 2], 1.0)
+        for row in range(1, SHARES + 1):
+            share = row / SHARES
+            self._strain(self._posture, in_the_air + share * (standing - in_the_air))
+            if share > min(max(share_now, HALF), 0.99):
+                self._command("load")
+
+    @property
+    def _T(self) -> Array:
+        """The pose that is kept: the measured one."""
+        return self.start.T_site_base
+
+    def _shift(self, posture: Array, swing: Array) -> None:
+        """Take the posture, with a force (3,) on the swing leg's wheel: the others' change least."""
+        mass, center = loaded(self.robot, center_of_mass(self.robot, posture), self.rover.settings.balance)
+        hubs, _ = self.rover.wheels(posture, self._T)
+        others = self.start.touching.copy()
+        others[self.leg] = False
+        forces = self._forces.copy()
+        forces[self.leg] = swing
+        matrix = equilibrium_matrix(wheel_arms(self.rover, hubs, self.normals), apply(self._T, center))
+        lacking = np.append(-mass * self.rover.gravity, np.zeros(3)) - matrix @ forces.ravel()
+        columns = np.repeat(others, 3)
+        forces[others] += np.linalg.lstsq(matrix[:, columns], lacking, rcond=None)[0].reshape(-1, 3)
+        self._strain(posture, forces)
+
+    def _strain(self, posture: Array, forces: Array) -> None:
+        """Let the hubs go where the forces' change presses them; a swinging wheel is pressed by nothing."""
+        strains = -(forces - self._forces) / self.rover.wheel_stiffness
+        self._posture = strained(self.robot, posture, self._T, self.normals, strains, self.rover.body.rolled)
+        self._forces = forces
+
+    def _command(self, phase: str) -> None:
+        hubs, _ = self.rover.wheels(self._posture, self._T)
+        self.walker.go(self.set_points(self._posture, self._T, hubs, self._forces), phase)
+
+
+COMMANDERS: dict[str, type[Commander]] = {
+    "as_commanded": AsCommanded,
+    "droop_aware": DroopAware,
+    "pose_held": PoseHeld,
+}
+
+
+def _with(posture: Array, other: Array, own: slice) -> Array:
+    """The posture with one leg's angles of another."""
+    out = posture.copy()
+    out[own] = other[own]
+    return out
+
+
+def _finer(plan: StepPlan) -> tuple[Array, tuple[str, ...]]:
+    """The plan's waypoints with others between, no joint changing by more than ``ROW``."""
+    postures, phases = [np.array(plan.waypoints[0])], [plan.phases[0]]
+    for before, after, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True):
+        count = max(1, int(np.ceil(np.abs(after - before).max() / ROW)))
+        for part in range(1, count + 1):
+            postures.append(after if part == count else before + part / count * (after - before))
+            phases.append(phase)
+    return np.array(postures), tuple(phases)

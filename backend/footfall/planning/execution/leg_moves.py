@@ -1,0 +1,44 @@
+"""Small moves of one leg that need no inverse kinematics: hub or contact point followed by least change of joints.
+
+The hub's place fixes three of six joints' freedom; of all postures that have it, the one nearest to a posture already
+known is taken. So no branch can flip, also where the wrist is straight, and the wheel turns by little.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.posture_statics import PostureStatics
+from footfall.core.frames import apply, inverse
+from footfall.robot.kinematics import leg_wheel_pose, wheel_jacobian
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 12
+_CLOSE = 1e-7
+"""How near the hub must come [m]."""
+
+
+def with_hub_at(robot: Robot, leg: int, posture: Array, T_site_base: Array, hub: Array) -> Array | None:
+    """Angles (6,) of a leg near its own in ``posture`` with its hub at ``hub``, site (3,); None out of reach."""
+    target = apply(inverse(T_site_base), hub)
+    out = np.array(posture)
+    own = slice(6 * leg, 6 * leg + 6)
+    for _ in range(_ROUNDS):
+        away = target - leg_wheel_pose(robot, out[own], leg)[:3, 3]
+        if np.linalg.norm(away) < _CLOSE:
+            return out[own]
+        out[own] += np.linalg.pinv(wheel_jacobian(robot, out, leg)) @ away
+    return None
+
+
+def strained(robot: Robot, posture: Array, T_site_base: Array, normals: Array, strains: Array, rolled: float) -> Array:
+    """The posture (legs × 6,) after each wheel's spring was strained by strains (legs, 3) [m] more, chassis unmoved.
+
+    A rim sticks and rolls as its locked wheel turns: what moves against the ground is the point of the wheel that
+    touches it, ``rolled`` [m] under the hub along the normal (legs, 3), site. For a millimetre or so at a time.
+    """
+    statics = PostureStatics(robot, posture)
+    R = T_site_base[:3, :3]
+    J = statics.contact_jacobians(list(robot.legs), statics.wheel_centers - rolled * normals @ R)
+    return posture + (np.linalg.pinv(J) @ (strains @ R)[:, :, None]).ravel()

@@ -1,0 +1,289 @@
+"""A planned step becomes set points whose predicted motion is the planned one; everything is checked.
+
+The method of the prediction is in :mod:`footfall.planning.compliance.rover`, that of each mode in
+:mod:`footfall.planning.execution.course`.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import Progress, no_progress, part
+from footfall.core.value import Provenance
+from footfall.planning.compliance.from_telemetry import measured
+from footfall.planning.compliance.predict import predict
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
+from footfall.planning.execution.checks import ADVICE, checks_of
+from footfall.planning.execution.course import COMMANDERS, FALL, Course, Lost
+from footfall.planning.execution.problem import Execution, ExecutionResult
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.stance.body_move import No, stance_of
+from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.step.plan import plan_step
+from footfall.planning.step.problem import Check, Status, StepPlan, StepSettings
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import height_at
+
+Array = NDArray[np.float64]
+
+MOST_LIFTS = 5
+"""Heights of the lift that are tried."""
+MORE = 0.02
+"""Lifted more than what was lacking, as a higher lift sags more [m]."""
+MOVED_Q, MOVED = 0.02, 0.03
+"""A joint [rad] and the chassis [m] may be so far from where the plan starts: more, and it is another stance."""
+SWAY = 0.7
+"""Half the period in which the chassis sways after a stop [s]: 1.2 to 1.5 s, mostly about the vertical."""
+GENTLE = 0.05
+"""Speed of the wheel where it is lowered towards the ground [m/s]."""
+
+
+def plan_execution(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    plan: StepPlan,
+    settings: ExecutionSettings | None = None,
+    commanded: ArrayLike | None = None,
+    progress: Progress = no_progress,
+) -> ExecutionResult:
+    """What to command so that the yielding rover makes the step ``plan``, checked where it is predicted to be.
+
+    state: as measured now, where the plan starts. commanded: (legs × 6,) the present set points; None: from the
+    measured torques, posture + torque / stiffness. progress: may raise Cancelled.
+
+    Returns a result; a step that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
+    settings are of another robot or make no sense.
+    """
+    settings = settings or ExecutionSettings()
+    if not isinstance(settings, ExecutionSettings):
+        raise InvalidInput("an execution takes ExecutionSettings")
+    _require_fit(robot, state, plan)
+    parents = {"plan": plan.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
+    provenance = Provenance(parents, settings)
+
+    def no(status: Status, reason: str, checks: tuple[Check, ...] = ()) -> ExecutionResult:
+        return ExecutionResult(status, None, reason, checks, provenance)
+
+    progress(0.0, "looking at the ground")
+    moved = _moved(state, plan)
+    if moved:
+        return no(Status.START_INVALID, f"{moved}; plan the step anew from where the rover is")
+    stance = stance_of(robot, dem, state, settings.clearance, reach_out=_REACH_OUT)
+    if isinstance(stance, No):
+        return no(stance.status, stance.reason)
+    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance)
+    try:
+        start = measured(rover, state, commanded)
+    except InvalidInput as err:
+        return no(Status.START_INVALID, f"{err.message}; put the legs down first")
+    attempt = _Attempt(rover, stance.body, state, start, settings, provenance)
+    try:
+        if settings.mode == "as_commanded":
+            done, checks = attempt.lifted_enough(dem, plan, progress)
+        else:
+            done, checks = attempt.run(plan, progress)
+    except Lost as lost:
+        return no(Status.NO_PATH, f"{lost}; move the chassis, choose another footfall, or take another mode")
+    progress(1.0, "done")
+    bad = [check for check in checks if not check.holds]
+    if bad:
+        return ExecutionResult(Status.NO_PATH, done, _told(bad[0]), checks, provenance)
+    return ExecutionResult(Status.FOUND, done, "", checks, provenance)
+
+
+_REACH_OUT = 0.5
+"""Ground beyond feet and chassis that the leg may step onto [m]."""
+
+
+class _Attempt:
+    def __init__(
+        self,
+        rover: CompliantRover,
+        body: WholeBody,
+        state: RobotState,
+        start: Rest,
+        settings: ExecutionSettings,
+        provenance: Provenance,
+    ) -> None:
+        self.rover, self.robot, self.body, self.state, self.start = rover, rover.robot, body, state, start
+        self.settings, self.provenance = settings, provenance
+
+    def lifted_enough(self, dem: Dem, plan: StepPlan, progress: Progress) -> tuple[Execution, tuple[Check, ...]]:
+        """The execution with the lift raised until the wheel clears the ground, or the last that could be planned."""
+        made_with = plan.provenance.settings
+        asked = made_with if isinstance(made_with, StepSettings) else StepSettings()
+        lift, found = asked.lift, None
+        for i in range(MOST_LIFTS):
+            now = part(progress, i / MOST_LIFTS, (i + 1) / MOST_LIFTS)
+            found = self.run(plan, now)
+            done = found[0]
+            swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]
+            lacking = self.settings.least_clearance - float(done.clearance[swings].min())
+            if lacking <= 0 or lift >= self.settings.most_lift:
+                break
+            # what is lifted more is partly lost to sag: by the share of the lift that arrived
+            lift = min(lift + max(lacking, 0.0) + MORE, self.settings.most_lift)
+            higher = plan_step(
+                self.robot,
+                dem,
+                self.state,
+                plan.leg,
+                (plan.contact[0], plan.contact[1]),
+                settings=replace(asked, lift=lift),
+            )
+            if higher.plan is None:
+                break
+            plan = higher.plan
+        if found is None:
+            raise Lost("no lift was tried")
+        return found
+
+    def run(self, plan: StepPlan, progress: Progress) -> tuple[Execution, tuple[Check, ...]]:
+        """One execution of one plan with its checks. Raises Lost."""
+        commander = COMMANDERS[self.settings.mode](
+            self.rover, self.start, plan, self.settings, part(progress, 0.0, 0.6)
+        )
+        course = commander.course()
+        progress(0.6, "how sure the clearance is")
+        done = self._execution(plan, course)
+        progress(0.7, "checking where the rover will be")
+        rests = course.rests
+        torques, contacts = np.array([one.torques for one in rests]), np.array([one.contacts for one in rests])
+        return done, checks_of(self.robot, done, torques, self.body, contacts, self.settings)
+
+    def _execution(self, plan: StepPlan, course: Course) -> Execution:
+        rests, leg, settings = course.rests, plan.leg, self.settings
+        forces = np.array([one.forces for one in rests])
+        normals = np.array([one.normals for one in rests])
+        loads = np.sum(forces * normals, axis=2)
+        sideways = np.linalg.norm(forces - loads[..., None] * normals, axis=2)
+        friction = self.rover.settings.balance.friction
+        use = np.where(loads > settings.least_load, sideways / (friction * np.maximum(loads, 1e-9)), 0.0)
+        clearance = rim_clearance(
+            self.body.ground.dem, np.array([one.hubs[leg] for one in rests]), self.robot.wheel_radius
+        )
+        touched = [i for i in range(course.guarded_from, len(rests)) if rests[i].touching[leg]]
+        touch_down = rests[touched[0]].contacts[leg] if touched else np.full(3, np.nan)
+        durations = _durations(self.robot, course, settings.speed_fraction)
+        return Execution(
+            leg=leg,
+            mode=settings.mode,
+            plan=plan,
+            commanded=course.commanded,
+            predicted=np.array([one.posture for one in rests]),
+            Ts_site_base=np.array([one.T_site_base for one in rests]),
+            phases=course.phases,
+            durations=durations,
+            pauses=_pauses(course.phases, settings.pause),
+            forces=forces,
+            loads=loads,
+            friction_use=use,
+            clearance=clearance,
+            clearance_uncertainty=clearance - self._softer(course, leg),
+            guarded_from=course.guarded_from,
+            stopped_at=course.stopped_at,
+            lowest=course.lowest,
+            stop_force=course.stop_force,
+            touch_down=touch_down,
+            touch_down_offset=float(np.linalg.norm((touch_down - plan.contact)[:2])),
+            provenance=self.provenance,
+        )
+
+    def _softer(self, course: Course, leg: int) -> Array:
+        """Clearance (n,) [m] with all springs softer by the tolerance, started from the same telemetry; NaN beyond."""
+        own = self.settings.compliance
+        soft = CompliantRover(self.robot, self.rover.dem, softer(own, self.settings.tolerance))
+        motion = predict(soft, measured(soft, self.state, self.start.commanded, fitted=False), course.commanded)
+        out = np.full(len(course.rests), np.nan)
+        hubs = np.array([one.hubs[leg] for one in motion.rests])
+        out[: len(hubs)] = rim_clearance(self.body.ground.dem, hubs.reshape(-1, 3), self.robot.wheel_radius)
+        return out
+
+
+def softer(settings: ComplianceSettings, share: float) -> ComplianceSettings:
+    """The settings with all springs softer by a share 0…1."""
+    joint, wheel = (max(scale * (1 - share), 1 / WIDEST) for scale in (settings.joint_scale, settings.wheel_scale))
+    return replace(settings, joint_scale=joint, wheel_scale=wheel)
+
+
+def rim_clearance(dem: Dem, hubs: Array, radius: float) -> Array:
+    """How far balls of a wheel's radius at hubs (n, 3) can fall before they touch the ground, (n,) [m].
+
+    Negative: they would have to rise. Unknown ground is left out; NaN where all is unknown.
+    """
+    steps = max(4, int(np.ceil(radius / dem.geometry.resolution)))
+    offsets = np.linspace(-radius, radius, 2 * steps + 1)
+    dx, dy = (part.ravel() for part in np.meshgrid(offsets, offsets))
+    inside = dx * dx + dy * dy <= radius * radius
+    dx, dy = dx[inside], dy[inside]
+    lower = np.sqrt(np.maximum(radius * radius - dx * dx - dy * dy, 0.0))
+    above = hubs[:, 2:] - lower - height_at(dem, hubs[:, :1] + dx, hubs[:, 1:2] + dy)
+    known = np.isfinite(above).any(axis=1)
+    out = np.full(len(hubs), np.nan)
+    out[known] = np.nanmin(above[known], axis=1)
+    return out
+
+
+def _durations(robot: Robot, course: Course, fraction: float) -> Array:
+    """Seconds to each waypoint, (n,); 0 to the first. At a share of the speed limits, with two exceptions.
+
+    The last SWAY seconds of each phase go at half speed: a stop in two halves, half a period of the chassis' sway
+    apart, leaves it still, as the second sway cancels the first (Singer & Seering 1990). Guarded lowering is slow, so
+    that it stops close to where the ground was met.
+    """
+    travel = np.abs(np.diff(course.commanded, axis=0)) / (fraction * robot.speed_limits)
+    out = np.append(0.0, travel.max(axis=1))
+    guarded = slice(course.guarded_from + 1, course.stopped_at + 1 if course.stopped_at >= 0 else len(out))
+    out[guarded] = np.maximum(out[guarded], FALL / GENTLE)
+    ends = [i for i in _last(course.phases) if not guarded.start <= i < guarded.stop]
+    for end in ends:
+        slow, row = 0.0, end
+        while row > 0 and course.phases[row] == course.phases[end] and slow < SWAY:
+            out[row] *= 2
+            slow += out[row]
+            row -= 1
+    return out
+
+
+def _last(phases: tuple[str, ...]) -> list[int]:
+    """The waypoints at which phases end."""
+    return [i for i, phase in enumerate(phases) if i == len(phases) - 1 or phases[i + 1] != phase]
+
+
+def _pauses(phases: tuple[str, ...], pause: float) -> Array:
+    """Seconds to wait after each waypoint: at the end of each phase."""
+    out = np.zeros(len(phases))
+    out[_last(phases)] = pause
+    return out
+
+
+def _require_fit(robot: Robot, state: RobotState, plan: StepPlan) -> None:
+    if state.robot != robot.name or state.leg_count != robot.leg_count:
+        raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
+    planned_for = plan.parents.get("robot")
+    if planned_for is not None and planned_for != robot.digest:
+        raise InvalidInput(
+            f"the plan was made for another robot than {robot.name}; give the one it was planned with",
+            planned_for=planned_for,
+            given=robot.digest,
+        )
+
+
+def _moved(state: RobotState, plan: StepPlan) -> str:
+    """How far the rover is from where the plan starts; empty where it is there."""
+    joints = float(np.abs(state.posture - plan.waypoints[0]).max())
+    chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - plan.T_site_base[:3, 3]))
+    if joints > MOVED_Q or chassis > MOVED:
+        return f"a joint is {joints:.3f} rad and the chassis {chassis:.3f} m from where the plan starts"
+    return ""
+
+
+def _told(check: Check) -> str:
+    size = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
+    return f"the predicted motion fails the check of {check.name}{size} ({check.where}); {ADVICE[check.name]}"

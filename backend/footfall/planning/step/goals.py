@@ -1,0 +1,131 @@
+"""How the leg may stand at the goal: postures on the contact, best first, each with its free way up."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from footfall.planning.step.branches import bend_text
+from footfall.planning.step.edges import Array
+from footfall.planning.step.footing import Stance
+from footfall.planning.step.ground import Contact
+from footfall.planning.step.lift import branch_of, vertical
+from footfall.planning.step.problem import Decision
+from footfall.planning.step.rise import blocked_rise, rises, space_of
+from footfall.planning.step.situation import TRUE, Situation
+from footfall.planning.step.target import Candidate, candidates
+from footfall.planning.step.watch import Watch
+
+MOST_GOALS = 3
+"""Goal postures whose lowering works that are handed to the planners, best first."""
+MOST_TOLD = 3
+"""Postures that rank better than the one taken whose fault is told."""
+ADVICE = "choose a footfall nearer to the leg's present one or on more open ground, or lower raise_terrain or clearance"
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal posture that the wheel can be lowered to. place: its rank, 0 best; up: (n, 6) from it to above it."""
+
+    place: int
+    candidate: Candidate
+    up: Array
+
+
+class Goals:
+    """Up to MOST_GOALS goals, best first, each worked out when it is first asked for.
+
+    refusal: why there is none, with what to try; empty where there is one.
+    """
+
+    def __init__(self, situation: Situation, watch: Watch, stance: Stance, contact: Contact, q_start: Array) -> None:
+        self._situation, self._watch = situation, watch
+        self._found: list[Goal] = []
+        branch, asked = branch_of(situation.robot, situation.leg, q_start), situation.settings.branch
+        everyone = candidates(situation.robot, situation.leg, contact, situation.T_site_base, q_start, branch)
+        self._q_start = q_start
+        self._possible = [one for one in everyone if asked is None or one.branch // 2 == asked // 2]
+        self._rest = self._worked_out()
+        self.refusal = self._unreachable(stance, contact, everyone) if not self._possible else ""
+        if not self.refusal and next(iter(self), None) is None:
+            x, y, _ = contact.point
+            self.refusal = (
+                f"leg {situation.leg} can't stand at ({x:.2f}, {y:.2f}): none of {len(self._possible)} postures that "
+                f"reach it is allowed; in the nearest, {self._objection(self._possible[0])}; {ADVICE}"
+            )
+
+    def __iter__(self) -> Iterator[Goal]:
+        yield from self._found
+        for goal in self._rest:
+            self._found.append(goal)
+            yield goal
+
+    def decisions(self, taken: Goal) -> list[Decision]:
+        """The better postures that were refused, why, and the posture that was taken, with how it ranks.
+
+        Those that were refused for their own sake are told; those that no planner led to are the planners' to tell.
+        """
+        count, handed = len(self._possible), {goal.place for goal in self._found}
+        refused = [place for place in range(taken.place) if place not in handed]
+        told = []
+        for place in refused[:MOST_TOLD]:
+            one = self._possible[place]
+            text = f"rank {place + 1}, {posture_text(one)}, is not allowed: {self._objection(one)}"
+            told.append(Decision("goal", False, text))
+        if len(refused) > MOST_TOLD:
+            more = len(refused) - MOST_TOLD
+            told.append(Decision("goal", False, f"{more} more of better rank are not allowed either"))
+        one = taken.candidate
+        away = float(np.abs(one.q - self._q_start).max())
+        text = f"rank {taken.place + 1} of {count} postures that reach the footfall: {posture_text(one)}, "
+        return [*told, Decision("goal", True, text + f"{away:.2f} rad from the start in the joint that turns most")]
+
+    def _worked_out(self) -> Iterator[Goal]:
+        situation, found = self._situation, 0
+        space = space_of(situation, self._watch, TRUE)
+        for place, candidate in enumerate(self._possible):
+            self._watch.tick()
+            if not space.is_free(candidate.q):
+                continue
+            up = self._way_up(candidate)
+            if not isinstance(up, str) and rises(situation, self._watch, up):
+                found += 1
+                yield Goal(place, candidate, up)
+                if found == MOST_GOALS:
+                    return
+
+    def _way_up(self, candidate: Candidate) -> Array | str:
+        situation = self._situation
+        return vertical(situation.robot, situation.leg, situation.T_site_base, candidate.q, situation.settings.lift)
+
+    def _objection(self, candidate: Candidate) -> str:
+        """What forbids a goal posture or its way up."""
+        objection = self._situation.objection(candidate.q, TRUE)
+        if objection:
+            return objection
+        up = self._way_up(candidate)
+        if isinstance(up, str):
+            return f"the wheel can't be lowered: {up}"
+        return blocked_rise(self._situation, self._watch, up)
+
+    def _unreachable(self, stance: Stance, contact: Contact, everyone: list[Candidate]) -> str:
+        leg, (x, y, _) = self._situation.leg, contact.point
+        asked = self._situation.settings.branch
+        if everyone and asked is not None:
+            others = sorted({one.branch // 2 for one in everyone})
+            return (
+                f"leg {leg} can't stand at ({x:.2f}, {y:.2f}) with {bend_text(asked)}, only with "
+                f"{' or '.join(bend_text(2 * one) for one in others)}; ask for that branch, or leave it open"
+            )
+        away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
+        too_far = f", farther than the {reach:.2f} m it can reach" if away > reach else ""
+        return (
+            f"leg {leg} can't stand at ({x:.2f}, {y:.2f}): it is {away:.2f} m from its hip{too_far}; no joint "
+            "angles inside the limits put the wheel upright there; choose a footfall that the reach map shows green"
+        )
+
+
+def posture_text(one: Candidate) -> str:
+    """A goal posture in words: branch, heading and lean of the wheel."""
+    lean = f", leaning {np.rad2deg(one.lean):.1f}°" if one.lean > 0 else ""
+    return f"{bend_text(one.branch)}, wheel turned {np.rad2deg(one.turn):+.0f}° from the leg's radial direction{lean}"

@@ -1,0 +1,64 @@
+"""Points that the wheel's centre is to pass during the swing: postures of the leg there."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply, inverse, rotation
+from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.lift import leaned
+from footfall.planning.step.problem import MOST_THROUGH, Point
+from footfall.planning.step.situation import RAISED, Situation
+from footfall.planning.step.target import HEADINGS
+from footfall.robot.ik import solve_leg
+
+
+def require_points(through: Sequence[Point]) -> tuple[Point, ...]:
+    """The points as they are recorded. Raises InvalidInput unless they are up to MOST_THROUGH of finite x, y, z."""
+    points = [tuple(float(one) for one in point) for point in through]
+    if len(points) > MOST_THROUGH or any(len(point) != 3 or not np.isfinite(point).all() for point in points):
+        raise InvalidInput(
+            f"the wheel can be led through up to {MOST_THROUGH} points of x, y and z [m] in the site frame",
+            through=[list(point) for point in points],
+        )
+    return tuple((x, y, z) for x, y, z in points)
+
+
+def via_postures(
+    situation: Situation, space: Space, through: Sequence[Point], q_start: Array, q_goal: Array
+) -> list[Array] | str:
+    """A posture (6,) for each point, site [m], allowed during a swing from q_start to q_goal; or what forbids one.
+
+    The wheel keeps the tilt that it has at the start, leaned into the leg's plane or not, and may turn about the
+    vertical. Of the postures that are allowed the one is taken from which the largest joint changes back to the point
+    before and on to the goal are least.
+    """
+    found: list[Array] = []
+    before = q_start
+    for number, point in enumerate(through, 1):
+        where = f"point {number} ({', '.join(f'{one:.2f}' for one in point)})"
+        possible = _postures(situation, point, q_start)
+        if not len(possible):
+            return f"no joint angles inside the limits put the wheel's centre at {where}; move it"
+        far = np.abs(possible - before).max(axis=1) + np.abs(possible - q_goal).max(axis=1)
+        ranked = possible[np.argsort(far, kind="stable")]
+        allowed = next((q for q in ranked if space.is_free(q)), None)
+        if allowed is None:
+            return f"the wheel can't be at {where}: {situation.objection(ranked[0], RAISED)}; move it"
+        found.append(allowed)
+        before = allowed
+    return found
+
+
+def _postures(situation: Situation, point: Point, q_start: Array) -> Array:
+    """Postures (n, 6) inside the limits with the wheel's centre at a point of the site [m]."""
+    T_base_start = situation.wheel(q_start)
+    R_site_base = situation.T_site_base[:3, :3]
+    Ts = np.tile(T_base_start, (len(HEADINGS), 1, 1))
+    for T, turn in zip(Ts, HEADINGS, strict=True):
+        T[:3, :3] = R_site_base.T @ rotation("z", float(turn)) @ R_site_base @ T_base_start[:3, :3]
+    Ts[:, :3, 3] = apply(inverse(situation.T_site_base), np.asarray(point, float))
+    leaning = leaned(situation.robot, situation.leg, Ts, np.ones(len(Ts)))
+    solved = solve_leg(situation.robot, situation.leg, np.concatenate([Ts, leaning]))
+    return solved.q[solved.valid]

@@ -1,0 +1,139 @@
+"""An execution, with the set points and the predicted motion of a step, becomes commands: nothing is left out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidSequence
+from footfall.core.value import Provenance
+from footfall.planning.execution.problem import Execution
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.robot.model import Robot
+from footfall.sequence.commands import AtRest, Command, Sequence
+from footfall.sequence.rules import check_rules
+from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.yielding import follow
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A command and the waypoint of the execution that it ends at."""
+
+    command: Command
+    at: int
+
+
+def sequence_of_execution(
+    execution: Execution, robot: Robot, dem: Dem | None = None, settings: SequenceSettings | None = None
+) -> Sequence:
+    """LEG_MOVEs and POSTURE_MOVEs to the set points, WAITs for the pauses, one LEG_LOWER for the guarded lowering.
+
+    With ``dem`` the motion is predicted anew, from the commands alone, and the rules of motion are checked on it;
+    without it the predicted motion is the execution's. Without ``settings`` they are the execution's own.
+
+    Raises InvalidSequence where the execution is of another robot.
+    """
+    _require_fit(execution, robot)
+    settings = settings or settings_of(execution)
+    rows = _rows(execution)
+    commands = tuple(row.command for row in rows)
+    at_rest = _at_rest(execution, robot, settings)
+    parents = {"execution": execution.digest, "robot": robot.digest}
+    ends = [row.at for row in rows]
+    predicted, poses = execution.predicted[ends], execution.Ts_site_base[ends]
+    commanded, yielding = execution.commanded[ends], None
+    if dem is not None:
+        parents["dem"] = dem.digest
+        yielding = follow(robot, at_rest, commands, dem, settings)
+        predicted, poses, commanded = yielding.postures, yielding.Ts_site_base, yielding.commanded
+    start, T_site_base = at_rest.state.posture, at_rest.state.T_site_base
+    return Sequence(
+        robot=robot.name,
+        commands=commands,
+        start=start,
+        predicted=predicted,
+        T_site_base=T_site_base,
+        rules=check_rules(
+            robot, commands, start, T_site_base, dem, settings, np.vstack([at_rest.set_points, commanded]), yielding
+        ),
+        provenance=Provenance(parents, settings),
+        Ts_site_base=poses,
+        at_rest=at_rest,
+        commanded=commanded,
+    )
+
+
+def settings_of(execution: Execution) -> SequenceSettings:
+    """Sequence settings that check what the execution was checked with."""
+    made_with = execution.provenance.settings
+    if not isinstance(made_with, ExecutionSettings):
+        return SequenceSettings()
+    return SequenceSettings(
+        speed_fraction=made_with.speed_fraction,
+        clearance=made_with.clearance,
+        friction=made_with.compliance.balance.friction,
+        compliance=made_with.compliance,
+    )
+
+
+def _at_rest(execution: Execution, robot: Robot, settings: SequenceSettings) -> AtRest:
+    """How the rover stood when the execution starts."""
+    posture, T_site_base = execution.predicted[0], execution.Ts_site_base[0]
+    stiffness = (1.0 if settings.compliance is None else settings.compliance.joint_scale) * robot.stiffness
+    torques = stiffness * (execution.commanded[0] - posture)
+    state = RobotState(robot.name, 0.0, posture, T_site_base, execution.forces[0], torques, "idle")
+    return AtRest(state, execution.commanded[0])
+
+
+def _rows(execution: Execution) -> list[_Row]:
+    guarded, end = execution.guarded_from, len(execution.phases)
+    stopped = execution.stopped_at if execution.stopped_at >= 0 else end - 1
+    rows: list[_Row] = []
+    for at in range(1, end):
+        if guarded < at < stopped:
+            continue
+        command = _lowering(execution, stopped) if at == stopped else _move(execution, at)
+        rows.append(_Row(command, at))
+        if execution.pauses[at] > 0:
+            rows.append(_Row(Command("WAIT", None, None, float(execution.pauses[at])), at))
+    return rows
+
+
+def _move(execution: Execution, at: int) -> Command:
+    """To the set points of a waypoint; of one leg where only that moves."""
+    leg, (before, target) = execution.leg, execution.commanded[at - 1 : at + 1]
+    own = slice(6 * leg, 6 * leg + 6)
+    seconds, phase = float(execution.durations[at]), execution.phases[at]
+    if np.array_equal(np.delete(before, np.s_[own]), np.delete(target, np.s_[own])):
+        return Command("LEG_MOVE", leg, target[own], seconds, phase)
+    return Command("POSTURE_MOVE", None, target, seconds, phase)
+
+
+def _lowering(execution: Execution, stopped: int) -> Command:
+    """Its duration is that of all the way to ``lowest``, at the speed of the part that is predicted."""
+    leg, guarded = execution.leg, execution.guarded_from
+    own = slice(6 * leg, 6 * leg + 6)
+    origin = execution.commanded[guarded, own]
+    whole, part = (float(np.abs(q - origin).max()) for q in (execution.lowest, execution.commanded[stopped, own]))
+    seconds = float(execution.durations[guarded + 1 : stopped + 1].sum()) * whole / part
+    return Command("LEG_LOWER", leg, execution.lowest, seconds, "lower", execution.stop_force)
+
+
+def _require_fit(execution: Execution, robot: Robot) -> None:
+    planned_for = execution.parents.get("robot")
+    if planned_for is not None and planned_for != robot.digest:
+        raise InvalidSequence(
+            f"the execution was planned for another robot than {robot.name}; give the one it was planned with",
+            planned_for=planned_for,
+            given=robot.digest,
+        )
+    if execution.commanded.shape[1] != 6 * robot.leg_count:
+        raise InvalidSequence(
+            f"an execution for {robot.name} has set points of {6 * robot.leg_count} joints",
+            shape=list(execution.commanded.shape),
+        )

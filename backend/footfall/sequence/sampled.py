@@ -1,0 +1,67 @@
+"""Rows at dense samples, and how what was found there is told: one wording for the moves of one leg and of all."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.support import margins
+from footfall.balance.torques import torque_margin
+from footfall.maps.standing import Contacts
+from footfall.robot.model import Robot
+from footfall.sequence.commands import RuleResult
+from footfall.sequence.settings import SequenceSettings
+
+Array = NDArray[np.float64]
+
+DRAG = 0.02
+"""How far a wheel may move sideways while it is down on the ground [m]."""
+TORQUE_SAMPLING = 0.05
+"""Largest joint step between two postures whose torques are checked [rad]: each is a linear program."""
+
+
+def samples(before: Array, reached: Array, largest_step: float) -> Array:
+    """Postures on the straight line from before to reached, ends included, (n, legs × 6) [rad]."""
+    count = max(1, int(np.ceil(np.max(np.abs(reached - before)) / largest_step)))
+    return before + np.linspace(0.0, 1.0, count + 1)[:, None] * (reached - before)
+
+
+def told_drag(row: int, wheel: str, worst: float, at: float) -> RuleResult:
+    """The rule no-drag. worst: how far ``wheel`` was moved sideways [m], at a share of the row."""
+    text = f"{wheel} moves {worst:.3f} m sideways while it is down, {DRAG:.3f} m are allowed"
+    where = f", farthest at {at:.0%} of the row" if worst > DRAG else ""
+    return RuleResult("no-drag", row, worst <= DRAG, DRAG - worst, "m", text + where)
+
+
+def told_balance(row: int, support: Contacts, coms: Array, settings: SequenceSettings) -> RuleResult:
+    """The rule balance, for centres of mass (n, 3) in site over some feet."""
+    all_margins = margins(support.points, coms[:, :2], settings.conservative)
+    worst = int(np.argmin(all_margins))
+    kind = "conservative support polygon" if settings.conservative else "support polygon"
+    spare = float(all_margins[worst]) - settings.least_margin
+    text = (
+        f"margin {all_margins[worst]:.3f} m to the {kind} of {len(support.points)} feet, "
+        f"at least {settings.least_margin:.3f} m wanted, least at {worst / (len(coms) - 1):.0%} of the row"
+    )
+    return RuleResult("balance", row, spare >= 0, spare, "m", text)
+
+
+def told_torque(
+    robot: Robot,
+    row: int,
+    postures: Array,
+    Ts_site_base: Array,
+    down: list[int],
+    support: Contacts,
+    settings: SequenceSettings,
+) -> RuleResult:
+    """The rule torque, for postures (n, legs × 6) and chassis poses (n, 4, 4) over the feet of the legs ``down``."""
+    every = max(1, int(TORQUE_SAMPLING / settings.sample))
+    chosen = sorted({*range(0, len(postures), every), len(postures) - 1})
+    checks = [
+        torque_margin(robot, postures[i], Ts_site_base[i], down, support.normals, settings.friction) for i in chosen
+    ]
+    worst = int(np.argmax([check.ratio for check in checks]))
+    at, check = f"at {chosen[worst] / (len(postures) - 1):.0%} of the row", checks[worst]
+    text = f"{check.joint_name} at {check.ratio:.0%} of its limit {at}"
+    if not check.feasible:
+        text = f"no contact forces inside friction hold the rover {at}"
+    return RuleResult("torque", row, check.holds, 1.0 - check.ratio, "of the limit", text)

@@ -1,0 +1,161 @@
+"""What a rover does with orders, whatever moves it: takes, refuses, remembers and answers them, stops.
+
+What a command asks of the set points, and what a rover objects to in it.
+"""
+
+from abc import ABC, abstractmethod
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.robot.model import Robot
+from footfall.sequence.commands import COMMAND_NAMES, ONE_LEG
+from footfall.sequence.predict import needed_duration
+from footfall.telemetry.link import AckMessage, CommandMessage
+
+Array = NDArray[np.float64]
+
+
+class Motion(Protocol):
+    """The command under way; share: how much of it is gone, 0…1."""
+
+    command: CommandMessage
+
+    @property
+    def share(self) -> float: ...
+
+
+class OrderedRover(ABC):
+    """The part of a simulated rover that is the same whatever moves it.
+
+    It takes a command only when it stands idle, executes each command id at most once, and answers a repeated or asked
+    id with what became of the first. :meth:`stop` freezes what it drives to at once.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.mode = "idle"
+        self._motion: Motion | None = None
+        self._last: dict[str, AckMessage] = {}
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Rover clock [s]."""
+
+    @property
+    @abstractmethod
+    def fault(self) -> str:
+        """Why it is in mode "fault"."""
+
+    @abstractmethod
+    def _begin(self, command: CommandMessage) -> Motion:
+        """Set out on a command that nothing speaks against."""
+
+    @property
+    def moving_leg(self) -> int | None:
+        """The leg that a command is moving, if it is one."""
+        return self._motion.command.leg if self._motion else None
+
+    def command(self, command: CommandMessage) -> list[AckMessage]:
+        """Take a command: "received" and "started", or "refused" with the reason.
+
+        A repeated id changes nothing and gives the last acknowledgement of that id again.
+        """
+        if command.id in self._last:
+            return [self._last[command.id]]
+        reason = self._unready() or objection(self.robot, command)
+        if reason:
+            return [self._ack(command.id, "refused", reason)]
+        self._motion = self._begin(command)
+        self.mode = "moving"
+        return [self._ack(command.id, "received"), self._ack(command.id, "started")]
+
+    def refuse(self, command_id: str, reason: str) -> AckMessage:
+        """Refuse a command that can't even be read; what became of an earlier one of that id stands."""
+        return self._last.get(command_id) or self._ack(command_id, "refused", reason)
+
+    def became(self, command_id: str) -> AckMessage:
+        """The last acknowledgement of a command; "unknown" of one that never came since this rover began."""
+        forgotten = "no command of this id has come since the rover was started"
+        return self._last.get(command_id) or AckMessage(command_id, "unknown", forgotten, self.time)
+
+    def stop(self) -> list[AckMessage]:
+        """Freeze what it drives to and take no command until :meth:`clear_stop`; twice is as good as once."""
+        if self.mode == "fault":
+            return []
+        motion, self._motion = self._motion, None
+        self.mode = "stopped"
+        if motion is None:
+            return []
+        return [self._ack(motion.command.id, "refused", f"stopped after {motion.share:.0%} of the motion")]
+
+    def clear_stop(self) -> None:
+        """Take commands again after a stop."""
+        if self.mode == "stopped":
+            self.mode = "idle"
+
+    def _ack(self, command_id: str, state: str, reason: str = "") -> AckMessage:
+        ack = AckMessage(command_id, state, reason, self.time)
+        self._last[command_id] = ack
+        return ack
+
+    def _unready(self) -> str:
+        """Why no command can be taken now, or ""."""
+        if self.mode == "stopped":
+            return "the rover is stopped; clear the stop first"
+        if self.mode == "fault":
+            return f"the rover is in fault: {self.fault}"
+        return f"busy with command {self._motion.command.id}" if self._motion is not None else ""
+
+
+def objection(robot: Robot, command: CommandMessage) -> str:
+    """Why the rover can't carry out a command whatever it is doing, or ""."""
+    if not (np.isfinite(command.duration) and command.duration >= 0):
+        return f"the duration is {command.duration} s; it must be finite and not negative"
+    if command.name not in COMMAND_NAMES:
+        return f"{command.name!r} is no command of this rover; it knows {', '.join(COMMAND_NAMES)}"
+    if command.name != "LEG_LOWER" and command.force is not None:
+        return f"{command.name} takes no force"
+    if command.name == "WAIT":
+        return "" if command.leg is None and command.joints is None else "WAIT takes no leg and no joints"
+    if command.name in ONE_LEG and (command.leg is None or not 0 <= command.leg < robot.leg_count):
+        return f"there is no leg {command.leg}; there are 0…{robot.leg_count - 1}"
+    if command.name == "POSTURE_MOVE" and command.leg is not None:
+        return "POSTURE_MOVE moves all legs and takes no leg"
+    count = 6 if command.name in ONE_LEG else 6 * robot.leg_count
+    if command.joints is None or command.joints.shape != (count,) or not np.isfinite(command.joints).all():
+        return f"{command.name} needs {'six' if count == 6 else count} finite joint angles"
+    if command.name == "LEG_LOWER" and (command.force is None or not 0 < command.force < np.inf):
+        return f"LEG_LOWER needs a force above zero that ends it, not {command.force} N"
+    return _beyond_limits(robot, command.joints, moved_joints(robot, command))
+
+
+def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
+    beyond = np.maximum(robot.lower[moved] - joints, joints - robot.upper[moved])
+    worst = int(np.argmax(beyond))
+    if beyond[worst] <= 0:
+        return ""
+    leg, joint = divmod(moved.start + worst, 6)
+    return f"joint {joint} of leg {leg} would be {beyond[worst]:.4f} rad beyond its limits"
+
+
+def moved_joints(robot: Robot, command: CommandMessage) -> slice:
+    """Which of the (legs × 6,) joints a command moves."""
+    if command.joints is None:
+        return slice(0, 0)
+    return slice(0, 6 * robot.leg_count) if command.leg is None else slice(6 * command.leg, 6 * command.leg + 6)
+
+
+def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, float]:
+    """Set points at the end of a command, (legs × 6,) [rad], and the seconds until then from those of ``present``.
+
+    The limits of the joints' speeds come before the duration that the command wishes.
+    """
+    target, duration = present.copy(), float(command.duration)
+    if command.joints is not None:
+        moved = moved_joints(robot, command)
+        target[moved] = command.joints
+        duration = max(duration, needed_duration(target[moved] - present[moved], robot.speed_limits[moved]))
+    return target, duration

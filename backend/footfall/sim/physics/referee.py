@@ -1,0 +1,207 @@
+"""Physics as the referee: a sequence is carried out by the rover in physics, and what came of it is judged."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import Progress, no_progress
+from footfall.robot.model import Robot
+from footfall.sequence.commands import ONE_LEG, Sequence
+from footfall.sequence.feet import feet
+from footfall.session.gate.checks import pose_difference
+from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.settings import TIME_STEP
+from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
+from footfall.sim.physics.watch import Watch
+from footfall.telemetry.link import AckMessage, CommandMessage
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+STEP_PHASES = ("unload", "lift", "swing", "lower", "load")
+IN_AIR = ("lift", "swing")
+"""Phases of a step in their order, and those in which its leg is to leave the ground and to be off it."""
+
+
+def referee(
+    robot: Robot,
+    sequence: Sequence,
+    dem: Dem,
+    settings: RefereeSettings | None = None,
+    *,
+    goals: Mapping[int, ArrayLike] | None = None,
+    poses: ArrayLike | None = None,
+    rover: PhysicalRover | None = None,
+    progress: Progress = no_progress,
+) -> RefereeReport:
+    """Carry a sequence out in physics, from a rover at rest in the posture that it starts from.
+
+    rover: the one that carries it out, from how it stands now, with the strain in its legs; it is moved. None: one that
+    is put down in the sequence's first posture.
+
+    goals: leg → where its wheel is to come down, (2,) or (3,) site [m]; where they are not given, they are where the
+    rigid rover's wheels would stand in the end, if the sequence moves single legs only. poses: (rows, 4, 4)
+    T_site_base expected at the end of each row; None: the chassis is to stay where it stands before the first.
+
+    Raises InvalidInput where the parts don't fit together, or the rover does not stand where the sequence starts.
+    """
+    settings = settings or RefereeSettings()
+    if sequence.robot != robot.name:
+        raise InvalidInput(f"the sequence is for {sequence.robot}, the robot is {robot.name}")
+    expected = None if poses is None else np.asarray(poses, float)
+    if expected is not None and expected.shape != (len(sequence.commands), 4, 4):
+        raise InvalidInput("poses needs one 4 × 4 transform for each command", shape=list(expected.shape))
+    if rover is None:
+        rover = PhysicalRover(robot, dem, _start(sequence), settings.physics)
+    elif rover.robot.digest != robot.digest or rover.settings != settings.physics:
+        raise InvalidInput("the rover that carries a sequence out needs the robot and the physics of the referee")
+    aims = (
+        _goals(robot, sequence, dem) if goals is None else {leg: np.asarray(goal, float) for leg, goal in goals.items()}
+    )
+    watch = Watch(rover, aims)
+    moved = _moved_legs(sequence)
+    first = rover.T_site_base
+    ended, chassis, sag, postures, stood = [], [], [], [], []
+    refused = ""
+    for row, command in enumerate(sequence.commands):
+        progress(row / len(sequence.commands), f"row {row}")
+        watch.row(row, moved[row], command.phase == "swing")
+        begin, end = (first, first) if expected is None else (expected[row - 1] if row else first, expected[row])
+        last, far = _carry_out(rover, watch, _message(sequence, row), begin, end)
+        chassis.append(far)
+        sag.append(end[2, 3] - rover.T_site_base[2, 3])
+        ended.append(watch.now)
+        postures.append(rover.posture)
+        stood.append(rover.T_site_base)
+        if last.state != "done":
+            refused = f"row {row} was not carried out: {last.reason}"
+            break
+    for _ in range(round(settings.rest / TIME_STEP)):
+        rover.step(TIME_STEP)
+        watch.look()
+    in_air = {leg for leg, one in zip(moved, sequence.commands, strict=True) if leg is not None and one.phase in IN_AIR}
+    report = RefereeReport(
+        sequence=sequence.digest,
+        settings=settings,
+        failures=(),
+        commands=len(ended) - bool(refused),
+        ended=np.array(ended),
+        postures=np.array(postures).reshape(-1, 6 * robot.leg_count),
+        Ts_site_base=np.array(stood).reshape(-1, 4, 4),
+        settled=rover.settled.moved,
+        events=tuple(watch.events),
+        contacts=tuple(watch.contacts),
+        touch=_touch(robot, watch, aims),
+        clearance=float(watch.clearance),
+        slip=watch.slip,
+        drag=watch.drag,
+        chassis=np.array(chassis),
+        sag=np.array(sag),
+        torque=watch.torque,
+        tipped=rover.fault,
+    )
+    return replace(report, failures=failures(report, sorted(in_air), refused))
+
+
+def _start(sequence: Sequence) -> RobotState:
+    """The state that a sequence begins in; what the joints bear there is for physics to find."""
+    legs = len(sequence.start) // 6
+    return RobotState(
+        robot=sequence.robot,
+        time=0.0,
+        posture=sequence.start,
+        T_site_base=sequence.T_site_base,
+        wheel_forces=np.zeros((legs, 3)),
+        joint_torques=np.zeros(6 * legs),
+        mode="idle",
+    )
+
+
+def _goals(robot: Robot, sequence: Sequence, dem: Dem) -> dict[int, Array]:
+    """Where the moved wheels touch when a rigid rover has done the sequence; none where it shifts the chassis."""
+    if any(command.name == "POSTURE_MOVE" for command in sequence.commands):
+        return {}
+    legs = {command.leg for command in sequence.commands if command.name in ONE_LEG and command.leg is not None}
+    last = sequence.predicted[-1] if sequence.commands else sequence.start
+    points = feet(robot, dem, last, sequence.T_site_base).points
+    return {leg: points[leg] for leg in sorted(legs)}
+
+
+def _moved_legs(sequence: Sequence) -> list[int | None]:
+    """The leg that each row is about: the one it names; of whole postures and pauses in a step, the one that steps."""
+    legs = [command.leg if command.name in ONE_LEG else None for command in sequence.commands]
+    for rows in _steps(sequence):
+        named = {legs[row] for row in rows} - {None}
+        leg = named.pop() if named else _moved_most(sequence, rows)
+        for row in rows:
+            legs[row] = leg if legs[row] is None else legs[row]
+    return legs
+
+
+def _steps(sequence: Sequence) -> list[range]:
+    """The rows of each step, pauses included: its phases never go back to an earlier one."""
+    steps: list[range] = []
+    reached: int | None = None
+    for row, command in enumerate(sequence.commands):
+        phase = STEP_PHASES.index(command.phase) if command.phase in STEP_PHASES else None
+        if phase is None and command.name != "WAIT":
+            reached = None
+        elif phase is not None and (reached is None or phase < reached):
+            steps.append(range(row, row + 1))
+            reached = phase
+        elif reached is not None:
+            steps[-1] = range(steps[-1].start, row + 1)
+            reached = reached if phase is None else phase
+    return steps
+
+
+def _moved_most(sequence: Sequence, rows: range) -> int | None:
+    postures = [joints for row in rows if (joints := sequence.commands[row].joints) is not None]
+    if not postures:
+        return None
+    before = sequence.predicted[rows[0] - 1] if rows[0] else sequence.start
+    return int(np.argmax(np.abs(np.array(postures) - before).max(axis=0).reshape(-1, 6).max(axis=1)))
+
+
+def _message(sequence: Sequence, row: int) -> CommandMessage:
+    one = sequence.commands[row]
+    return CommandMessage(
+        id=f"row {row}",
+        sequence=sequence.digest,
+        row=row,
+        name=one.name,
+        leg=one.leg,
+        joints=one.joints,
+        duration=one.duration,
+        force=one.force,
+    )
+
+
+def _carry_out(
+    rover: PhysicalRover, watch: Watch, message: CommandMessage, begin: Array, end: Array
+) -> tuple[AckMessage, float]:
+    """What became of a command, and how far the chassis was from going straight from ``begin`` to ``end`` [m]."""
+    said = rover.command(message)
+    far, start, duration = 0.0, rover.time, max(message.duration, TIME_STEP)
+    while rover.mode == "moving":
+        said += rover.step(TIME_STEP)
+        watch.look()
+        share = min(1.0, (rover.time - start) / duration)
+        # the turns within a row are small: the nearer end's orientation stands for what lies between
+        wanted = np.array(begin if share < 0.5 else end)
+        wanted[:3, 3] = (1 - share) * begin[:3, 3] + share * end[:3, 3]
+        far = max(far, pose_difference(wanted, rover.T_site_base))
+    return said[-1], far
+
+
+def _touch(robot: Robot, watch: Watch, goals: Mapping[int, Array]) -> Array:
+    off = np.full(robot.leg_count, np.nan)
+    for leg, goal in goals.items():
+        place = watch.standing(leg)
+        if place is not None:
+            off[leg] = np.linalg.norm(place[:2] - goal[:2])
+    return off

@@ -1,0 +1,64 @@
+"""Seeded steps, planned from telemetry and commanded in each mode, go in physics as they were predicted."""
+
+import pytest
+
+from footfall.planning.execution.settings import MODES
+
+pytest.importorskip("mujoco")
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    from benchmarks import referee
+
+    return referee
+
+
+def test_a_step_on_the_moon_holds_the_floors_in_every_mode(campaign):
+    found = campaign.outcomes(4)
+    assert str(found[0].case) == "4 (fractal, moon, empty, known)"
+    assert [one.mode for one in found] == list(MODES)
+    assert [(one.mode, one.refused, one.missed()) for one in found] == [(mode, "", []) for mode in MODES]
+
+
+@pytest.mark.parametrize(
+    ("number", "mode", "about"),
+    [
+        (13, "droop_aware", "13 (fractal, earth, empty, unknown)"),
+        # a wheel stands on the flank of a rock: it slid while the ground under it was taken for a plane
+        (26, "pose_held", "26 (rocks, earth, empty, known)"),
+    ],
+)
+def test_a_step_on_earth_holds_the_floors(campaign, number, mode, about):
+    case = campaign.case_of(number)
+    assert str(case) == about
+    one = campaign.outcome(case, campaign.start_of(case), mode)
+    assert not one.refused
+    assert not one.missed()
+
+
+def test_a_campaign_of_any_size_goes_through_the_settings(campaign):
+    for count in (6, 24, 200):
+        numbers = campaign.spread(count)
+        assert len(set(numbers)) == len(numbers) == count
+        cases = [campaign.case_of(number) for number in numbers]
+        for name, values in (("ground", 3), ("gravity", 2), ("payload", 2), ("known", 2)):
+            assert len({getattr(case, name) for case in cases}) == values, (count, name)
+    settings = [campaign.case_of(number) for number in range(24)]
+    assert len({(case.ground, case.gravity, case.payload, case.known) for case in settings}) == 24
+
+
+def test_what_misses_a_floor_is_named(campaign):
+    case = campaign.case_of(0)
+    good = campaign.Outcome(
+        case, "pose_held", touch=0.001, slip=0.0, chassis=0.002, sag=0.5, clearance=0.06, contact=0.001
+    )
+    assert good.missed() == []
+    bad = campaign.Outcome(case, "pose_held", tips=1, touch=0.006, slip=0.0, chassis=0.002, sag=0.5, clearance=0.04)
+    assert bad.missed() == ["tips", "touch 0.0060", "clearance 0.0400"]
+    # what was not measured holds nothing
+    assert "slip nan" in campaign.Outcome(case, "pose_held").missed()
+    assert campaign.Outcome(case, "pose_held", refused="too steep").missed() == []
+    figures = {figure.name: figure for figure in campaign.figures_of([good, bad])}
+    assert figures["referee.known.pose_held.touch.worst"].as_dict()["holds"] is False
+    assert figures["referee.known.pose_held.tips"].samples == (1.0,)
