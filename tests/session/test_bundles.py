@@ -195,7 +195,11 @@ def test_an_old_folder_is_brought_up_when_opened(sessions, session, monkeypatch)
     again = sessions.open(session_id)
     assert len(again.events()) == count  # one fewer, and the opening
     assert (sessions.folder / session_id / "events.v1.jsonl").is_file()
-    assert json.loads((sessions.folder / session_id / "session.json").read_text())["version"] == 2
+    exported = zipfile.ZipFile(io.BytesIO(again.export_bundle()))
+    assert json.loads(exported.read("session.json"))["version"] == 2
+    again.close()
+    del sessions._open[session_id]
+    assert sessions.open(session_id).events()[:count] == again.events()
 
 
 def test_out_and_in_again(sessions, session):

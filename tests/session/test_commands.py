@@ -5,16 +5,12 @@ import threading
 import time
 
 import pytest
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from numpy import array, zeros
 
 from footfall.core.errors import CommandRefused, Conflict
-from footfall.core.value import Provenance
-from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
-from footfall.session.gate import Gate
+from footfall.session.gate.gate import Gate
+from footfall.session.identity import LOCAL
+from footfall.session.storage.sqlite_log import SqliteLog
 
 
 class Rover:
@@ -84,7 +80,7 @@ def test_a_token_sends_once_and_expires(ready):
 def test_an_arming_expires():
     now = [0.0]
     gate = Gate(clock=lambda: now[0])
-    token = gate.arm("digest")
+    token = gate.arm("digest", LOCAL)
     now[0] = 10.1
     assert gate.as_dict()["state"] == "idle"
     with pytest.raises(CommandRefused, match="expired"):
@@ -108,7 +104,7 @@ def test_a_lost_link_ends_the_run_and_leaves_the_row_unknown(ready, rover):
     ready.rover_connected(again)
     ready.take_acknowledgement(ids[0], "done")  # late, but true
     assert ready.state.commands[0].state == "done"
-    assert again.heard == []
+    assert again.types() == ["query"]  # asked, not told again
 
 
 def test_the_gate_names_what_does_not_fit(session, rover, frame_of, tiny, monkeypatch):
@@ -173,7 +169,7 @@ def test_a_stop_needs_no_disk(ready, rover, monkeypatch):
         raise OSError("no space left")
 
     ready.send(ready.arm()["token"])
-    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    monkeypatch.setattr(SqliteLog, "append", full)
     ready.stop("disk full")
     assert rover.types()[-1] == "stop"
     assert ready.gate["stopped"]
@@ -189,7 +185,7 @@ def test_nothing_is_sent_that_is_not_in_the_log(ready, rover, monkeypatch):
     def full(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    monkeypatch.setattr(SqliteLog, "append", full)
     with pytest.raises(OSError, match="no space"):
         ready.send(token)
     assert rover.ids() == []
@@ -237,7 +233,7 @@ def test_a_rover_that_falls_silent_ends_the_run(ready, monkeypatch):
 
 
 def test_a_row_that_is_never_acknowledged_ends_the_run(ready, rover, monkeypatch):
-    monkeypatch.setattr("footfall.session.gate.RECEIVED_WITHIN", 0.1)
+    monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
     ready.send(ready.arm()["token"])
     until(lambda: ends(ready) == ["overdue"])
     assert len(rover.ids()) == 1
@@ -251,77 +247,3 @@ def test_the_link_counts_what_is_missing(ready, frame_of):
     assert ready.telemetry_age < 5
     ready.rover_disconnected(lambda text: None)  # an older connection's end changes nothing
     assert ready.link.connected
-
-
-ROWS = 3
-
-
-class GateMachine(RuleBasedStateMachine):
-    """Random operators, rovers and clocks against the gate."""
-
-    def __init__(self):
-        super().__init__()
-        self.now = 0.0
-        self.gate = Gate(clock=lambda: self.now)
-        command = Command("LEG_MOVE", 0, zeros(6), 1.0)
-        predicted = zeros((ROWS, 36))
-        self.sequence = Sequence("r", (command,) * ROWS, zeros(36), predicted, array([]), (), Provenance({}))
-        self.sent = []
-        self.sent_while_stopped = False
-        self.token = None
-
-    @rule()
-    def arm(self):
-        try:
-            self.token = self.gate.arm("d" * 32)
-        except CommandRefused:
-            assert self.gate.stopped or self.gate.run
-
-    @precondition(lambda self: self.token)
-    @rule()
-    def send(self):
-        assert self.token
-        try:
-            run = self.gate.begin(self.token, self.sequence)
-        except CommandRefused:
-            return
-        self.token = None
-        self.go(self.gate.advance(run.number))
-
-    def go(self, run):
-        if run is not None and self.gate.release(run, lambda: self.sent.append(run.command_id)):
-            self.sent_while_stopped |= self.gate.stopped
-
-    @precondition(lambda self: self.sent)
-    @rule(state=st.sampled_from(["received", "done", "done", "refused"]), which=st.integers(0, 3))
-    def hear(self, state, which):
-        run = self.gate.heard(self.sent[max(0, len(self.sent) - 1 - which)], state)
-        if run is None:
-            return
-        if state == "refused" or (state == "done" and run.row + 1 == ROWS):
-            self.gate.end(run.number)
-        elif state == "done":
-            self.go(self.gate.advance(run.number))
-
-    @rule()
-    def stop(self):
-        self.gate.latch()
-        assert self.gate.run is None
-
-    @rule()
-    def clear(self):
-        self.gate.unlatch()
-
-    @rule(seconds=st.floats(0, 20))
-    def wait(self, seconds):
-        self.now += seconds
-
-    @invariant()
-    def at_most_once_and_never_while_stopped(self):
-        assert len(set(self.sent)) == len(self.sent)
-        assert not self.sent_while_stopped
-        assert not (self.gate.stopped and self.gate.run)
-
-
-GateMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None, derandomize=True)
-TestGateMachine = GateMachine.TestCase

@@ -163,3 +163,16 @@ def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, s
         other.cancel()
         newer.finish(20)
         assert session.state.maps_current(1)
+
+
+def test_a_worker_warms_up_while_no_job_waits(tiny):
+    told = []
+    with Jobs("warm_recipes", workers=1, warm=True) as pool:
+        until(
+            lambda: pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(20) and told
+        )
+        time.sleep(0.6)
+        pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(20)
+    # one that fails harms nothing, and a job that waits goes first
+    assert told[-1] == b"first broken slow"
+    assert b"first broken slow".startswith(told[0])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
-from footfall.session.gate import Gate
+from footfall.session.gate.gate import Gate
 from footfall.session.link import RESTART_AFTER, RoverLink
 
 

@@ -8,6 +8,7 @@ from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry, NotFo
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.edit import Edit
 from footfall.session.fold import fold_all
+from footfall.session.storage.sqlite_log import SqliteLog
 
 
 def planned(session, leg=2, target=(1.0, 0.0)):
@@ -29,6 +30,14 @@ def test_from_state_to_export(session):
     assert session.state.sequence == edited != sequence
     assert session.undo_sequence() == sequence
     assert session.state.sequence_history == ()
+    assert session.redo_sequence() == edited == session.state.sequence
+    with pytest.raises(Conflict, match="no undone edit"):
+        session.redo_sequence()
+    session.undo_sequence()
+    other = session.edit_sequence(sequence, Edit("duration", 0, number=21.0))
+    with pytest.raises(Conflict, match="no undone edit"):
+        session.redo_sequence()
+    assert session.undo_sequence() == sequence != other
     data = session.export_sequence(format="csv")
     assert session.get_bytes(session.state.exports[0].digest) == data
     json.dumps(session.summary(), allow_nan=False)
@@ -140,7 +149,7 @@ def test_a_log_that_can_not_be_written_changes_nothing(session, monkeypatch):
     def full(*_):
         raise OSError("no space left")
 
-    monkeypatch.setattr("footfall.session.store.os.fsync", full)
+    monkeypatch.setattr(SqliteLog, "append", full)
     with pytest.raises(OSError, match="no space"):
         session.add_note("lost")
     assert session.state is state

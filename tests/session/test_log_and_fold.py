@@ -1,17 +1,13 @@
-"""Event log, fold and folder: what was written is what comes back, and damage shows."""
-
-import json
+"""Event log and fold: what was written is what comes back, and damage shows."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
+from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.event_log import line, read_lines
-from footfall.maps.layers import MapSettings
 from footfall.session.event import event_of, next_event
 from footfall.session.fold import EVENT_TYPES, SessionState, fold, fold_all
-from footfall.session.store import SessionStore
 
 DIGEST = st.integers(0, 5).map(lambda i: f"{i:032x}")
 REASON = st.text(max_size=5)
@@ -44,11 +40,16 @@ PAYLOADS = {
         product("edit"),
         product("export", format=st.just("csv")),
     ),
-    "run_started": st.fixed_dictionaries({"run": RUN}),
+    "run_started": st.fixed_dictionaries({"run": RUN}, optional={"rows": RUN, "sequence": DIGEST}),
     "command_sent": st.fixed_dictionaries({"id": REASON, "sequence": DIGEST, "run": RUN, "row": RUN}),
     "command_done": st.fixed_dictionaries({"id": REASON}),
     "command_refused": st.fixed_dictionaries({"id": REASON, "reason": REASON}),
-    "run_ended": st.fixed_dictionaries({"reason": REASON}),
+    "run_ended": st.fixed_dictionaries({"reason": REASON}, optional={"run": RUN, "outcome": REASON}),
+    "run_held": st.fixed_dictionaries({"run": RUN, "reason": REASON}),
+    "run_resumed": st.fixed_dictionaries({"run": RUN, "mode": st.sampled_from(["whole", "steps"])}),
+    "run_aborted": st.fixed_dictionaries({"run": RUN}),
+    "command_unknown": st.fixed_dictionaries({"id": REASON, "reason": REASON}),
+    "conn_changed": st.fixed_dictionaries({"conn": RUN, "holder": st.none() | st.fixed_dictionaries({"name": REASON})}),
     "stop_requested": st.fixed_dictionaries({"reason": REASON, "at": st.floats(0, 1e9)}),
     "stop_acknowledged": st.just({}),
     "stop_cleared": st.just({}),
@@ -123,80 +124,3 @@ def test_a_payload_is_plain_json():
         with pytest.raises(InvalidInput, match="plain JSON"):
             next_event(None, 0.0, "note", payload)
     assert next_event(None, 0.0, "note", {"x": (1, 2)}).payload["x"] == [1, 2]
-
-
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "s"
-    store = SessionStore.create(path, {"format": "footfall-session", "version": 1, "name": "s"})
-    last = None
-    for text in "abc":
-        last = next_event(last, 1.0, "note", {"text": text})
-        store.append(last)
-    store.put(MapSettings())
-    store.close()
-    return path
-
-
-def test_a_torn_last_line_is_cut_off_and_nothing_else(folder):
-    log = folder / "events.jsonl"
-    whole = log.read_bytes()
-    log.write_bytes(whole + b'{"seq":3,"time":1.0,"ty')
-    store = SessionStore(folder)
-    assert (len(store.events), store.torn) == (3, 23)
-    store.append(next_event(store.events[-1], 2.0, "note", {"text": "d"}))
-    store.close()
-    assert log.read_bytes().startswith(whole)
-    assert len(SessionStore(folder).events) == 4
-
-
-def test_a_torn_line_is_noted_in_the_session(sessions, session):
-    session_id = session.id
-    session.close()
-    del sessions._open[session_id]
-    with (sessions.folder / session_id / "events.jsonl").open("ab") as log:
-        log.write(b'{"torn')
-    again = sessions.open(session_id)
-    repaired = [e for e in again.events() if e.type == "log_repaired"]
-    assert repaired[0].payload["bytes"] == 6
-
-
-def test_a_cut_tail_shows_against_the_sealed_head(folder):
-    log = folder / "events.jsonl"
-    log.write_bytes(b"".join(log.read_bytes().splitlines(keepends=True)[:2]))
-    with pytest.raises(InvalidBundle, match="was cut"):
-        SessionStore(folder)
-
-
-def test_two_writers_are_refused(folder):
-    store = SessionStore(folder)
-    with pytest.raises(Conflict, match="another process"):
-        SessionStore(folder)
-    store.close()
-    SessionStore(folder).close()
-
-
-def test_a_damaged_artifact_is_named(folder):
-    store = SessionStore(folder)
-    digest = MapSettings().digest
-    assert store.get(digest).digest == digest
-    path = folder / "artifacts" / f"{digest}.npz"
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(data)
-    with pytest.raises(InvalidBundle, match=digest):
-        store.get(digest)
-    other = MapSettings(window=0.7)
-    store.put(other)
-    (folder / "artifacts" / f"{other.digest}.npz").replace(path)
-    with pytest.raises(InvalidBundle, match=f"its content is {other.digest}"):
-        store.get(digest)
-    with pytest.raises(NotFound):
-        store.get(other.digest)
-    store.close()
-
-
-def test_the_session_file_is_plain_json(folder):
-    about = json.loads((folder / "session.json").read_text())
-    assert about["version"] == 1
-    assert about["head"]["seq"] == 2

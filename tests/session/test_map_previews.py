@@ -13,7 +13,7 @@ from footfall.core.progress import no_progress
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.reach_classes import UNSURE
 from footfall.maps.stack import COARSE
-from footfall.planning.stance.shift import BodyShift
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.stand import stand
 from footfall.session.fold import fold_all
 from footfall.session.job import Job

@@ -1,5 +1,6 @@
 """Replays: the same products from the same parents, and every tampering told by name."""
 
+import io
 import zipfile
 from dataclasses import replace
 
@@ -7,10 +8,12 @@ import numpy as np
 import pytest
 
 from footfall.io.artifacts import encode
+from footfall.io.bundles import log_bytes, write_zip
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.edit import Edit
 from footfall.session.compare import differences
 from footfall.session.replay import replay
+from footfall.session.storage.store import read_session
 
 
 @pytest.fixture
@@ -39,10 +42,8 @@ def test_a_whole_session_replays_to_the_last_bit(whole, tiny, tmp_path):
     assert report.state is not None
     assert report.state.digest == whole.state.digest
     assert texts == sorted(texts)
-    from footfall.io.bundles import write_zip
-
     packed = tmp_path / "whole.zip"
-    packed.write_bytes(write_zip(whole._store.folder))
+    packed.write_bytes(write_zip(read_session(whole._store.folder)))
     assert replay(packed, recipes=tiny.RECIPES).as_dict() == report.as_dict()
     unchecked = replay(packed.read_bytes(), check=False)
     assert unchecked.ok
@@ -104,12 +105,22 @@ def test_settings_changed_behind_the_log_show(whole, tiny):
     assert made.settings in plan.text
 
 
-def test_a_changed_log_is_refused(whole, tiny):
-    log = whole._store.folder / "events.jsonl"
-    log.write_bytes(log.read_bytes().replace(b'"leg":2', b'"leg":3', 1))
-    report = played(whole, tiny)
-    assert not report.ok
-    assert "was changed" in report.problems[0]
+def test_a_changed_log_is_refused(whole, tiny, tmp_path):
+    bundle = read_session(whole._store.folder)
+    packed = write_zip(replace(bundle, files={}))
+    lines = log_bytes(bundle.records).replace(b'"leg":2', b'"leg":3', 1)
+    changed = tmp_path / "changed.zip"
+    with zipfile.ZipFile(io.BytesIO(packed)) as whole_zip, zipfile.ZipFile(changed, "w") as archive:
+        archive.writestr("session.json", whole_zip.read("session.json"))
+        archive.writestr("events.jsonl", lines)
+    database = whole._store.folder.parent / "footfall.sqlite"
+    data = database.read_bytes()
+    assert data.count(b'"leg":2') > 1
+    database.write_bytes(data.replace(b'"leg":2', b'"leg":3', 1))
+    for source in (changed, whole._store.folder):
+        report = replay(source, recipes=tiny.RECIPES)
+        assert not report.ok
+        assert "was changed" in report.problems[0]
 
 
 def test_a_search_that_ran_out_of_time_is_not_reproducible(session, tiny):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict, InvalidBundle, InvalidInput
+from footfall.planning.stance.body_shift import BodyShift, PredictedState, ShiftRefused
 from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.shift import BodyShift, PredictedState, ShiftRefused, shifted_state
+from footfall.planning.stance.shift import shifted_state
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.problem import Status
 from footfall.robot.ik import contact_point

@@ -10,6 +10,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.progress import preview_of
 from footfall.core.value import Provenance
 from footfall.maps.layers import MapStack
+from footfall.planning.stance.body_shift import PredictedState
 from footfall.planning.step.problem import PlanResult, Status, StepPlan
 from footfall.session.recipes import edit, export, sequence
 from footfall.terrain.dem import Dem
@@ -55,7 +56,12 @@ def maps(parents, settings, progress):
 
 def plan(parents, settings, progress):
     state, chosen = parents["state"], settings.footfall
+    if parents["dem"].name == "slow":
+        progress(0.5, "planning slowly")
+        time.sleep(60)
     provenance = Provenance({name: value.digest for name, value in parents.items()}, settings.settings)
+    if settings.settings.branch is not None:
+        return PlanResult(Status.GOAL_INVALID, None, "not with that knee", (), chosen, provenance)
     if settings.settings.planner == "line" and chosen.x > 3:
         return PlanResult(Status.TIME_LIMIT, None, "too long", (), chosen, provenance)
     if chosen.x > 2:
@@ -74,6 +80,23 @@ def plan(parents, settings, progress):
         provenance,
     )
     return PlanResult(Status.FOUND, made, "", (), chosen, provenance)
+
+
+def after(parents, settings, progress):
+    state, ended = parents["state"], parents.get("plan") or parents["sequence"]
+    provenance = Provenance({**{name: value.digest for name, value in parents.items()}, "after": ended.digest})
+    posture = ended.plan.waypoints[-1] if "plan" in parents else ended.predicted[-1]
+    return PredictedState(
+        state.robot,
+        state.time,
+        posture,
+        state.T_site_base,
+        state.wheel_forces,
+        state.joint_torques,
+        "idle",
+        ("posture",),
+        provenance,
+    )
 
 
 def flat_sequence(parents, settings, progress):
@@ -120,6 +143,7 @@ RECIPES = {
     "terrain": terrain,
     "maps": maps,
     "plan": plan,
+    "after": after,
     "sequence": flat_sequence,
     "edit": flat_edit,
     "export": export,

@@ -1,22 +1,34 @@
 """Commands on their way: gate, link and log together. Each row goes when the rover is done with the one before.
 
 Every command is in the log before it is on the wire, so nothing is ever sent twice, whatever dies. The stop
-alone goes the other way round: first to the rover, then into the log.
+alone goes the other way round: first to the rover, then into the log. Every act, and every refusal of one, is in the
+log with who, from where and under which number of the conn.
 """
 
 import contextlib
 import threading
 import time
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
 from footfall.sequence.commands import Sequence
-from footfall.session.gate import ARMED_FOR, STALE_AFTER, Facts, Gate, Run, require_fit
+from footfall.session.fold import SessionState
+from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
+from footfall.session.gate.gate import Gate
+from footfall.session.gate.lease import Done
+from footfall.session.gate.machine import ARMED_FOR
+from footfall.session.gate.runs import Run, command_id
+from footfall.session.identity import Identity
 from footfall.session.link import RoverLink
-from footfall.telemetry.link import ClearStopMessage, CommandMessage, StopMessage, encode
+from footfall.telemetry.link import ClearStopMessage, CommandMessage, QueryMessage, StopMessage, encode
 
 WATCH_PERIOD = 0.1
-"""How often a run looks for a lost link or an overdue row [s]."""
+"""How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
+STOP_AGAIN_AFTER = 1.0
+"""A stop that the rover has not acknowledged is told again so long after it could have been answered [s]."""
+ENDED = ("done", "refused")
+"""States of a command that nothing changes any more."""
 
 
 class Record(Protocol):
@@ -28,29 +40,82 @@ class Record(Protocol):
 class Commanding:
     """Owns the gate of one session.
 
-    record: writes an event. record_anyway: the same, but keeps it for later where it can't be written now.
+    record: writes an event. record_anyway: the same, but keeps it for later where it can't be written now: it is then
+    written before the next one. state: what the log folds to. clock: one that never jumps [s].
     """
 
-    def __init__(self, gate: Gate, link: RoverLink, record: Record, record_anyway: Record) -> None:
-        self.gate = gate
+    def __init__(
+        self,
+        link: RoverLink,
+        record: Record,
+        record_anyway: Record,
+        state: Callable[[], SessionState],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        known = state()
+        self.gate = Gate(
+            stopped=known.stop.latched,
+            acknowledged=known.stop.acknowledged,
+            runs=known.runs,
+            conn=0 if known.conn is None else known.conn.number,
+            clock=clock,
+            told=self._conn_changed,
+        )
         self._link = link
         self._record = record
         self._record_anyway = record_anyway
+        self._state = state
+        self._clock = clock
+        self._stop_told_at = 0.0
+        self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
         self._closing = threading.Event()
 
-    def arm(self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> dict[str, Any]:
-        """See :meth:`footfall.session.live.LiveSession.arm`."""
-        require_fit(sequence, facts, joint_names)
-        token = self.gate.arm(digest)
-        self._record("armed", {"sequence": digest})
-        return {"token": token, "sequence": digest, "expires_in": ARMED_FOR}
+    # -- the conn ------------------------------------------------------------------------------
 
-    def send(self, token: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> dict[str, Any]:
-        """See :meth:`footfall.session.live.LiveSession.send`."""
-        require_fit(sequence, facts, joint_names)
-        run = self.gate.begin(token, sequence)
-        started = {"run": run.number, "sequence": run.digest, "rows": len(sequence.commands)}
+    def conn(self, act: str, who: Identity) -> dict[str, Any]:
+        """See :meth:`footfall.session.commanded.CommandedSession.conn_act`."""
+        if act == "heartbeat":
+            self.gate.act(act, who)
+            return self.gate.conn()
+        with self._audited(act, who):
+            self.gate.act(act, who)
+        return self.gate.conn()
+
+    def _conn_changed(self, done: Done) -> None:
+        holder = None if done.holder is None else done.holder.as_dict()
+        by = None if done.by is None else done.by.as_dict()
+        self._record_anyway("conn_changed", {"act": done.act, "by": by, "conn": done.number, "holder": holder})
+        self._start_watch()
+
+    # -- arming and runs -----------------------------------------------------------------------
+
+    def arm(
+        self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...], who: Identity
+    ) -> dict[str, Any]:
+        """See :meth:`footfall.session.commanded.CommandedSession.arm`."""
+        with self._audited("arm", who, sequence=digest):
+            self.gate.admit(who)
+            require_fit(sequence, facts, joint_names)
+            token = self.gate.arm(digest, who)
+        self._record("armed", {"sequence": digest, **self._by(who)})
+        return {"token": token, "sequence": digest, "expires_in": ARMED_FOR, "conn": self.gate.conn()}
+
+    def send(
+        self,
+        token: str,
+        sequence: Sequence,
+        facts: Facts,
+        joint_names: tuple[str, ...],
+        who: Identity,
+        step_by_step: bool = False,
+    ) -> dict[str, Any]:
+        """See :meth:`footfall.session.commanded.CommandedSession.send`."""
+        with self._audited("send", who):
+            require_fit(sequence, facts, joint_names)
+            run = self.gate.begin(token, sequence, who, step_by_step)
+        rows = len(sequence.commands)
+        started = {"run": run.number, "sequence": run.digest, "rows": rows, "mode": run.mode, **self._by(who)}
         try:
             self._record("run_started", started)
         except BaseException:
@@ -58,32 +123,70 @@ class Commanding:
             raise
         self._send_next(run.number)
         self._start_watch()
-        ids = [Run(run.number, run.digest, sequence, row).command_id for row in range(len(sequence.commands))]
-        return {"run": run.number, "commands": ids}
+        return {"run": run.number, "commands": [command_id(run.digest, run.number, row) for row in range(rows)]}
+
+    def hold(self, who: Identity) -> None:
+        """Nothing goes by itself after the present row. Raises CommandRefused."""
+        with self._audited("hold", who):
+            run = self.gate.hold(who)
+        self._record_anyway("run_held", {"run": run.number, "row": run.row, "reason": run.why, **self._by(who)})
+
+    def go_on(self, who: Identity, facts: Facts, joint_names: tuple[str, ...], going: bool) -> None:
+        """Go on with all rows (``going``), or with the next one. Raises CommandRefused."""
+        with self._audited("resume" if going else "next", who):
+            run = self.gate.steer(who)
+            if run.phase == "waiting":
+                require_fit_to_go_on(run.sequence, run.row, facts, joint_names)
+            run = self.gate.go_on(who, going)
+        self._record_anyway("run_resumed", {"run": run.number, "row": run.row, "mode": run.mode, **self._by(who)})
+        self._send_next(run.number)
+
+    def abort(self, who: Identity) -> None:
+        """Nothing more is sent; the present row is carried out. Raises CommandRefused."""
+        with self._audited("abort", who):
+            run = self.gate.abort(who)
+        self._record_anyway("run_aborted", {"run": run.number, "row": run.row, **self._by(who)})
+        if run.over:
+            self._end(run.number, "aborted", f"aborted by {who.name}")
 
     def heard(self, command_id: str, state: str, reason: str) -> None:
-        """The rover acknowledged a command."""
-        run = self.gate.heard(command_id, state)
-        self._record_anyway(f"command_{state}", {"id": command_id, "reason": reason})
+        """The rover acknowledged a command, or answered what became of it."""
+        run = self.gate.heard(command_id)
+        known = next((one.state for one in self._state().commands if one.id == command_id), "")
+        if run is None and (known == state != "unknown" or (known in ENDED and state not in ENDED)):
+            return  # said before
+        payload: dict[str, Any] = {"id": command_id, "reason": reason}
+        frame = self._link.frame
+        if state == "done" and run is not None and run.sequence.at_rest is not None and frame is not None:
+            # how far it gave way by then tells how stiff it is
+            payload["posture"] = frame.state.posture.tolist()
+        self._record_anyway(f"command_{state}", payload)
         if run is None:
             return
         if state == "refused":
             self._end(run.number, "refused", f"the rover refused row {run.row}: {reason}")
-        elif state == "done":
-            if run.row + 1 == len(run.sequence.commands):
-                self._end(run.number, "done", "")
-            else:
+        elif state == "done" and (after := self.gate.row_done(run)) is not None:
+            if not after.over:
                 self._send_next(run.number)
+            elif after.unsent:
+                self._end(run.number, "aborted", "aborted")
+            else:
+                self._end(run.number, "done", "")
 
-    def stop(self, reason: str, at: float) -> None:
-        """Stop the rover and send nothing more until the stop is cleared. Needs neither disk nor session lock.
+    # -- the stop ------------------------------------------------------------------------------
+
+    def stop(self, reason: str, at: float, who: Identity) -> None:
+        """Stop the rover and send nothing more until the stop is cleared. Needs neither disk, conn nor session lock.
 
         at: wall clock. Again while stopped: the rover is told again.
         """
         first, run = self.gate.latch()
         reached = self._tell_stop()
+        with contextlib.suppress(RuntimeError):  # no thread can be started: the stop goes on without being repeated
+            self._start_watch()
         if first:
-            self._record_anyway("stop_requested", {"reason": reason, "at": at, "rover_reached": reached})
+            told = {"reason": reason, "at": at, "rover_reached": reached, **self._by(who)}
+            self._record_anyway("stop_requested", told)
         if run is not None:
             self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
 
@@ -92,15 +195,23 @@ class Commanding:
         if self.gate.stop_acknowledged(stop_id):
             self._record_anyway("stop_acknowledged", {})
 
-    def clear_stop(self) -> None:
-        """Raises Conflict while a connected rover has not acknowledged the stop, or where another stop came."""
+    def clear_stop(self, who: Identity) -> None:
+        """Raises Conflict while a connected rover has not acknowledged the stop, or where another stop came.
+
+        Raises CommandRefused unless ``who`` holds the conn, or may hold it and nobody does.
+        """
+        with self._audited("clear", who):
+            self.gate.require_may_clear(who)
+            self._clear(who)
+
+    def _clear(self, who: Identity) -> None:
         stops = self.gate.stops()
         frame = self._link.frame
         was_stopped = self.gate.stopped
         if was_stopped:
             if self._link.connected and not self.gate.acknowledged:
                 raise Conflict("the rover has not acknowledged the stop yet; the stop stays in force")
-            self._record("stop_cleared", {})
+            self._record("stop_cleared", self._by(who))
         elif frame is None or frame.state.mode != "stopped":
             return
         if self.gate.unlatch(stops, self._tell_clear):
@@ -111,14 +222,20 @@ class Commanding:
             self._record_anyway("stop_requested", again)
         raise Conflict("another stop came while this one was being cleared; it stays in force")
 
+    # -- the link ------------------------------------------------------------------------------
+
     def connected(self) -> None:
-        """A rover came (back): it hears of a stop that it may have missed, and has yet to acknowledge it."""
+        """A rover came (back): it hears of a stop that it may have missed, and is asked what became of commands."""
         if self.gate.rover_changed():
             self._tell_stop()
+            self._start_watch()
+        self._ask()
 
     def lost(self, reason: str) -> None:
-        """The link is gone: what was not sent stays unsent."""
-        self._end(None, "link_lost", reason)
+        """The link is gone: what was not sent stays unsent. A run that waits is checked anew before it goes on."""
+        run = self.gate.run
+        if run is not None and run.phase != "waiting":
+            self._end(run.number, "link_lost", reason)
 
     def close(self) -> None:
         """End the run, if there is one, and the thread that watches it."""
@@ -127,7 +244,16 @@ class Commanding:
         if self._watch is not None and self._watch is not threading.current_thread():
             self._watch.join()
 
+    def _ask(self) -> None:
+        """Ask the rover what became of the commands of the latest run whose end is not known."""
+        known = self._state()
+        for command in known.commands:
+            if command.run == known.runs and command.state == "unknown":
+                with contextlib.suppress(Conflict):
+                    self._link.send(encode(QueryMessage(command.id)))
+
     def _tell_stop(self) -> bool:
+        self._stop_told_at = self._clock()
         with contextlib.suppress(Conflict):
             self._link.send(encode(StopMessage(self.gate.stop_id)))
             return True
@@ -137,21 +263,20 @@ class Commanding:
         with contextlib.suppress(Conflict):
             self._link.send(encode(ClearStopMessage("clear-stop")))
 
+    # -- rows ----------------------------------------------------------------------------------
+
     def _send_next(self, number: int) -> None:
-        run = self.gate.advance(number)
+        """The row of run ``number`` that is due goes to the rover, if nothing is in its way."""
+        run, hindered = self.gate.claim(number, self._fresh)
         if run is None:
+            waits = self.gate.run
+            if hindered == "conn" and waits is not None:
+                held = {"run": number, "row": waits.row, "reason": waits.why, "by": None, "conn": self.gate.conn_number}
+                self._record_anyway("run_held", held)
+            elif hindered == "telemetry":
+                self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:.1f} s old")
             return
-        command = run.command
-        message = CommandMessage(
-            id=run.command_id,
-            sequence=run.digest,
-            row=run.row,
-            name=command.name,
-            leg=command.leg,
-            joints=command.joints,
-            duration=command.duration,
-        )
-        text = encode(message)
+        text = encode(_message(run))
         sent = {"id": run.command_id, "sequence": run.digest, "run": run.number, "row": run.row}
         try:
             self._record("command_sent", sent)
@@ -159,35 +284,81 @@ class Commanding:
             self._end(number, "not_recorded", f"the log can't be written, so nothing more is sent: {err}")
             return
         try:
-            went = self.gate.release(run, lambda: self._link.send(text))
+            went = self.gate.release(run, lambda: self._link.send(text), self._fresh)
         except Conflict as err:
             self._end(number, "link_lost", err.message)
             return
         if not went:
-            # A stop came between the log and the wire.
+            # a stop came between the log and the wire, or an abort, or the conn was lost
             self._record_anyway("command_refused", {"id": run.command_id, "reason": "held back: the run had ended"})
+            self._end(number, "held_back", "what let the row go had ended when it was to go")
+
+    @property
+    def _fresh(self) -> bool:
+        age = self._link.age
+        return self._link.connected and age is not None and age <= STALE_AFTER
 
     def _end(self, number: int | None, outcome: str, reason: str) -> None:
         run = self.gate.end(number)
         if run is not None:
             self._record_ended(run, outcome, reason)
+            if outcome == "overdue":
+                self._ask()
 
     def _record_ended(self, run: Run, outcome: str, reason: str) -> None:
-        unsent = len(run.sequence.commands) - run.row - 1
-        ended = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": unsent}
+        ended = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": run.unsent}
         self._record_anyway("run_ended", ended)
 
+    def _by(self, who: Identity) -> dict[str, Any]:
+        return {"by": who.as_dict(), "conn": self.gate.conn_number}
+
+    @contextlib.contextmanager
+    def _audited(self, act: str, who: Identity, **about: Any) -> Iterator[None]:
+        try:
+            yield
+        except Conflict as err:
+            told = {"act": act, "check": err.details.get("check", "conflict"), "reason": err.message, **about}
+            self._record_anyway("act_refused", {**told, **self._by(who)})
+            raise
+
     def _start_watch(self) -> None:
-        if self._watch is None:
-            self._watch = threading.Thread(target=self._watch_runs, name="footfall-runs", daemon=True)
-            self._watch.start()
+        with self._watching:
+            if self._watch is None and not self._closing.is_set():
+                self._watch = threading.Thread(target=self._watch_runs, name="footfall-runs", daemon=True)
+                self._watch.start()
 
     def _watch_runs(self) -> None:
         while not self._closing.wait(WATCH_PERIOD):
-            if self.gate.run is None:
-                continue
-            age = self._link.age
-            if age is None or age > STALE_AFTER:
-                self.lost(f"the rover has sent no telemetry for {age or 0.0:.1f} s")
-            elif late := self.gate.overdue():
-                self._end(None, "overdue", late)
+            self.look()
+
+    def look(self) -> None:
+        """End what time has ended: the conn, a run whose rover fell silent or whose row is overdue.
+
+        A stop that the rover has not acknowledged is told again: a gateway may have lost it, and twice harms nobody.
+        """
+        self.gate.pass_time()
+        waited = self._clock() - self._stop_told_at - self._link.light_time.round_trip
+        if waited > STOP_AGAIN_AFTER:
+            self.gate.remind(self._tell_stop)
+        run = self.gate.run
+        if run is None or run.phase == "waiting":
+            return
+        age = self._link.age
+        if age is None or age > STALE_AFTER:
+            self.lost(f"the rover has sent no telemetry for {age or 0.0:.1f} s")
+        elif late := self.gate.overdue(self._link.light_time.round_trip):
+            self._end(run.number, "overdue", late)
+
+
+def _message(run: Run) -> CommandMessage:
+    command = run.command
+    return CommandMessage(
+        id=run.command_id,
+        sequence=run.digest,
+        row=run.row,
+        name=command.name,
+        leg=command.leg,
+        joints=command.joints,
+        duration=command.duration,
+        force=command.force,
+    )

@@ -2,15 +2,22 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field, replace
+from functools import partial
 from typing import Any
 
 from footfall.core.errors import InvalidBundle
-from footfall.core.value import SOFTWARE_VERSION, Value, value
+from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
 from footfall.planning.step.problem import Footfall
 from footfall.session.event import Event
-
-OPEN_STATES = ("sent", "received", "started")
-"""States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""
+from footfall.session.fold_commands import (
+    CHANGES,
+    CommandRecord,
+    ConnRecord,
+    Payload,
+    RunRecord,
+    StopRecord,
+    closed_without_an_end,
+)
 
 TERRAIN_KINDS = ("terrain", "photographs", "blend", "clear")
 """Products that become the session's terrain."""
@@ -35,26 +42,17 @@ class ExportRecord(Value):
 
 
 @value
-class CommandRecord(Value):
-    """One command sent to the rover and how far it came. time: of the latest change."""
+class PlanRecord(Value):
+    """One of the plans that are compared.
 
-    id: str
-    sequence: str
-    run: int
-    row: int
-    state: str
+    kind: "asked", or one of planning.step.alternatives.KINDS; text: what differs, for a person.
+    """
+
+    plan: str
+    kind: str
+    text: str
+    status: str
     reason: str
-    time: float
-
-
-@value
-class StopRecord(Value):
-    """The stop. latched: nothing is sent until it is cleared; acknowledged: the rover said that it stands."""
-
-    latched: bool = False
-    acknowledged: bool = False
-    reason: str = ""
-    time: float | None = None
 
 
 @value
@@ -71,12 +69,15 @@ class SessionState(Value):
 
     robot, state, snapshot, dem, plan, sequence: digests; None until there is one.
     maps: leg (as text) → digest of its latest map stack.
+    execution: the latest answer of how to execute ``plan``; None after another plan came.
+    alternatives: the plans that ``plan`` was chosen from, itself among them; empty where there is nothing to choose.
     told_state: ``state`` as it was told, before it was moved onto the map.
     what_if: the state that ``state`` was shifted from, where that is what would be if the chassis stood elsewhere; None
         where ``state`` is how the rover stands. shift, body_move: the latest answers about moves of the chassis.
     terrain_history: the terrains before ``dem``, oldest first, for undo.
-    sequence_history: the sequences before ``sequence``, oldest first, for undo.
-    runs: how often a sequence was sent.
+    sequence_history: the sequences before ``sequence``, oldest first, for undo. sequence_ahead: those that were undone
+        since the latest edit, the one undone last at the end, for redo.
+    runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it.
     """
 
     name: str = ""
@@ -90,6 +91,10 @@ class SessionState(Value):
     plan: str | None = None
     plan_status: str | None = None
     plan_reason: str = ""
+    alternatives: tuple[PlanRecord, ...] = ()
+    execution: str | None = None
+    execution_status: str | None = None
+    execution_reason: str = ""
     told_state: str | None = None
     what_if: str | None = None
     shift: str | None = None
@@ -97,10 +102,13 @@ class SessionState(Value):
     terrain_history: tuple[str, ...] = ()
     sequence: str | None = None
     sequence_history: tuple[str, ...] = ()
+    sequence_ahead: tuple[str, ...] = field(default=(), metadata=LATER)
     exports: tuple[ExportRecord, ...] = ()
     stop: StopRecord = StopRecord()
     commands: tuple[CommandRecord, ...] = ()
     runs: int = 0
+    run: RunRecord | None = field(default=None, metadata=LATER)
+    conn: ConnRecord | None = field(default=None, metadata=LATER)
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
 
@@ -109,12 +117,21 @@ class SessionState(Value):
         made = self.products.get(self.maps.get(str(leg), ""))
         return made is not None and (made.parents["dem"], made.parents["state"]) == (self.dem, self.state)
 
+    @property
+    def plans(self) -> tuple[PlanRecord, ...]:
+        """The present plan and what it may be compared with; empty without a plan."""
+        if self.alternatives or self.plan is None:
+            return self.alternatives
+        return (PlanRecord(self.plan, "asked", "as asked for", self.plan_status or "", self.plan_reason),)
+
     def plan_behind(self, sequence: str) -> ProductRecord | None:
-        """The record of the plan that a sequence goes back to, through all of its edits."""
+        """The record of the plan, or its execution, that a sequence goes back to, through all of its edits."""
         made = self.products.get(sequence)
         while made is not None and "sequence" in made.parents:
             made = self.products.get(made.parents["sequence"])
-        return None if made is None else self.products.get(made.parents.get("plan", ""))
+        if made is None:
+            return None
+        return self.products.get(made.parents.get("plan") or made.parents.get("execution", ""))
 
 
 def fold(state: SessionState, event: Event) -> SessionState:
@@ -144,16 +161,12 @@ def fold_all(events: Iterable[Event], state: SessionState | None = None) -> Sess
     return state
 
 
-Payload = Mapping[str, Any]
-
-
 def _created(state: SessionState, event: Event, payload: Payload) -> SessionState:
     return replace(state, name=payload["name"], robot=payload["robot"], robot_name=payload["robot_name"])
 
 
 def _opened(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    # Whoever closed without hearing the end of a command can't know it any more.
-    return _settle(state, event, "unknown", "the session was closed before the rover said how it ended")
+    return replace(state, **closed_without_an_end(state, event))
 
 
 def _unchanged(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -194,7 +207,15 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     if kind == "maps":
         return replace(state, maps={**state.maps, str(payload["leg"]): digest})
     if kind == "plan":
-        return replace(state, plan=digest, plan_status=payload["status"], plan_reason=payload["reason"])
+        return _planned(state, digest, payload)
+    if kind == "execution":
+        if payload["parents"]["plan"] != state.plan:
+            return state  # of another plan than the present one
+        told = {"execution_status": payload["status"], "execution_reason": payload["reason"]}
+        return replace(state, execution=digest, **told)
+    if kind == "after":
+        # what would be, were the plan carried out: planned from as in a what-if
+        return replace(state, state=digest, what_if=state.what_if or state.state or payload["parents"]["state"])
     if kind == "what_if":
         return replace(state, state=digest, what_if=payload["parents"]["state"])
     if kind == "shift":
@@ -202,14 +223,39 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     if kind == "body_move":
         return replace(state, body_move=digest)
     if kind == "sequence":
-        return replace(state, sequence=digest, sequence_history=())
+        return replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
     if kind == "edit":
         history = (*state.sequence_history, payload["parents"]["sequence"])
-        return replace(state, sequence=digest, sequence_history=history)
+        return replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
     if kind == "export":
         record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
         return replace(state, exports=(*state.exports, record))
     raise ValueError(f"there is no product called {kind!r}")
+
+
+def _planned(state: SessionState, digest: str, payload: Payload) -> SessionState:
+    """A plan that was asked for becomes the present one; an alternative to it is only listed."""
+    about, status, reason = payload.get("alternative"), payload["status"], payload["reason"]
+    if about is None:
+        return _with_plan(replace(state, alternatives=()), digest, status, reason)
+    if all(one.plan != about["to"] for one in state.plans):
+        return state  # another step was planned meanwhile
+    found = PlanRecord(digest, about["kind"], about["text"], status, reason)
+    others = tuple(one for one in state.plans if one.plan != digest)
+    return replace(state, alternatives=(*others, found))
+
+
+def _plan_chosen(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    chosen = next((one for one in state.alternatives if one.plan == payload["digest"]), None)
+    if chosen is None:
+        raise ValueError("it chooses a plan that was not there to choose")
+    return _with_plan(state, chosen.plan, chosen.status, chosen.reason)
+
+
+def _with_plan(state: SessionState, digest: str, status: str, reason: str) -> SessionState:
+    """Another plan is the present one, and nothing says yet how to execute it."""
+    planned = replace(state, plan=digest, plan_status=status, plan_reason=reason)
+    return replace(planned, execution=None, execution_status=None, execution_reason="")
 
 
 def _on_terrain(state: SessionState, digest: str) -> SessionState:
@@ -226,61 +272,26 @@ def _terrain_undone(state: SessionState, event: Event, payload: Payload) -> Sess
 def _undone(state: SessionState, event: Event, payload: Payload) -> SessionState:
     if not state.sequence_history or state.sequence_history[-1] != payload["digest"]:
         raise ValueError("it undoes an edit that was not made")
-    return replace(state, sequence=payload["digest"], sequence_history=state.sequence_history[:-1])
+    *history, before = state.sequence_history
+    ahead = (*state.sequence_ahead, state.sequence or "")
+    return replace(state, sequence=before, sequence_history=tuple(history), sequence_ahead=ahead)
 
 
-def _run_started(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, runs=payload["run"])
+def _redone(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    if not state.sequence_ahead or state.sequence_ahead[-1] != payload["digest"]:
+        raise ValueError("it redoes an edit that was not undone")
+    *ahead, again = state.sequence_ahead
+    history = (*state.sequence_history, state.sequence or "")
+    return replace(state, sequence=again, sequence_history=history, sequence_ahead=tuple(ahead))
 
 
-def _command_sent(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    record = CommandRecord(
-        payload["id"], payload["sequence"], payload["run"], payload["row"], "sent", "", float(event.time)
-    )
-    return replace(state, commands=(*state.commands, record))
-
-
-def _command_changed(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    new = event.type.removeprefix("command_")
-
-    def changed(record: CommandRecord) -> CommandRecord:
-        late = record.state in ("done", "refused") and new in ("received", "started")
-        if record.id != payload["id"] or late:
-            return record
-        return replace(record, state=new, reason=payload.get("reason", ""), time=float(event.time))
-
-    return replace(state, commands=tuple(changed(record) for record in state.commands))
-
-
-def _run_ended(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return _settle(state, event, "unknown", payload["reason"])
-
-
-def _settle(state: SessionState, event: Event, new: str, reason: str) -> SessionState:
-    return replace(
-        state,
-        commands=tuple(
-            replace(c, state=new, reason=reason, time=float(event.time)) if c.state in OPEN_STATES else c
-            for c in state.commands
-        ),
-    )
-
-
-def _stop_requested(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, stop=StopRecord(True, False, payload["reason"], float(payload["at"])))
-
-
-def _stop_acknowledged(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, stop=replace(state.stop, acknowledged=True))
-
-
-def _stop_cleared(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, stop=StopRecord())
-
-
-def _link_connected(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    # whoever is there now has acknowledged nothing yet
-    return replace(state, stop=replace(state.stop, acknowledged=False))
+def _changed(
+    change: Callable[[SessionState, Event, Payload], Mapping[str, Any]],
+    state: SessionState,
+    event: Event,
+    payload: Payload,
+) -> SessionState:
+    return replace(state, **change(state, event, payload))
 
 
 def _noted(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -291,9 +302,10 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "session_created": _created,
     "session_opened": _opened,
     "log_repaired": _unchanged,
-    "link_connected": _link_connected,
+    "clock_jumped": _unchanged,
     "link_fault": _unchanged,
     "link_lost": _unchanged,
+    "light_time_set": _unchanged,
     "state_frozen": _state_frozen,
     "what_if_ended": _what_if_ended,
     "snapshot_taken": _snapshot_taken,
@@ -301,20 +313,12 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "terrain_undone": _terrain_undone,
     "footfall_chosen": _footfall_chosen,
     "product": _product,
+    "plan_chosen": _plan_chosen,
     "job_failed": _unchanged,
     "sequence_undone": _undone,
-    "armed": _unchanged,
-    "run_started": _run_started,
-    "run_ended": _run_ended,
-    "command_sent": _command_sent,
-    "command_received": _command_changed,
-    "command_started": _command_changed,
-    "command_done": _command_changed,
-    "command_refused": _command_changed,
-    "stop_requested": _stop_requested,
-    "stop_acknowledged": _stop_acknowledged,
-    "stop_cleared": _stop_cleared,
+    "sequence_redone": _redone,
     "note": _noted,
+    **{type: partial(_changed, change) for type, change in CHANGES.items()},
 }
 
 EVENT_TYPES = frozenset(_FOLDS)

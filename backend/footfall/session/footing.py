@@ -1,13 +1,14 @@
-"""Where a leg may stand: maps, read-outs, suggestions, and the chosen footfall."""
+"""Where a leg may stand: maps, read-outs, suggestions, and the chosen footfall.
 
-from typing import Any, cast
+What judges maps loads compiled code, so it loads when first asked.
+"""
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict
-from footfall.maps.choice import explain_at, stack_quality
 from footfall.maps.layers import MapSettings, MapStack
-from footfall.maps.quality import Quality
 from footfall.maps.quality_settings import QualitySettings
-from footfall.maps.suggest import Explanation, Suggestions, suggest
 from footfall.planning.step.problem import Footfall
 from footfall.session.footfalls import judge_footfall
 from footfall.session.job import Job
@@ -17,11 +18,18 @@ from footfall.session.stances import StanceSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
+if TYPE_CHECKING:
+    from footfall.maps.quality import Quality
+    from footfall.maps.suggest import Explanation, Suggestions
+
 
 class FootingSession(StanceSession):
     """The part of a session that maps and chooses footfalls; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
     """
+
+    _suggested: "tuple[str, Suggestions | None]" = ("", None)
+    """Digest of the maps, and the suggestions on them that the scene shows."""
 
     def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
         """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
@@ -39,8 +47,10 @@ class FootingSession(StanceSession):
             return None
         return cast(MapStack, preview.product)
 
-    def explain(self, maps: MapStack, x: float, y: float) -> Explanation:
+    def explain(self, maps: MapStack, x: float, y: float) -> "Explanation":
         """What every layer of maps of this session says of a point [m], and what decides. Raises InvalidInput."""
+        from footfall.maps.choice import explain_at
+
         return explain_at(self._quality(maps, None, None), x, y)
 
     def suggest(
@@ -50,21 +60,37 @@ class FootingSession(StanceSession):
         separation: float = 0.3,
         towards: tuple[float, float] | None = None,
         settings: QualitySettings | None = None,
-    ) -> Suggestions:
+        show: bool = False,
+    ) -> "Suggestions":
         """The best footfalls on the current maps of a leg; see :func:`footfall.maps.suggest.suggest`.
 
-        Raises Conflict where there are no maps of the present terrain and state, InvalidInput.
+        show: whether the scene shows them, as long as those maps stay current. Raises Conflict where there are no maps
+        of the present terrain and state, InvalidInput.
         """
+        from footfall.maps.suggest import suggest
+
         self._require_leg(leg)
         state = self.state
         if not state.maps_current(leg):
             raise Conflict(f"there are no maps of leg {leg} for the present terrain and state; compute them first")
         maps = self._shelf.typed(MapStack, state.maps[str(leg)])
-        return suggest(self._quality(maps, settings, towards), count, separation)
+        found = suggest(self._quality(maps, settings, towards), count, separation)
+        if show:
+            with self._journal.lock:
+                self._suggested = maps.digest, found
+                self._journal.tell("view", view=asdict(self.view))
+        return found
+
+    def suggestions_shown(self, leg: int) -> "Suggestions | None":
+        """What the scene was given to show, where it is of maps of ``leg`` that fit the present terrain and state."""
+        state, (maps, found) = self.state, self._suggested
+        return found if state.maps_current(leg) and state.maps[str(leg)] == maps else None
 
     def _quality(
         self, maps: MapStack, settings: QualitySettings | None, towards: tuple[float, float] | None
-    ) -> Quality:
+    ) -> "Quality":
+        from footfall.maps.choice import stack_quality
+
         parents = maps.provenance.parents
         dem, state = self._shelf.typed(Dem, parents["dem"]), self._shelf.typed(RobotState, parents["state"])
         return stack_quality(self.robot, dem, state, maps, settings, towards)

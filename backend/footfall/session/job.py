@@ -2,8 +2,11 @@
 
 import logging
 import threading
+import time
 import uuid
+from collections import defaultdict
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, NotFound
@@ -21,7 +24,8 @@ class Job:
     """One piece of work. Attributes are written by the pool only and may be read from any thread.
 
     state: "queued", "running", "done", "failed" or "cancelled"; fraction: 0…1; text: what is being done.
-    result: digest of the product once done; error: why there is none.
+    result: digest of the product once done; error: why there is none. seconds: how long it took, once it has ended,
+    from when it began to run (or was asked for, where it never ran).
     """
 
     def __init__(
@@ -42,6 +46,9 @@ class Job:
         self.error: FootFallError | None = None
         self.cancel_asked = threading.Event()
         self.unqueue: Callable[[], bool] = lambda: False
+        self.on_end: Callable[[], None] = lambda: None
+        self.seconds = 0.0
+        self._began = time.monotonic()
         self._ended = threading.Event()
         self._on_done = on_done
         self._on_change = on_change
@@ -91,6 +98,8 @@ class Job:
 
     def report(self, fraction: float, text: str) -> None:
         """For the pool: the job is running and so far."""
+        if self.state == "queued":
+            self._began = time.monotonic()
         self.state, self.fraction, self.text = "running", min(max(fraction, self.fraction), 1.0), text
         self._changed()
 
@@ -117,6 +126,8 @@ class Job:
             self.error = error
             self.state = "cancelled" if isinstance(error, Cancelled) else "failed"
             self.text = error.message
+        self.seconds = time.monotonic() - self._began
+        self.on_end()
         self._ended.set()
         self._changed()
 
@@ -128,14 +139,39 @@ class Job:
                 logging.getLogger(__name__).exception("a listener to job %s failed", self.id)
 
 
+@dataclass
+class Tally:
+    """How many jobs, and how long those took together that have ended [s]."""
+
+    count: int = 0
+    seconds: float = 0.0
+
+
 class Records:
     """The jobs that can be asked for by id: all that run, and the latest that ended."""
 
     def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
+        self._ended: defaultdict[tuple[str, str], Tally] = defaultdict(Tally)
         self._guard = threading.Lock()
 
+    def tally(self) -> dict[tuple[str, str], Tally]:
+        """(kind, state) → the jobs that are queued or running now, and all that ever ended."""
+        with self._guard:
+            found = {key: Tally(one.count, one.seconds) for key, one in self._ended.items()}
+            for job in self._jobs.values():
+                if job.state in ("queued", "running"):
+                    found.setdefault((job.kind, job.state), Tally()).count += 1
+            return found
+
+    def _count(self, job: Job) -> None:
+        with self._guard:
+            tally = self._ended[job.kind, job.state]
+            tally.count += 1
+            tally.seconds += job.seconds
+
     def add(self, job: Job) -> None:
+        job.on_end = lambda: self._count(job)
         with self._guard:
             self._jobs[job.id] = job
             ended = [one.id for one in self._jobs.values() if one.ended]

@@ -1,25 +1,32 @@
 """Long work in worker processes: queued, watched, cancelled, and survived when a worker dies."""
 
+import contextlib
 import heapq
 import itertools
 import multiprocessing
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, Self
 
-from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
+from structlog.contextvars import bound_contextvars
+
+from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records
+from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records, Tally
 from footfall.session.recipes import make
 from footfall.session.worker import work
 
 CANCEL_GRACE = 1.0
 """A worker that has not stopped this long after it was asked to is killed [s]."""
+
+
+RETRY_AFTER = 5
+"""When to ask again where the queue is full [s]."""
 
 
 class InlineJobs:
@@ -59,6 +66,15 @@ class InlineJobs:
     def get(self, job_id: str) -> Job:
         """Raises NotFound."""
         return self._records.get(job_id)
+
+    def tally(self) -> dict[tuple[str, str], Tally]:
+        """See :meth:`Jobs.tally`."""
+        return self._records.tally()
+
+    @property
+    def ready(self) -> bool:
+        """See :attr:`Jobs.ready`."""
+        return True
 
     def close(self) -> None:
         """Nothing is running."""
@@ -100,7 +116,7 @@ class Jobs:
     ) -> None:
         """``warm``: start the processes now, not with the first job."""
         self._recipes = recipes
-        self._limit = queue_limit
+        self.queue_limit = queue_limit
         self._records = Records()
         self._queue: list[tuple[int, int, Job, tuple[Any, ...]]] = []
         self._order = itertools.count()
@@ -130,7 +146,7 @@ class Jobs:
         what it raises fails the job. on_change(job): called there at every progress and at the end.
         on_preview(job, product): called there with coarse forms of the product, where its recipe makes any.
 
-        Raises Conflict where the queue is full or the pool closed.
+        Raises Busy where the queue is full, Conflict where the pool is closed.
         """
         job = Job(kind, session, on_done, on_change, on_preview)
         sent = {name: (value.digest, value) for name, value in parents.items()}
@@ -138,8 +154,12 @@ class Jobs:
         with self._wake:
             if self._closing:
                 raise Conflict("the job pool is closed")
-            if len(self._queue) >= self._limit:
-                raise Conflict(f"{self._limit} jobs are waiting already; cancel one, or wait", limit=self._limit)
+            if len(self._queue) >= self.queue_limit:
+                raise Busy(
+                    f"{self.queue_limit} jobs are waiting already; cancel one, or wait",
+                    limit=self.queue_limit,
+                    retry_after=RETRY_AFTER,
+                )
             waiting = (not urgent, next(self._order), job, (kind, sent, asked))
             heapq.heappush(self._queue, waiting)
             job.unqueue = lambda: self._unqueue(waiting)
@@ -154,6 +174,15 @@ class Jobs:
     def get(self, job_id: str) -> Job:
         """Raises NotFound."""
         return self._records.get(job_id)
+
+    def tally(self) -> dict[tuple[str, str], Tally]:
+        """How many jobs of each kind are queued, running, or have ended and how, and how long those took."""
+        return self._records.tally()
+
+    @property
+    def ready(self) -> bool:
+        """Whether it takes jobs: all that serve workers are there."""
+        return not self._closing and all(thread.is_alive() for thread in self._threads)
 
     def close(self) -> None:
         """Cancel what runs and waits, end the workers; returns when all are gone."""
@@ -182,8 +211,9 @@ class Jobs:
                 process.start()
             while (taken := self._take()) is not None:
                 job, message = taken
-                product, error = self._run(process, job, message)
-                job.end(product, error)
+                with bound_contextvars(job=job.id, session=job.session):
+                    product, error = self._run(process, job, message)
+                    job.end(product, error)
         finally:
             process.stop()
 
@@ -211,7 +241,8 @@ class Jobs:
         try:
             pipe = process.start()
             job.report(0.0, "starting")
-            pipe.send(("job", job.id, *message))
+            with self._taken(process, job):
+                pipe.send(("job", job.id, *message))
             while True:
                 if pipe.poll(0.05):
                     match pipe.recv():
@@ -231,6 +262,8 @@ class Jobs:
                     return None, Cancelled("cancelled; its worker did not stop by itself and was ended")
         except (EOFError, OSError):
             code = process.stop()
+            if job.cancel_asked.is_set() or self._closing:
+                return None, Cancelled("cancelled; its worker did not take it and was ended")
             return None, WorkerLost(
                 f"the worker process died while it made the {job.kind} (exit code {code}); "
                 "a new one takes the next job",
@@ -240,6 +273,25 @@ class Jobs:
             # A value that can't cross the pipe: the two ends no longer agree where a message starts.
             process.stop()
             return None, FootFallError(f"the {job.kind} could not be exchanged with its worker: {err}")
+
+    @contextlib.contextmanager
+    def _taken(self, process: "_Process", job: Job) -> Iterator[None]:
+        """While a job is handed over: a large one waits for its worker to read, and one that hangs never does."""
+        over = threading.Event()
+
+        def watch() -> None:
+            while not over.wait(0.05):
+                if (job.cancel_asked.is_set() or self._closing) and not over.wait(CANCEL_GRACE):
+                    process.kill()
+                    return
+
+        watching = threading.Thread(target=watch, name="footfall-hand-over", daemon=True)
+        watching.start()
+        try:
+            yield
+        finally:
+            over.set()
+            watching.join()
 
 
 class _Process:
@@ -260,6 +312,11 @@ class _Process:
             self._process.start()
             theirs.close()
         return self._pipe
+
+    def kill(self) -> None:
+        """End it whatever it does; another thread may be writing to it, and fails then."""
+        if self._process is not None:
+            self._process.kill()
 
     def stop(self) -> int | None:
         """End the process, politely first; its exit code."""

@@ -8,9 +8,10 @@ from contextlib import suppress
 from typing import Any
 
 from footfall.core.errors import Conflict
+from footfall.session.clock import ClockWatch, Reading
 from footfall.session.event import Event, next_event
 from footfall.session.fold import SessionState, fold, fold_all
-from footfall.session.store import SessionStore
+from footfall.session.storage.store import SessionStore
 
 LOCK_PATIENCE = 1.0
 """How long what must not wait, such as a stop, waits to be recorded before it is kept for later [s]."""
@@ -25,13 +26,17 @@ class Journal:
     """
 
     def __init__(self, store: SessionStore) -> None:
+        """Raises InvalidBundle where the log does not fold."""
         self.lock = threading.RLock()
         self._store = store
         self._events = list(store.events)
         self._state = fold_all(self._events)
+        self._clock = ClockWatch(self._events[-1].time if self._events else None)
         self._listeners: list[Listener] = []
         self._unrecorded: list[tuple[str, dict[str, Any]]] = []
         self._closed = False
+        self.appended = 0, 0.0
+        """How many events were written so far, and how long that took in all [s]."""
 
     @property
     def state(self) -> SessionState:
@@ -68,7 +73,7 @@ class Journal:
         return unlisten
 
     def record(self, type: str, payload: Mapping[str, Any]) -> Event:
-        """Write one event. Raises OSError where the disk can't take it, Conflict once closed."""
+        """Write one event. Raises StoreRefused where the store can't take it, Conflict once closed."""
         with self.lock:
             if self._closed:
                 raise Conflict("the session is closed")
@@ -76,7 +81,10 @@ class Journal:
             return self._write(type, payload)
 
     def record_anyway(self, type: str, payload: Mapping[str, Any]) -> None:
-        """As :meth:`record`, but what can't be written now is written before the next event that can."""
+        """As :meth:`record`, but what can't be written now is written before the next event that can.
+
+        Listeners hear so: a message "store" with ``unrecorded``, and the ``problem``; None when all is written.
+        """
         if not self.lock.acquire(timeout=LOCK_PATIENCE):
             self._unrecorded.append((type, dict(payload)))
             return
@@ -85,6 +93,7 @@ class Journal:
         except (OSError, Conflict) as err:
             logging.getLogger(__name__).error("event %s is kept for later: %s", type, err)
             self._unrecorded.append((type, dict(payload)))
+            self._tell_of_store(err.message if isinstance(err, Conflict) else str(err.strerror or err))
         finally:
             self.lock.release()
 
@@ -94,23 +103,57 @@ class Journal:
             self._notify({"type": type, **content})
 
     def close(self) -> None:
-        """Write what is pending and close the store; harmless when done twice."""
+        """Write what is pending and close the store; harmless when done twice.
+
+        What the database can't take even now is kept in the session's folder, and moved there by the next opening.
+        """
         with self.lock:
             if not self._closed:
-                with suppress(OSError):
+                try:
                     self._record_pending()
+                except (OSError, Conflict) as err:
+                    self._keep_pending(err)
                 self._closed = True
                 self._store.close()
+
+    def _keep_pending(self, reason: Exception) -> None:
+        pending: list[Event] = []
+        for type, payload in self._unrecorded:
+            last = pending[-1] if pending else self._events[-1] if self._events else None
+            pending.append(next_event(last, self._clock.read().wall, type, payload))
+        log = logging.getLogger(__name__)
+        try:
+            self._store.keep_beside(pending)
+        except OSError as err:
+            log.error("%d events are lost: %s, and %s", len(pending), reason, err)
+        else:
+            log.error("%d events are kept beside the database until the next opening: %s", len(pending), reason)
 
     def _record_pending(self) -> None:
         while self._unrecorded:
             self._write(*self._unrecorded[0])
             del self._unrecorded[0]
+            if not self._unrecorded:
+                self._tell_of_store(None)
+
+    def _tell_of_store(self, problem: str | None) -> None:
+        self._notify({"type": "store", "store": {"unrecorded": len(self._unrecorded), "problem": problem}})
 
     def _write(self, type: str, payload: Mapping[str, Any]) -> Event:
-        event = next_event(self._events[-1] if self._events else None, time.time(), type, payload)
+        reading = self._clock.read()
+        if reading.jump:
+            way, size = "forward" if reading.jump > 0 else "back", abs(reading.jump)
+            text = f"the clock of this computer jumped {way} by {size:.1f} s: times before and after don't compare"
+            self._write_at(reading, "clock_jumped", {"by": reading.jump, "text": text})
+        return self._write_at(reading, type, payload)
+
+    def _write_at(self, reading: Reading, type: str, payload: Mapping[str, Any]) -> Event:
+        event = next_event(self._events[-1] if self._events else None, reading.wall, type, payload)
         state = fold(self._state, event)
+        began = time.perf_counter()
         self._store.append(event)
+        self.appended = self.appended[0] + 1, self.appended[1] + time.perf_counter() - began
+        self._clock.accept(reading)
         self._events.append(event)
         self._state = state
         self._notify({"type": "event", "event": event.as_dict()})

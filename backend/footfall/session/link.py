@@ -1,11 +1,15 @@
 """The server's end of the rover link: who is there, what it said last and how long ago."""
 
+import json
 import threading
 import time
+from collections import Counter, deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from footfall.core.errors import Conflict
+from footfall.session.light_time import LightPath, LightTime
 from footfall.telemetry.state import TelemetryFrame
 
 Send = Callable[[str], None]
@@ -13,33 +17,73 @@ Send = Callable[[str], None]
 
 RESTART_AFTER = 5
 """So many frames on end with old numbers and times are no stragglers: the rover's counter and clock began anew."""
+TOLD_AGAIN_AFTER = 1.0
+"""A rover that is wrong in ever new ways is told of once in so long for each kind; all of it is counted [s]."""
+MOST_SHOWN = 20
+"""Messages on their way that are told of; what went before them is on its way as well."""
+
+
+@dataclass(frozen=True)
+class OnItsWay:
+    """A message down: when it arrives at the rover, and the earliest moment at which an answer can be here."""
+
+    type: str
+    id: str
+    arrives_at: float
+    answer_at: float
+
+    def as_dict(self, now: float) -> dict[str, Any]:
+        """Plain JSON, as seen ``now``."""
+        arrives, answer = max(self.arrives_at - now, 0.0), max(self.answer_at - now, 0.0)
+        return {"type": self.type, "id": self.id, "arrives_in_s": arrives, "answer_in_s": answer}
 
 
 class RoverLink:
-    """Holds the latest telemetry frame and the way down to the rover. Thread-safe; never blocks for long.
+    """Holds the latest telemetry frame and both ways of the link. Thread-safe; never blocks for long.
 
-    frames: how many came; gaps: frames that were missing between them; restarts: how often counting began anew;
-    late: frames that came again, or after newer ones, and were dropped; clock_jumps: how often the rover's clock
-    went back; fault, faults: the latest complaint of the rover, or about what it sent, and how many there were.
+    frames: how many came, and so the number of the latest by arrival; gaps: frames that were missing between them;
+    restarts: how often counting began anew; late: frames that came again, or after newer ones, and were dropped;
+    repeated: those of them that came again; clock_jumps: how often the rover's clock went back; lost_on_the_way:
+    messages down that arrived where their rover was no longer; fault, faults, kinds: the latest complaint of the
+    rover, or about what it sent, how many there were, and of what kind.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, clock: Callable[[], float] = time.monotonic, light_time: LightTime | None = None) -> None:
         self._clock = clock
         self._guard = threading.Lock()
         self._send: Send | None = None
         self._frame: TelemetryFrame | None = None
-        self._taken_at = 0.0
+        self._taken_at = self._received_at = self._light = 0.0
         self._straggler: TelemetryFrame | None = None
         self._stragglers = 0
-        self.frames = self.gaps = self.restarts = self.late = self.clock_jumps = self.faults = 0
+        # storing images takes seconds, and telemetry must not wait for it
+        self._paths = {name: LightPath(name, clock) for name in ("telemetry", "images", "commands")}
+        self._told: deque[OnItsWay] = deque(maxlen=MOST_SHOWN)
+        self.light_time = light_time or LightTime()
+        self.frames = self.gaps = self.restarts = self.late = self.repeated = self.clock_jumps = self.faults = 0
+        self.lost_on_the_way = 0
         self.fault = ""
+        self.kinds: Counter[str] = Counter()
+        self._told_of: dict[str, float] = {}
 
     def connect(self, send: Send) -> None:
-        """A rover is there; ``send`` hands it one text frame, without blocking, from any thread."""
+        """A rover is there; ``send`` hands it one text frame, without blocking, from any thread.
+
+        It raises where the connection has ended.
+        """
         with self._guard:
             self._send = send
-            # what is there now may be another rover, or the same one after a restart
+        self.hear(lambda _: self._may_begin_anew())
+
+    def _may_begin_anew(self) -> None:
+        """What is there now may be another rover, or the same one after a restart."""
+        with self._guard:
             self._straggler, self._stragglers = None, RESTART_AFTER
+
+    def close(self) -> None:
+        """What is still on its way, up or down, does not arrive any more."""
+        for path in self._paths.values():
+            path.close()
 
     def disconnect(self, send: Send | None = None) -> bool:
         """The rover is gone. With ``send``: only if that is still the one in use. Whether anything changed."""
@@ -49,10 +93,20 @@ class RoverLink:
             self._send = None
             return True
 
-    def take(self, frame: TelemetryFrame, at: float | None = None) -> bool:
+    def hear(self, use: Callable[[float], Any], at: float | None = None, path: str = "telemetry") -> None:
+        """Something comes from the rover ``at`` (None: now): ``use`` it when its light time is over.
+
+        use: called with when it arrived, by this link's clock; raises to the caller only where there is no delay.
+        path: "telemetry" or "images"; what comes on one is used in its order.
+        Raises Conflict where too much is on its way already.
+        """
+        now, delay = self._clock() if at is None else at, self.light_time.telemetry
+        self._paths[path].carry(lambda: use(now + delay), delay, now)
+
+    def take(self, frame: TelemetryFrame, at: float | None = None, light: float = 0.0) -> bool:
         """Keep a frame as the latest, unless it is older than that one; whether it was kept.
 
-        at: when it came, by this link's clock; None: now.
+        at: when it came, by this link's clock; None: now. light: how long it was on its way [s].
         """
         with self._guard:
             self.frames += 1
@@ -67,6 +121,7 @@ class RoverLink:
                     self.gaps += frame.number - latest.number - 1
                 self.clock_jumps += frame.state.time < latest.state.time
             self._frame, self._taken_at = frame, self._clock() if at is None else at
+            self._light, self._received_at = light, time.time() - (self._clock() - self._taken_at)
             self._stragglers = 0
             return True
 
@@ -75,28 +130,59 @@ class RoverLink:
         repeated = frame.number == latest.number and frame.state.time <= latest.state.time
         if not repeated and not (frame.number < latest.number and frame.state.time < latest.state.time):
             return False
+        self.repeated += repeated
         before, self._straggler = self._straggler, frame
         moves_on = before is None or frame.number > before.number
         self._stragglers = self._stragglers + 1 if moves_on else min(self._stragglers, RESTART_AFTER - 1)
         return self._stragglers <= RESTART_AFTER
 
-    def complain(self, text: str) -> bool:
-        """Keep what went wrong between server and rover, for the operator; whether it differs from the last."""
+    def complain(self, text: str, kind: str = "other") -> bool:
+        """Keep what went wrong between server and rover, for the operator; whether it is to be told.
+
+        It is where it differs from the last one, and its kind was not told a moment ago. kind: one of
+        :data:`footfall.telemetry.fields.FAULTS`, or "recorder".
+        """
+        now = self._clock()
         with self._guard:
             self.faults += 1
-            news, self.fault = text != self.fault, text
+            self.kinds[kind] += 1
+            news = text != self.fault and now - self._told_of.get(kind, -TOLD_AGAIN_AFTER) >= TOLD_AGAIN_AFTER
+            self.fault = text
+            if news:
+                self._told_of[kind] = now
             return news
 
     def send(self, text: str) -> None:
-        """Hand one text frame to the rover. Raises Conflict where none is connected, or it can't be reached."""
+        """Send one text frame on its way to the rover. Raises Conflict where none is connected, or it can't be reached.
+
+        With a light time it can only be lost on the way after this: where another rover, or none, is there then.
+        """
         with self._guard:
-            send = self._send
+            send, light_time = self._send, self.light_time
         if send is None:
             raise Conflict("no rover is connected")
+        arrives_at = self._paths["commands"].carry(lambda: self._hand_over(send, text), light_time.commands)
+        if light_time.round_trip:
+            message = json.loads(text)
+            told = OnItsWay(message["type"], message.get("id", ""), arrives_at, arrives_at + light_time.telemetry)
+            with self._guard:
+                self._told.append(told)
+
+    def _hand_over(self, send: Send, text: str) -> None:
+        # to the connection that it was sent to, also where another session has taken over that connection since
         try:
             send(text)
         except Exception as err:
+            with self._guard:
+                self.lost_on_the_way += 1
             raise Conflict(f"the rover can't be reached: {err}") from err
+
+    @property
+    def on_the_way(self) -> list[dict[str, Any]]:
+        """The latest messages down that can't have been answered yet, oldest first."""
+        now = self._clock()
+        with self._guard:
+            return [one.as_dict(now) for one in self._told if one.answer_at > now]
 
     @property
     def connected(self) -> bool:
@@ -114,16 +200,34 @@ class RoverLink:
         with self._guard:
             return None if self._frame is None else self._clock() - self._taken_at
 
+    @property
+    def light(self) -> float:
+        """How long the latest frame was on its way [s]: what it tells is older than ``age`` by this."""
+        return self._light
+
+    @property
+    def received_at(self) -> float | None:
+        """When the latest frame came, seconds since 1970-01-01 UTC."""
+        return None if self._frame is None else self._received_at
+
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON for the interface."""
+        age = self.age
         return {
             "connected": self.connected,
-            "age_s": self.age,
+            "age_s": age,
+            "measured_age_s": None if age is None else age + self._light,
+            "received_at": self.received_at,
+            "light_time": self.light_time.as_dict(),
+            "on_the_way": self.on_the_way,
+            "lost_on_the_way": self.lost_on_the_way,
             "frames": self.frames,
             "gaps": self.gaps,
             "restarts": self.restarts,
             "late": self.late,
+            "repeated": self.repeated,
             "clock_jumps": self.clock_jumps,
             "faults": self.faults,
+            "faults_by_kind": dict(self.kinds),
             "fault": self.fault,
         }

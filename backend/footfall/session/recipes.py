@@ -13,7 +13,17 @@ from typing import Any
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, preview_of
 from footfall.core.value import Value
-from footfall.session.requests import BodyMoveRequest, ExportRequest, MapRequest, ShiftRequest, StepRequest
+from footfall.planning.step.problem import Status
+from footfall.session.requests import (
+    BodyMoveRequest,
+    CheckRequest,
+    ExecutionRequest,
+    ExportRequest,
+    MapRequest,
+    ShiftRequest,
+    StepRequest,
+)
+from footfall.session.warm import WARM_UPS as WARM_UPS
 
 Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
 
@@ -62,21 +72,52 @@ def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) 
     from footfall.planning.step.plan import plan_step
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    chosen, how = settings.footfall, settings.settings
-    target = (chosen.x, chosen.y)
+    chosen = settings.footfall
     return plan_step(
-        robot, dem, state, chosen.leg, target, planner=how.planner, seed=how.seed, settings=how, progress=progress
+        robot,
+        dem,
+        state,
+        chosen.leg,
+        (chosen.x, chosen.y),
+        settings=settings.settings,
+        progress=progress,
+        through=settings.through,
+        explain=settings.explain,
     )
+
+
+def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
+    """robot, dem, state that it starts from, and a plan (a PlanResult with a plan) or a sequence → PredictedState."""
+    from footfall.planning.stance.after import state_after
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    sequence = parents.get("sequence")
+    if sequence is None:
+        plan = _plan_of(parents["plan"])
+        return state_after(robot, dem, state, plan.waypoints[-1], plan.T_site_base, parents["plan"].digest)
+    if not sequence.commands:
+        raise InvalidInput("the sequence has no commands, so nothing comes after it")
+    return state_after(robot, dem, state, sequence.predicted[-1], sequence.poses[-1], sequence.digest)
 
 
 def what_if(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """robot, dem, state; BodyShift → PredictedState. Raises InvalidInput where the feet can't stay where they are."""
-    from footfall.planning.stance.shift import ShiftRefused, shifted_state
+    from footfall.planning.stance.body_shift import ShiftRefused
+    from footfall.planning.stance.shift import shifted_state
 
     found = shifted_state(parents["robot"], parents["dem"], parents["state"], settings)
     if isinstance(found, ShiftRefused):
         raise InvalidInput(found.reason, leg=found.leg, joint=found.joint, excess=found.excess)
     return found
+
+
+def execution(parents: Mapping[str, Any], settings: ExecutionRequest, progress: Progress) -> Value:
+    """robot, dem, state, plan (a PlanResult with a plan); ExecutionRequest → ExecutionResult."""
+    from footfall.planning.execution.plan import plan_execution
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    step = _plan_of(parents["plan"])
+    return plan_execution(robot, dem, state, step, settings.settings, settings.set_points, progress)
 
 
 def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
@@ -97,13 +138,24 @@ def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: P
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, plan (a PlanResult with a plan), dem → Sequence."""
+    """robot, dem, plan (a PlanResult, BodyMoveResult or ShiftResult with a plan) or execution → Sequence."""
     from footfall.sequence.make import make_sequence
 
-    result = parents["plan"]
+    chosen = _execution_of(parents["execution"]) if "execution" in parents else _plan_of(parents["plan"])
+    return make_sequence(chosen, parents["robot"], parents["dem"])
+
+
+def _plan_of(result: Any) -> Any:
     if result.plan is None:
         raise InvalidInput(f"there is no plan to make commands of: {result.reason}", status=result.status.value)
-    return make_sequence(result.plan, parents["robot"], parents["dem"])
+    return result.plan
+
+
+def _execution_of(result: Any) -> Any:
+    # one that fails a check is there to be looked at
+    if result.execution is None or result.status is not Status.FOUND:
+        raise InvalidInput(f"there is no execution to make commands of: {result.reason}", status=result.status.value)
+    return result.execution
 
 
 def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
@@ -120,6 +172,15 @@ def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progre
     return write(parents["sequence"], settings.format)
 
 
+def check(parents: Mapping[str, Any], settings: CheckRequest, progress: Progress) -> bytes:
+    """No parents; CheckRequest → the report of a replay as JSON. It is told, and no product of the session."""
+    import json
+
+    from footfall.session.replay import replay
+
+    return json.dumps(replay(settings.bundle.tobytes(), progress=progress).as_dict()).encode()
+
+
 RECIPES: Mapping[str, Recipe] = {
     "terrain": terrain,
     "photographs": photographs,
@@ -127,12 +188,15 @@ RECIPES: Mapping[str, Recipe] = {
     "clear": clear,
     "maps": maps,
     "plan": plan,
+    "after": after,
     "what_if": what_if,
+    "execution": execution,
     "shift": shift,
     "body_move": body_move,
     "sequence": sequence,
     "edit": edit,
     "export": export,
+    "check": check,
 }
 
 
@@ -144,6 +208,8 @@ def preload() -> None:
         "footfall.terrain.clear",
         "footfall.maps.stack",
         "footfall.planning.step.plan",
+        "footfall.planning.execution.plan",
+        "footfall.planning.stance.after",
         "footfall.planning.stance.find_shift",
         "footfall.sequence.edit",
         "footfall.io.exports",

@@ -1,13 +1,12 @@
 """What a session is without its rover: log, state, values, jobs, view and notes, under one lock."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
 from footfall.io.bundles import write_zip
-from footfall.maps.layers import LAYERS
 from footfall.session.event import Event
 from footfall.session.fold import SessionState
 from footfall.session.job import Job
@@ -15,23 +14,14 @@ from footfall.session.jobs import InlineJobs, Jobs
 from footfall.session.journal import Journal
 from footfall.session.recipes import built_robot
 from footfall.session.shelf import Shelf
-from footfall.session.store import SessionStore
+from footfall.session.storage.store import SessionStore
+from footfall.session.view import ViewState
 from footfall.session.workshop import Workshop
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
     from footfall.robot.description import RobotDescription
     from footfall.robot.model import Robot
-
-
-@dataclass(frozen=True)
-class ViewState:
-    """What the operator looks at; not logged. scrub: 0…1 along the plan; layer: a name of LAYERS, or None."""
-
-    leg: int = 0
-    layer: str | None = "footing"
-    scrub: float = 1.0
-    show_ghost: bool = True
 
 
 class RecordedSession:
@@ -48,9 +38,8 @@ class RecordedSession:
         self._workshop = Workshop(jobs, self._journal, self._shelf, store)
         chosen = self.state.footfall
         self._view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
-        if store.torn:
-            text = "the last line of the log was torn and has been cut off"
-            self._journal.record("log_repaired", {"bytes": store.torn, "text": text})
+        for repair in store.repairs:
+            self._journal.record("log_repaired", repair)
         if len(self._journal):
             self._journal.record("session_opened", {})
 
@@ -113,6 +102,11 @@ class RecordedSession:
         """Events that the disk could not take yet."""
         return self._journal.unrecorded
 
+    @property
+    def appended(self) -> tuple[int, float]:
+        """How many events were written since the session was opened, and how long that took in all [s]."""
+        return self._journal.appended
+
     # -- values --------------------------------------------------------------------------------
 
     def put(self, value: Value) -> str:
@@ -138,18 +132,11 @@ class RecordedSession:
     # -- view and notes ------------------------------------------------------------------------
 
     def set_view(self, **changes: Any) -> ViewState:
-        """Change leg, layer, scrub or show_ghost. Raises InvalidInput."""
-        unknown = set(changes) - set(ViewState.__dataclass_fields__)
-        if unknown:
-            raise InvalidInput(f"a view has leg, layer, scrub and show_ghost, not {', '.join(sorted(unknown))}")
+        """Change fields of the view; see :meth:`footfall.session.view.ViewState.changed`. Raises InvalidInput."""
         if "leg" in changes:
             self._require_leg(changes["leg"])
-        if changes.get("layer") is not None and changes["layer"] not in LAYERS:
-            raise InvalidInput(f"there is no layer {changes['layer']!r}; there are {', '.join(LAYERS)}")
-        if "scrub" in changes and not 0 <= changes["scrub"] <= 1:
-            raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
         with self._journal.lock:
-            self._view = replace(self._view, **changes)
+            self._view = self._view.changed(**changes)
             self._journal.tell("view", view=asdict(self._view))
             return self._view
 
@@ -162,8 +149,7 @@ class RecordedSession:
     def export_bundle(self) -> bytes:
         """The session so far, as a zip."""
         with self._journal.lock:
-            self._store.seal()
-            return write_zip(self._store.folder)
+            return write_zip(self._store.bundle())
 
     def close(self) -> None:
         """Cancel its jobs and seal its log; harmless when done twice."""
@@ -182,6 +168,7 @@ class RecordedSession:
                 f"this is a state of {state.robot} with {state.leg_count} legs; "
                 f"the session is about {self.state.robot_name} with {legs}",
                 robot=state.robot,
+                fault="wrong-robot" if state.robot != self.state.robot_name else "wrong-legs",
             )
 
 

@@ -1,23 +1,27 @@
 """The sessions of one working folder: made, opened, listed, carried in and out."""
 
-import json
 import os
 import re
 import secrets
-import shutil
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
+from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, session_bytes, unpack, write_zip
+from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
 from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.light_time import LightTime
 from footfall.session.live import LiveSession
-from footfall.session.store import SessionStore, verify_artifact
+from footfall.session.recorder import DEFAULT_LIMITS, RecordingLimits
+from footfall.session.storage.artifact_folder import verify_artifact
+from footfall.session.storage.interface import Listed
+from footfall.session.storage.listing import found_sessions, is_session_folder
+from footfall.session.storage.store import SessionStore, read_session, remove_session
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -30,6 +34,8 @@ class Sessions:
 
     jobs: the pool that all sessions share; None: worker processes of its own.
     robot: name or path of the robot of new sessions that name none.
+    recording: how much of what the rover says each session records; None: nothing.
+    light_time: how long messages to and from the rover are on their way; see :meth:`set_light_time`.
     """
 
     def __init__(
@@ -37,11 +43,15 @@ class Sessions:
         folder: str | os.PathLike[str],
         jobs: Jobs | InlineJobs | None = None,
         robot: "str | os.PathLike[str] | Robot" = "athlete",
+        recording: RecordingLimits | None = DEFAULT_LIMITS,
+        light_time: LightTime | None = None,
     ) -> None:
         self.folder = Path(folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.jobs = Jobs() if jobs is None else jobs
         self._robot = robot
+        self._recording = recording
+        self.light_time = light_time or LightTime()
         self._guard = threading.RLock()
         self._open: dict[str, LiveSession] = {}
         self._current: str | None = None
@@ -76,10 +86,11 @@ class Sessions:
             store = SessionStore.create(self.folder / session_id, about)
             try:
                 store.put(built.description)
-                live = LiveSession(store, self.jobs)
+                live = LiveSession(store, self.jobs, self._recording, self.light_time)
                 live.begin(name.strip(), built.digest, built.name)
             except BaseException:
                 store.close()
+                remove_session(store.folder)
                 raise
             return self._hold(live)
 
@@ -110,9 +121,16 @@ class Sessions:
         with self._guard:
             return sorted(self._open.values(), key=lambda live: live.id != self._current)
 
+    def set_light_time(self, light_time: LightTime) -> None:
+        """How far the rover is, for all sessions, those that are open and those to come."""
+        with self._guard:
+            self.light_time = light_time
+            for live in self._open.values():
+                live.set_light_time(light_time)
+
     def list(self) -> list[dict[str, Any]]:
         """What there is, newest first; a damaged session is listed with its ``problem``."""
-        found = [self._about(path) for path in self.folder.iterdir() if _ID.fullmatch(path.name) and path.is_dir()]
+        found = [self._about(name, one) for name, one in found_sessions(self.folder).items() if _ID.fullmatch(name)]
         return sorted(found, key=lambda about: (-(about["created"] or 0.0), about["id"]))
 
     def samples(self) -> "list[str]":
@@ -140,33 +158,27 @@ class Sessions:
         Every artifact is read once. Raises InvalidBundle, naming the file, where anything is wrong; then
         nothing is left behind.
         """
-        partial = self.folder / f".import-{secrets.token_hex(4)}"
         self._require_no_run()
-        try:
-            read = read_bundle(bundle)
-            if not read.records or read.records[0]["type"] != "session_created":
-                raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
-            for name, content in read.files.items():
-                verify_artifact(name, content())
-            unpack(bundle, partial)
-            with self._guard:
-                session_id = self._new_id()
-                about = {**read.session, "id": session_id}
-                (partial / SESSION).write_bytes(session_bytes(about))
-                partial.rename(self.folder / session_id)
+        read = read_bundle(bundle)
+        if not read.records or read.records[0]["type"] != "session_created":
+            raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
+        for name, content in read.files.items():
+            verify_artifact(name, content())
+        with self._guard:
+            session_id = self._new_id()
+            folder = self.folder / session_id
+            SessionStore.take_in(folder, replace(read, session={**read.session, "id": session_id})).close()
             try:
                 return self.open(session_id)
             except BaseException:
-                shutil.rmtree(self.folder / session_id, ignore_errors=True)
+                remove_session(folder)
                 raise
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
 
     def export_bundle(self, session_id: str) -> bytes:
         """A session as a zip; the same session gives the same bytes. Raises NotFound."""
         with self._guard:
             live = self.get(session_id) if session_id == "current" else self._open.get(session_id)
-        return live.export_bundle() if live is not None else write_zip(self._existing(session_id))
+        return live.export_bundle() if live is not None else write_zip(read_session(self._existing(session_id)))
 
     def close(self) -> None:
         """Close every session, then the workers."""
@@ -196,7 +208,7 @@ class Sessions:
         if session_id not in self._open:
             store = SessionStore(self._existing(session_id))
             try:
-                self._open[session_id] = LiveSession(store, self.jobs)
+                self._open[session_id] = LiveSession(store, self.jobs, self._recording, self.light_time)
             except BaseException:
                 store.close()
                 raise
@@ -213,7 +225,7 @@ class Sessions:
 
     def _existing(self, session_id: str) -> Path:
         path = self.folder / session_id
-        if not _ID.fullmatch(session_id) or not (path / SESSION).is_file():
+        if not _ID.fullmatch(session_id) or not is_session_folder(path):
             raise NotFound(f"there is no session {session_id!r}", session=session_id)
         return path
 
@@ -223,25 +235,23 @@ class Sessions:
             if not (self.folder / session_id).exists():
                 return session_id
 
-    def _about(self, path: Path) -> dict[str, Any]:
+    def _about(self, session_id: str, found: Listed | str) -> dict[str, Any]:
         about: dict[str, Any] = {
-            "id": path.name,
-            "name": path.name,
+            "id": session_id,
+            "name": session_id,
             "created": None,
             "robot": None,
             "events": None,
-            "open": path.name in self._open,
+            "open": session_id in self._open,
         }
+        if isinstance(found, str):
+            return {**about, "problem": f"it can't be read: {found}"}
         try:
-            session = json.loads((path / SESSION).read_bytes())
-            with (path / EVENTS).open("rb") as log:
-                events = sum(1 for _ in log)
-            about |= {
-                "name": str(session["name"]),
-                "created": float(session["created"]),
-                "robot": session["robot"]["name"],
-                "events": events,
+            return about | {
+                "name": str(found.about["name"]),
+                "created": float(found.about["created"]),
+                "robot": found.about["robot"]["name"],
+                "events": found.events,
             }
-        except (OSError, ValueError, KeyError, TypeError, FootFallError) as err:
-            about["problem"] = f"it can't be read: {err}"
-        return about
+        except (ValueError, KeyError, TypeError) as err:
+            return {**about, "problem": f"it can't be read: {err!r}"}

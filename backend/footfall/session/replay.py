@@ -13,7 +13,7 @@ from footfall.core.errors import Cancelled, FootFallError, InvalidBundle
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
-from footfall.io.bundles import ARTIFACTS, Bundle, read_bundle
+from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.stance.find_problem import ShiftResult
 from footfall.planning.stance.move import BodyMoveResult
 from footfall.planning.step.problem import PlanResult, Status
@@ -21,7 +21,8 @@ from footfall.session.compare import differences
 from footfall.session.event import event_of
 from footfall.session.fold import SessionState, fold_all
 from footfall.session.recipes import RECIPES, Recipe, make
-from footfall.session.store import bytes_digest, verify_artifact
+from footfall.session.storage.artifact_folder import bytes_digest, verify_artifact
+from footfall.session.storage.store import read_session
 
 EQUAL_WITHIN = 1e-9
 """Floats that differ by at most this come from another processor, not from another computation."""
@@ -86,14 +87,14 @@ def replay(
     progress: Progress = no_progress,
     recipes: Mapping[str, Recipe] = RECIPES,
 ) -> ReplayReport:
-    """Replay a session bundle (folder, zip file, or the bytes of a zip).
+    """Replay a session: a bundle (folder, zip file, or the bytes of a zip) or the folder of one in a working folder.
 
     check: recompute every product; else only fold the log and verify the files.
-    A bundle that can't be read at all gives a report with that problem.
+    A session that can't be read at all gives a report with that problem.
     """
     name = "bundle" if isinstance(bundle, bytes) else os.path.basename(os.fspath(bundle).rstrip("/"))
     try:
-        read = read_bundle(bundle)
+        read = read_session(bundle)
         state = fold_all(event_of(record) for record in read.records)
     except InvalidBundle as err:
         return ReplayReport(name, 0, None, (), (err.message,))

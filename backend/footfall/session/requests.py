@@ -1,12 +1,18 @@
 """What was asked of a job, as values: stored beside the products, so that a replay asks the same."""
 
+from dataclasses import field
+
+import numpy as np
+from numpy.typing import NDArray
+
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 from footfall.maps.layers import MapSettings
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import BodyShift
-from footfall.planning.step.problem import Footfall, StepSettings
+from footfall.planning.step.problem import Footfall, Point, StepSettings
 
 
 @value
@@ -23,10 +29,26 @@ class MapRequest(Value):
 
 @value
 class StepRequest(Value):
-    """A step of one leg to a chosen footfall."""
+    """A step of one leg to a chosen footfall.
+
+    through: points, site [m], that the wheel's centre passes. explain: the result says what was tried and taken.
+    """
 
     footfall: Footfall
     settings: StepSettings
+    through: tuple[Point, ...] = field(default=(), metadata=LATER)
+    explain: bool = field(default=False, metadata=LATER)
+
+
+@value
+class ExecutionRequest(Value):
+    """What to command for a planned step.
+
+    set_points: (legs × 6,) of the rover at rest [rad]; None: as its measured torques tell.
+    """
+
+    settings: ExecutionSettings
+    set_points: NDArray[np.float64] | None
 
 
 @value
@@ -50,3 +72,10 @@ class ExportRequest(Value):
     """A sequence in one of the export formats."""
 
     format: str
+
+
+@value
+class CheckRequest(Value):
+    """A session to recompute. bundle: the bytes of its zip."""
+
+    bundle: NDArray[np.uint8]

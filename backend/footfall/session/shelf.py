@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from footfall.core.errors import NotFound
 from footfall.core.value import Value
-from footfall.session.store import SessionStore
+from footfall.session.storage.store import SessionStore
 
 _V = TypeVar("_V", bound=Value)
 

@@ -1,9 +1,9 @@
 """Where the chassis could stand: what-if shifts, shifts that make a footfall possible, and moves of the chassis."""
 
 from footfall.core.errors import Conflict
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import BodyShift
 from footfall.planning.step.problem import Footfall
 from footfall.session.job import Job
 from footfall.session.recorded import present

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from footfall.core.value import Value
-from footfall.planning.stance.shift import BodyShift, PredictedState
+from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.terrain.dem import Dem
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "events": len(session.events()),
         "state": state.state,
         "what_if": _what_if(session),
+        "after": _after(session),
         "shift": state.shift,
         "body_move": state.body_move,
         "snapshot": state.snapshot,
@@ -34,12 +35,26 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "maps_current": {leg: state.maps_current(int(leg)) for leg in state.maps},
         "footfall": None if state.footfall is None else fields_of(state.footfall),
         "footfall_answer": _footfall_answer(session),
-        "plan": {"digest": state.plan, "status": state.plan_status, "reason": state.plan_reason},
+        "plan": {
+            "digest": state.plan,
+            "status": state.plan_status,
+            "reason": state.plan_reason,
+            "compared": [one.plan for one in state.alternatives],
+        },
+        "execution": {
+            "digest": state.execution,
+            "status": state.execution_status,
+            "reason": state.execution_reason,
+        },
         "sequence": state.sequence,
+        "played": session.played,
         "can_undo": bool(state.sequence_history),
+        "can_redo": bool(state.sequence_ahead),
         "exports": [fields_of(one) for one in state.exports],
         "stop": fields_of(state.stop),
         "gate": session.gate,
+        "conn": session.conn,
+        "run": session.run,
         "commands": [fields_of(one) for one in state.commands],
         "notes": [fields_of(one) for one in state.notes],
         "view": asdict(session.view),
@@ -55,7 +70,14 @@ def _what_if(session: "LiveSession") -> dict[str, Any] | None:
     if session.state.what_if is None or session.state.state is None:
         return None
     shifted = cast(PredictedState, session.get(session.state.state))
-    return fields_of(cast(BodyShift, shifted.provenance.settings))
+    return fields_of(cast(BodyShift, shifted.provenance.settings or BodyShift()))
+
+
+def _after(session: "LiveSession") -> str | None:
+    """The plan or sequence from whose end it is planned; None where that is not so."""
+    if session.state.what_if is None or session.state.state is None:
+        return None
+    return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
 
 
 def _pairs(session: "LiveSession") -> list[str]:

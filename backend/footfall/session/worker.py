@@ -6,10 +6,13 @@ pipe ends it.
 """
 
 import contextlib
+import os
 import signal
+import threading
 import time
 from collections.abc import Mapping
 from importlib import import_module
+from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -25,17 +28,34 @@ Sent = tuple[str, Value]
 
 
 def work(pipe: Connection, recipes: str) -> None:
-    """Serve one pipe until it closes. ``recipes``: module with ``RECIPES`` and, optionally, ``preload``."""
+    """Serve one pipe until it closes.
+
+    recipes: module with ``RECIPES`` and, optionally, ``preload``, called first, and ``WARM_UPS``, called one after
+    another while no job waits.
+    """
     # Ctrl-C reaches the whole process group; the server decides when a worker ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_server, daemon=True).start()
     module = import_module(recipes)
     with contextlib.suppress(Exception):  # the job that needs what did not load will say so
         getattr(module, "preload", lambda: None)()
+    warm_ups = list(getattr(module, "WARM_UPS", ()))
     with pipe, contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
+            while warm_ups and not pipe.poll():
+                with contextlib.suppress(Exception):
+                    warm_ups.pop(0)()
             message = pipe.recv()
             if message[0] == "job":
                 pipe.send(_run(pipe, module.RECIPES, *message[1:]))
+
+
+def _end_with_server() -> None:
+    """A server that was killed closes the pipe, but who is at work does not look there."""
+    server = parent_process()
+    if server is not None:
+        server.join()
+        os._exit(1)
 
 
 def _run(

@@ -5,13 +5,14 @@ from typing import Any, cast
 
 from footfall.core.errors import Cancelled, Conflict
 from footfall.core.value import Value
+from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult
 from footfall.session.job import Job
 from footfall.session.jobs import InlineJobs, Jobs
 from footfall.session.journal import Journal
 from footfall.session.remembered import on_map
 from footfall.session.shelf import Shelf
-from footfall.session.store import SessionStore
+from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
 from footfall.terrain.dem import Dem
 
@@ -79,7 +80,7 @@ class Workshop:
                 payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
             if isinstance(product, Dem) and product.left_out:
                 payload["left_out"] = dict(product.left_out)
-            if isinstance(product, PlanResult):
+            if isinstance(product, (PlanResult, ExecutionResult)):
                 payload.update(status=product.status.value, reason=product.reason)
             with self._journal.lock:
                 if job.cancel_asked.is_set():

@@ -1,0 +1,150 @@
+"""A session whose rover is commanded: the conn, arming, sending, steering what is sent, and the stop.
+
+``who`` asks is part of every act; a script that holds the session in its own process is LOCAL.
+"""
+
+import time
+from typing import Any
+
+import numpy as np
+
+from footfall.balance.settings import BalanceSettings
+from footfall.core.errors import CommandRefused
+from footfall.sequence.commands import Sequence
+from footfall.session.gate.checks import Facts
+from footfall.session.gate.runs import command_id
+from footfall.session.identity import LOCAL, Identity
+from footfall.session.linked import LinkedSession
+from footfall.session.recorded import present
+from footfall.session.requests import ExecutionRequest
+from footfall.session.summary import fields_of
+
+
+class CommandedSession(LinkedSession):
+    """The part of a session through which the rover moves; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    @property
+    def gate(self) -> dict[str, Any]:
+        """The command gate, as plain JSON."""
+        return self._commanding.gate.as_dict()
+
+    @property
+    def conn(self) -> dict[str, Any]:
+        """Who holds the conn, for how long, and who asks for it, as plain JSON."""
+        return self._commanding.gate.conn()
+
+    def conn_act(self, act: str, who: Identity = LOCAL) -> dict[str, Any]:
+        """Take, release, request, grant, deny or renew ("heartbeat") the conn; who holds it then.
+
+        Raises CommandRefused where it is another's, or the role does not allow it.
+        """
+        return self._commanding.conn(act, who)
+
+    def arm(self, sequence_digest: str | None = None, who: Identity = LOCAL) -> dict[str, Any]:
+        """Check that a sequence may be sent now; the token of the answer sends it once, for a short time.
+
+        Takes the conn where nobody holds it. Raises CommandRefused; its details name the check that failed and by how
+        much.
+        """
+        digest = self._sequence(sequence_digest)
+        sequence = self._shelf.typed(Sequence, digest)
+        return self._commanding.arm(digest, sequence, self._facts(digest), self.description.joint_names, who)
+
+    def send(
+        self, token: str, expected: str | None = None, who: Identity = LOCAL, step_by_step: bool = False
+    ) -> dict[str, Any]:
+        """Begin to send the armed sequence; everything is checked again. Raises CommandRefused.
+
+        expected: digest of the sequence that the sender means; where another one was armed, nothing is sent.
+        step_by_step: the run waits after every row until :meth:`next_row`.
+        """
+        digest = self._commanding.gate.armed_sequence(token)
+        if expected is not None and expected != digest:
+            raise CommandRefused(
+                "the token was armed for another version of the sequence; arm this one",
+                check="arming",
+                armed=digest,
+                asked=expected,
+            )
+        sequence, names = self._shelf.typed(Sequence, digest), self.description.joint_names
+        return self._commanding.send(token, sequence, self._facts(digest), names, who, step_by_step)
+
+    def hold_run(self, who: Identity = LOCAL) -> None:
+        """Nothing more goes to the rover by itself; the present row is carried out. Raises CommandRefused."""
+        self._commanding.hold(who)
+
+    def resume_run(self, who: Identity = LOCAL) -> None:
+        """The rows that are left go one after another. Raises CommandRefused, naming the check."""
+        self._go_on(who, going=True)
+
+    def next_row(self, who: Identity = LOCAL) -> None:
+        """The next row goes, and the run waits again after it. Raises CommandRefused, naming the check."""
+        self._go_on(who, going=False)
+
+    def abort_run(self, who: Identity = LOCAL) -> None:
+        """Nothing more is sent; the present row is carried out (to break it off, stop). Raises CommandRefused."""
+        self._commanding.abort(who)
+
+    @property
+    def run(self) -> dict[str, Any] | None:
+        """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when.
+
+        State of a row: "queued", as its command's record says, or "unsent" where the run ended before it.
+        """
+        state = self.state
+        run = state.run
+        if run is None:
+            return None
+        sent = {one.row: one for one in state.commands if one.run == run.number}
+        rows = []
+        for row in range(run.rows):
+            record = sent.get(row)
+            queued = {"queued": run.queued}
+            if record is not None:
+                told = {"state": record.state, "reason": record.reason, "times": {**queued, **(record.times or {})}}
+            elif run.state == "ended":
+                told = {"state": "unsent", "reason": run.reason, "times": {**queued, "unsent": run.ended}}
+            else:
+                told = {"state": "queued", "reason": "", "times": queued}
+            rows.append({"row": row, "id": command_id(run.sequence, run.number, row), **told})
+        return {**fields_of(run), "rows": rows}
+
+    def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
+        """Stop the rover, now; stays in force until cleared. Anybody may; works without rover, disk or free lock."""
+        self._commanding.stop(reason, time.time(), who)
+        return self.gate
+
+    def clear_stop(self, who: Identity = LOCAL) -> dict[str, Any]:
+        """Raises Conflict while a connected rover has not acknowledged the stop, CommandRefused without the conn."""
+        self._commanding.clear_stop(who)
+        return self.gate
+
+    def _go_on(self, who: Identity, going: bool) -> None:
+        run = self._commanding.gate.steer(who)
+        self._commanding.go_on(who, self._facts(run.digest), self.description.joint_names, going)
+
+    def _facts(self, sequence: str) -> Facts:
+        link, dem = self.link, self.state.dem
+        return Facts(link.connected, self.frame, link.age, dem, self._planned_on(sequence), self._weight(sequence))
+
+    def _weight(self, sequence: str) -> float:
+        """Weight of rover and payload that a sequence was planned with [N]; for a rigid step, that of its robot."""
+        from footfall.balance.payload import loaded
+
+        behind = self.state.plan_behind(sequence)
+        settings = None if behind is None or behind.settings is None else self._shelf.get(behind.settings)
+        balance = BalanceSettings()
+        if isinstance(settings, ExecutionRequest):
+            balance = settings.settings.compliance.balance
+        mass, _ = loaded(self.robot, np.zeros(3), balance)
+        return mass * balance.gravity
+
+    def _planned_on(self, sequence: str) -> str | None:
+        """Digest of the terrain that the plan behind a sequence was made on."""
+        behind = self.state.plan_behind(sequence)
+        return None if behind is None else behind.parents["dem"]
+
+    def _sequence(self, digest: str | None) -> str:
+        return digest or present(self.state.sequence, "there is no sequence yet; make one from a plan")

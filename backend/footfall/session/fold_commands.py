@@ -1,0 +1,213 @@
+"""What the log says of commands, runs, the stop and the conn: their records, and what each event changes of them.
+
+How far a command came: sent (released to the rover), received (acknowledged), started, then done, refused (failed) or
+unknown; unknown may still become one of the others when the rover is heard again. Rows of a run without a record were
+not sent.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import field, replace
+from typing import Any, Protocol
+
+from footfall.core.value import LATER, Value, value
+from footfall.session.event import Event
+
+OPEN_STATES = ("sent", "received", "started")
+"""States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""
+
+Payload = Mapping[str, Any]
+
+
+@value
+class CommandRecord(Value):
+    """One command sent to the rover and how far it came. time: of the latest change; times: state → when it came."""
+
+    id: str
+    sequence: str
+    run: int
+    row: int
+    state: str
+    reason: str
+    time: float
+    times: Mapping[str, float] | None = field(default=None, metadata=LATER)
+
+
+@value
+class StopRecord(Value):
+    """The stop. latched: nothing is sent until it is cleared; acknowledged: the rover said that it stands."""
+
+    latched: bool = False
+    acknowledged: bool = False
+    reason: str = ""
+    time: float | None = None
+
+
+@value
+class RunRecord(Value):
+    """The latest run. state: "going", "held", "aborting" or "ended"; outcome: of one that ended.
+
+    mode: "whole", or "steps" where every row waits. by: name of who sent it; queued: since when its rows waited.
+    """
+
+    number: int
+    sequence: str
+    rows: int
+    mode: str
+    by: str
+    queued: float
+    state: str = "going"
+    reason: str = ""
+    outcome: str = ""
+    ended: float | None = None
+
+
+@value
+class ConnRecord(Value):
+    """The conn. number: of the latest holding, which counts up for ever; holder: the name, None: nobody."""
+
+    number: int = 0
+    holder: str | None = None
+
+
+class Commanded(Protocol):
+    """What of a session's state these events change."""
+
+    @property
+    def commands(self) -> tuple[CommandRecord, ...]: ...
+    @property
+    def stop(self) -> StopRecord: ...
+    @property
+    def run(self) -> RunRecord | None: ...
+    @property
+    def conn(self) -> ConnRecord | None: ...
+
+
+Changes = dict[str, Any]
+"""Fields of the state and their new content."""
+
+
+def closed_without_an_end(state: Commanded, event: Event) -> Changes:
+    """Whoever closed without hearing the end of a command can't know it any more; a run does not go on by itself."""
+    reason = "the session was closed before the rover said how it ended"
+    run = state.run
+    if run is not None and run.state != "ended":
+        run = replace(run, state="ended", outcome="closed", reason="the session was closed", ended=float(event.time))
+    conn = None if state.conn is None else ConnRecord(state.conn.number)
+    return {"commands": _settled(state, event, reason), "run": run, "conn": conn}
+
+
+def _run_started(state: Commanded, event: Event, payload: Payload) -> Changes:
+    run = RunRecord(
+        number=payload["run"],
+        sequence=payload.get("sequence", ""),
+        rows=payload.get("rows", 0),
+        mode=payload.get("mode", "whole"),
+        by=payload.get("by", {}).get("name", ""),
+        queued=float(event.time),
+    )
+    return {"runs": run.number, "run": run}
+
+
+def _run_held(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return _run_is(state, payload, state="held", reason=payload["reason"])
+
+
+def _run_resumed(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return _run_is(state, payload, state="going", mode=payload["mode"], reason="")
+
+
+def _run_aborted(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return _run_is(state, payload, state="aborting", reason="aborted")
+
+
+def _run_ended(state: Commanded, event: Event, payload: Payload) -> Changes:
+    told = {"state": "ended", "outcome": payload.get("outcome", ""), "ended": float(event.time)}
+    ended = _run_is(state, payload, **told, reason=payload["reason"])
+    return {"commands": _settled(state, event, payload["reason"]), **ended}
+
+
+def _run_is(state: Commanded, payload: Payload, /, **changes: Any) -> Changes:
+    run = state.run
+    if run is None or payload.get("run", run.number) != run.number:
+        return {}
+    return {"run": replace(run, **changes)}
+
+
+def _command_sent(state: Commanded, event: Event, payload: Payload) -> Changes:
+    at = float(event.time)
+    where = (payload["id"], payload["sequence"], payload["run"], payload["row"])
+    return {"commands": (*state.commands, CommandRecord(*where, "sent", "", at, {"sent": at}))}
+
+
+def _command_changed(state: Commanded, event: Event, payload: Payload) -> Changes:
+    new, at = event.type.removeprefix("command_"), float(event.time)
+
+    def changed(record: CommandRecord) -> CommandRecord:
+        ended = record.state in ("done", "refused")
+        if record.id != payload["id"] or (ended and new in ("received", "started", "unknown")):
+            return record
+        times = {**(record.times or {}), new: at}
+        return replace(record, state=new, reason=payload.get("reason", ""), time=at, times=times)
+
+    return {"commands": tuple(changed(record) for record in state.commands)}
+
+
+def _settled(state: Commanded, event: Event, reason: str) -> tuple[CommandRecord, ...]:
+    at = float(event.time)
+    return tuple(
+        replace(c, state="unknown", reason=reason, time=at, times={**(c.times or {}), "unknown": at})
+        if c.state in OPEN_STATES
+        else c
+        for c in state.commands
+    )
+
+
+def _stop_requested(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return {"stop": StopRecord(True, False, payload["reason"], float(payload["at"]))}
+
+
+def _stop_acknowledged(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return {"stop": replace(state.stop, acknowledged=True)}
+
+
+def _stop_cleared(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return {"stop": StopRecord()}
+
+
+def _link_connected(state: Commanded, event: Event, payload: Payload) -> Changes:
+    # whoever is there now has acknowledged nothing yet
+    return {"stop": replace(state.stop, acknowledged=False)}
+
+
+def _conn_changed(state: Commanded, event: Event, payload: Payload) -> Changes:
+    holder = payload["holder"]
+    conn = ConnRecord(payload["conn"], None if holder is None else holder["name"])
+    # kept for later while the disk was full, it may come after newer ones
+    return {} if state.conn is not None and conn.number < state.conn.number else {"conn": conn}
+
+
+def _nothing(state: Commanded, event: Event, payload: Payload) -> Changes:
+    return {}
+
+
+CHANGES: Mapping[str, Callable[[Commanded, Event, Payload], Changes]] = {
+    "link_connected": _link_connected,
+    "conn_changed": _conn_changed,
+    "act_refused": _nothing,
+    "armed": _nothing,
+    "run_started": _run_started,
+    "run_held": _run_held,
+    "run_resumed": _run_resumed,
+    "run_aborted": _run_aborted,
+    "run_ended": _run_ended,
+    "command_sent": _command_sent,
+    "command_received": _command_changed,
+    "command_started": _command_changed,
+    "command_done": _command_changed,
+    "command_refused": _command_changed,
+    "command_unknown": _command_changed,
+    "stop_requested": _stop_requested,
+    "stop_acknowledged": _stop_acknowledged,
+    "stop_cleared": _stop_cleared,
+}
+"""Event type → what it changes."""

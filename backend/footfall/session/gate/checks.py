@@ -1,0 +1,190 @@
+"""What is checked before a sequence is armed, sent or gone on with; every refusal names its check, and by how much."""
+
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import CommandRefused
+from footfall.sequence.commands import Sequence
+from footfall.telemetry.state import RobotState, TelemetryFrame
+
+STALE_AFTER = 2.0
+"""Telemetry older than this is no ground to act on [s]."""
+START_TOLERANCE = 0.01
+"""Largest difference of any joint between the rover and the start of a sequence [rad]."""
+POSE_TOLERANCE = 0.05
+"""Largest distance of any point one metre from the chassis' origin from where the sequence has it [m]."""
+WEIGHT_TOLERANCE = 0.1
+"""Largest difference between the weight on the wheels and the one that was planned with, as a share of that."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the gate judges by.
+
+    dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
+    sequence was planned with [N].
+    """
+
+    connected: bool
+    frame: TelemetryFrame | None
+    age: float | None
+    dem: str | None
+    planned_on: str | None
+    weight: float | None = None
+
+    @property
+    def fresh(self) -> bool:
+        """Whether the rover was heard lately enough to act on it."""
+        return self.connected and self.age is not None and self.age <= STALE_AFTER
+
+
+def require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> None:
+    """Raises CommandRefused, naming the check, unless ``sequence`` may be sent in the present situation."""
+    for failure in sequence.failures[:1]:
+        row = "the sequence" if failure.row < 0 else f"row {failure.row}"
+        _refuse("rules", f"{row} breaks {failure.rule}: {failure.text}", row=failure.row, rule=failure.rule)
+    if not sequence.commands:
+        _refuse("rules", "the sequence has no commands")
+    frame = _require_situation(sequence, facts)
+    _require_joints("start", sequence.start, frame.state.posture, joint_names, "where the sequence starts")
+    if sequence.at_rest is not None:
+        _require_joints(
+            "set-points",
+            sequence.at_rest.set_points,
+            frame.commanded,
+            joint_names,
+            "where the sequence was planned from",
+            "the set point of ",
+            "; plan the execution again",
+        )
+    _require_pose(sequence.T_site_base, frame.state)
+    _require_weight(facts, frame.state)
+
+
+def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names: tuple[str, ...]) -> None:
+    """Raises CommandRefused unless a run that waits before ``row`` finds the rover as the rows before it leave it.
+
+    A leg that was lowered until it touched stands where the ground is: its joints are not asked.
+    """
+    if row == 0:
+        return require_fit(sequence, facts, joint_names)
+    frame = _require_situation(sequence, facts)
+    sags = sequence.at_rest is not None
+    expected = sequence.set_points_before(row) if sags else sequence.predicted[row - 1]
+    present = frame.commanded if sags else frame.state.posture
+    told = np.array(expected)
+    for command in sequence.commands[:row]:
+        if command.name == "LEG_LOWER" and command.leg is not None and told.shape == present.shape:
+            leg = slice(6 * command.leg, 6 * command.leg + 6)
+            told[leg] = present[leg]
+    whose = "the set point of " if sags else ""
+    _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
+    _require_pose(sequence.poses[row - 1], frame.state)
+    return None
+
+
+def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:
+    """The frame to judge by, of a rover that is heard, the right one, idle, on the ground that was planned on."""
+    if not facts.connected:
+        _refuse("link", "no rover is connected")
+    if facts.frame is None or facts.age is None:
+        _refuse("telemetry", "the rover has sent no telemetry yet")
+    if not facts.fresh:
+        _refuse(
+            "telemetry",
+            f"the latest telemetry is {facts.age:.1f} s old; at most {STALE_AFTER:g} s are accepted",
+            age=facts.age,
+            limit=STALE_AFTER,
+        )
+    state = facts.frame.state
+    if state.robot != sequence.robot:
+        _refuse("robot", f"the sequence is for {sequence.robot}, the rover is {state.robot}")
+    if state.mode != "idle":
+        _refuse("mode", f"the rover is {state.mode}; it must be idle", mode=state.mode)
+    if facts.planned_on is None or facts.planned_on != facts.dem:
+        _refuse(
+            "terrain",
+            "the terrain has changed since the sequence was planned; plan the step again",
+            planned_on=facts.planned_on,
+            present=facts.dem,
+        )
+    return facts.frame
+
+
+def _require_joints(
+    check: str,
+    expected: NDArray[np.float64],
+    present: NDArray[np.float64],
+    joint_names: tuple[str, ...],
+    where: str,
+    whose: str = "",
+    advice: str = "",
+) -> None:
+    joint, difference = _farthest(expected, present, joint_names)
+    if not abs(difference) <= START_TOLERANCE:
+        of_rover = "" if whose else " of the rover"
+        _refuse(
+            check,
+            f"{whose}{joint}{of_rover} is {difference:+.4f} rad from {where}; "
+            f"at most {START_TOLERANCE:g} rad are accepted{advice}",
+            joint=joint,
+            difference=difference,
+            limit=START_TOLERANCE,
+        )
+
+
+def _require_pose(T_site_base: NDArray[np.float64], state: RobotState) -> None:
+    moved = pose_difference(T_site_base, state.T_site_base)
+    if not moved <= POSE_TOLERANCE:
+        _refuse(
+            "pose",
+            f"the chassis has moved by {moved:.3f} m since the sequence was planned; "
+            f"at most {POSE_TOLERANCE:g} m are accepted",
+            difference=moved,
+            limit=POSE_TOLERANCE,
+        )
+
+
+def _require_weight(facts: Facts, state: RobotState) -> None:
+    """What the wheels bear at rest tells payload and gravity; a rover that does not measure it says zero."""
+    borne = float(np.linalg.norm(state.wheel_forces.sum(axis=0)))
+    if facts.weight is None or borne == 0.0:
+        return
+    share = borne / facts.weight - 1.0
+    if not abs(share) <= WEIGHT_TOLERANCE:
+        _refuse(
+            "load",
+            f"the wheels bear {borne:.0f} N, {share:+.0%} against the {facts.weight:.0f} N that were planned with; "
+            f"at most {WEIGHT_TOLERANCE:.0%} are accepted; plan again with the rover's true payload and gravity",
+            borne=borne,
+            planned_with=facts.weight,
+            limit=WEIGHT_TOLERANCE,
+        )
+
+
+def worst_joint(start: NDArray[np.float64], state: RobotState, joint_names: tuple[str, ...]) -> tuple[str, float]:
+    """The joint that is farthest from ``start`` (legs × 6,), and by how much (measured − start) [rad]."""
+    return _farthest(start, state.posture, joint_names)
+
+
+def _farthest(
+    expected: NDArray[np.float64], present: NDArray[np.float64], joint_names: tuple[str, ...]
+) -> tuple[str, float]:
+    if expected.shape != present.shape:
+        return "the number of joints", float("inf")
+    difference = present - expected
+    i = int(np.argmax(np.abs(difference)))
+    return joint_names[i], float(difference[i])
+
+
+def pose_difference(T_site_base: NDArray[np.float64], T_site_measured: NDArray[np.float64]) -> float:
+    """Bound on how far any point within 1 m of the chassis' origin has moved [m]."""
+    shift = float(np.linalg.norm(T_site_base[:3, 3] - T_site_measured[:3, 3]))
+    return shift + float(np.linalg.norm(T_site_base[:3, :3] - T_site_measured[:3, :3], 2))
+
+
+def _refuse(check: str, message: str, **details: Any) -> NoReturn:
+    raise CommandRefused(message, check=check, **details)

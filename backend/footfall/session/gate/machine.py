@@ -1,0 +1,272 @@
+"""The command gate as a state machine: what each input makes of each state. Pure; tokens and times are handed in.
+
+::
+
+    idle ──arm──▶ armed ──begin──▶ running ──last row done──▶ idle
+      ▲             │                 │
+      └── expired ──┴── refused row, lost link, overdue row, abort, stop
+
+Arming takes the conn (:mod:`footfall.session.gate.lease`) where nobody holds it. An arming and a run stand under the
+number of the conn that they began with: under another one nothing goes. Beside that stands the latch of the stop: while
+it is set nothing is armed, begun or released. Every refusal is a CommandRefused that names its ``check``.
+"""
+
+import secrets
+from dataclasses import dataclass, field, replace
+from typing import Any, NoReturn
+
+from footfall.core.errors import CommandRefused
+from footfall.sequence.commands import Sequence
+from footfall.session.gate import lease
+from footfall.session.gate.lease import Conn, Done
+from footfall.session.gate.runs import STEP_BY_STEP, Run
+from footfall.session.identity import Identity
+
+ARMED_FOR = 10.0
+"""An arming that is not used expires after this [s]."""
+
+
+@dataclass(frozen=True)
+class Armed:
+    """A sequence that may be sent once. fence: number of the conn that it was armed under."""
+
+    token: str
+    digest: str
+    until: float
+    fence: int
+
+
+@dataclass(frozen=True)
+class Latch:
+    """The stop. count: how often it was asked for; cleared: how many of those were before it was cleared last."""
+
+    stopped: bool = False
+    acknowledged: bool = False
+    count: int = 0
+    cleared: int = 0
+
+
+@dataclass(frozen=True)
+class State:
+    """runs: number of the latest run. done: what became of the conn in the latest input."""
+
+    conn: Conn = field(default_factory=Conn)
+    runs: int = 0
+    stop: Latch = field(default_factory=Latch)
+    armed: Armed | None = None
+    run: Run | None = None
+    done: tuple[Done, ...] = field(default=(), compare=False)
+
+
+def passed(state: State, now: float) -> State:
+    """What time alone does to the conn."""
+    return _with_conn(state, lease.passed(state.conn, now))
+
+
+def conn(state: State, act: str, who: Identity, now: float) -> State:
+    """An act on the conn: one of CONN_ACTS."""
+    return _with_conn(state, CONN_ACTS[act](state.conn, who, now))
+
+
+CONN_ACTS = {
+    "take": lease.take,
+    "release": lease.release,
+    "request": lease.ask,
+    "grant": lease.grant,
+    "deny": lease.deny,
+    "heartbeat": lease.renew,
+}
+
+
+def admitted(state: State, who: Identity, now: float) -> State:
+    """Nothing is in the way of arming, and ``who`` holds the conn, or takes it where nobody does."""
+    _require_open(state)
+    return conn(state, "take", who, now)
+
+
+def arm(state: State, who: Identity, digest: str, token: str, now: float) -> State:
+    """Arm a sequence that was found fit; a newer arming replaces an older one."""
+    state = admitted(state, who, now)
+    return replace(state, armed=Armed(token, digest, now + ARMED_FOR, state.conn.number))
+
+
+def armed_sequence(state: State, token: str, now: float) -> str:
+    """Digest of the sequence that ``token`` sends."""
+    armed = state.armed
+    if armed is None or not secrets.compare_digest(armed.token.encode(), token.encode()):
+        _refuse("arming", "nothing is armed with this token; a token sends once")
+    if now > armed.until:
+        _refuse("arming", f"the arming expired; a token is good for {ARMED_FOR:g} s")
+    present, _ = lease.passed(state.conn, now)
+    if present.holder is None or present.number != armed.fence:
+        _refuse("conn", "the conn was lost after arming; take it and arm again", number=present.number)
+    return armed.digest
+
+
+def begin(state: State, who: Identity, token: str, sequence: Sequence, now: float, step_by_step: bool = False) -> State:
+    """Use up a token and begin a run, whose first row is due."""
+    state = passed(state, now)
+    _require_open(state)
+    digest = armed_sequence(state, token, now)
+    state = conn(state, "heartbeat", who, now)
+    run = Run(state.runs + 1, digest, sequence, who, state.conn.number)
+    if step_by_step:
+        run = replace(run, going=False, why=STEP_BY_STEP)
+    return replace(state, runs=run.number, run=run, armed=None)
+
+
+def hindrance(state: State, now: float, fresh: bool) -> str:
+    """What keeps rows from going: "stop", "conn", "telemetry", or ""."""
+    run = state.run
+    if state.stop.stopped or run is None or run.aborted:
+        return "stop"
+    present, _ = lease.passed(state.conn, now)
+    if present.holder is None or present.number != run.fence:
+        return "conn"
+    return "" if fresh else "telemetry"
+
+
+def claim(state: State, number: int, now: float, fresh: bool) -> tuple[State, Run | None, str]:
+    """Whoever will release the row that is due claims it: nobody else gets it. The run, or None and what hinders it.
+
+    Without the conn the run waits for a holder.
+    """
+    run = state.run
+    if run is None or run.number != number or run.phase != "due":
+        return state, None, ""
+    hindered = hindrance(state, now, fresh)
+    if hindered == "conn":
+        held = run.held("the conn was lost or changed hands; whoever holds it may go on or abort")
+        return replace(state, run=held), None, hindered
+    if hindered:
+        return state, None, hindered
+    claimed = replace(run, phase="claimed")
+    return replace(state, run=claimed), claimed, ""
+
+
+def release(state: State, run: Run, now: float, fresh: bool) -> State | None:
+    """The claimed row of ``run`` goes; None where it may not any more."""
+    present = state.run
+    if present is None or not present.is_at(run) or present.phase != "claimed" or hindrance(state, now, fresh):
+        return None
+    return replace(state, run=present.released(now))
+
+
+def heard(state: State, command_id: str) -> State | None:
+    """The rover acknowledged a command: None unless it is the row that is out."""
+    run = state.run
+    if run is None or run.phase != "out" or run.command_id != command_id:
+        return None
+    return replace(state, run=replace(run, received=True))
+
+
+def row_done(state: State, run: Run) -> State | None:
+    """The row of ``run`` that is out is done; None where it is none."""
+    present = state.run
+    if present is None or present.phase != "out" or not present.is_at(run):
+        return None
+    return replace(state, run=present.row_done())
+
+
+def steered(state: State, who: Identity, now: float) -> tuple[State, Run]:
+    """The holder of the conn steers the run; where nobody holds it, ``who`` takes it. Raises CommandRefused."""
+    state = conn(state, "take", who, now)
+    if state.run is None:
+        _refuse("run", "nothing is being sent to the rover")
+    return state, state.run
+
+
+def hold(state: State, who: Identity, now: float) -> State:
+    """The run waits after its present row."""
+    state, run = steered(state, who, now)
+    return state if run.aborted else replace(state, run=run.held(f"held by {who.name}"))
+
+
+def go_on(state: State, who: Identity, now: float, going: bool) -> State:
+    """The run that waits goes on: with all rows (``going``), or with one. Asked of one that goes: it goes on so."""
+    state, run = steered(state, who, now)
+    if state.stop.stopped:
+        _refuse("stop", "a stop is in force; clear it first")
+    if run.aborted:
+        _refuse("run", f"run {run.number} was aborted; it does not go on", run=run.number)
+    if not going and run.phase != "waiting":
+        _refuse("run", f"row {run.row} is still under way; ask for the next one once it waits", row=run.row)
+    return replace(state, run=run.gone_on(who, state.conn.number, going))
+
+
+def abort(state: State, who: Identity, now: float) -> State:
+    """Nothing more is sent; the row that is out is carried out."""
+    state, run = steered(state, who, now)
+    return replace(state, run=run.abandoned())
+
+
+def end(state: State, number: int | None = None) -> State:
+    """No run any more (``number``: only that one is ended)."""
+    run = state.run
+    return state if run is None or (number is not None and run.number != number) else replace(state, run=None)
+
+
+def latch(state: State) -> State:
+    """Set the stop: whatever is armed or running ends."""
+    stop = state.stop
+    return replace(
+        state, stop=Latch(True, stop.stopped and stop.acknowledged, stop.count + 1, stop.cleared), armed=None, run=None
+    )
+
+
+def require_may_clear(state: State, who: Identity, now: float) -> State:
+    """The holder of the conn may clear a stop; where nobody holds it, any commander."""
+    lease.require_commander(who)
+    state = passed(state, now)
+    if state.conn.holder is not None:
+        lease.require_holder(state.conn, who)
+    return state
+
+
+def unlatch(state: State, count: int | None = None) -> State | None:
+    """Clear the stop, unless there were more than ``count`` by now: then None."""
+    stop = state.stop
+    if count is not None and stop.count != count:
+        return None
+    return replace(state, stop=Latch(False, False, stop.count, stop.count + 1))
+
+
+def acknowledged(state: State, yes: bool) -> State:
+    """The rover stands because of the stop, or (another rover came) does not say so any more."""
+    return replace(state, stop=replace(state.stop, acknowledged=yes and state.stop.stopped))
+
+
+def as_dict(state: State, now: float) -> dict[str, Any]:
+    """Plain JSON for the interface."""
+    run, armed = state.run, state.armed
+    left = None if armed is None else armed.until - now
+    is_armed = left is not None and left > 0
+    return {
+        "state": "sending" if run else "armed" if is_armed else "idle",
+        "stopped": state.stop.stopped,
+        "stop_acknowledged": state.stop.acknowledged,
+        "run": run.number if run else None,
+        "row": run.row if run else None,
+        "sequence": run.digest if run else armed.digest if armed and is_armed else None,
+        "expires_in": left if is_armed else None,
+        "mode": run.mode if run else None,
+        "waiting": bool(run and run.phase == "waiting"),
+        "why": run.why if run else "",
+        "aborted": bool(run and run.aborted),
+    }
+
+
+def _require_open(state: State) -> None:
+    if state.stop.stopped:
+        _refuse("stop", "a stop is in force; clear it first")
+    if state.run is not None:
+        _refuse("busy", f"run {state.run.number} is still being sent", run=state.run.number)
+
+
+def _with_conn(state: State, step: lease.Step) -> State:
+    present, done = step
+    return replace(state, conn=present, done=state.done + done)
+
+
+def _refuse(check: str, message: str, **details: Any) -> NoReturn:
+    raise CommandRefused(message, check=check, **details)

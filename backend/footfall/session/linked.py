@@ -1,0 +1,158 @@
+"""A session with its rover: both ways of the link, what comes over it, and what is recorded of that.
+
+What the rover says is used when its light time is over; what is wrong with a message is seen at once, by this end.
+"""
+
+from contextlib import suppress
+
+from footfall.core.errors import Conflict
+from footfall.session.commanding import Commanding
+from footfall.session.executions import ExecutionSession
+from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.light_time import LightTime
+from footfall.session.link import Send
+from footfall.session.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
+from footfall.session.storage.store import SessionStore
+from footfall.telemetry.images import Snapshot
+from footfall.telemetry.link import ErrorMessage, encode
+from footfall.telemetry.state import TelemetryFrame
+
+
+class LinkedSession(ExecutionSession):
+    """The part of a session that hears the rover. Every method may be called from any thread."""
+
+    def __init__(
+        self,
+        store: SessionStore,
+        jobs: Jobs | InlineJobs,
+        recording: RecordingLimits | None = DEFAULT_LIMITS,
+        light_time: LightTime | None = None,
+    ) -> None:
+        super().__init__(store, jobs)
+        self._requests = 0
+        self.recorder = Recorder(store.folder, lambda: self.description, self._recording_told, recording)
+        self.link = RecordedLink(self.recorder, light_time)
+        journal = self._journal
+        self._commanding = Commanding(self.link, journal.record, journal.record_anyway, lambda: journal.state)
+
+    @property
+    def frame(self) -> TelemetryFrame | None:
+        """The latest telemetry frame."""
+        return self.link.frame
+
+    @property
+    def telemetry_age(self) -> float | None:
+        """Seconds since it came."""
+        return self.link.age
+
+    @property
+    def stops(self) -> int:
+        """How often a stop was asked for since the session was opened."""
+        return self._commanding.gate.stops()
+
+    def rover_connected(self, send: Send) -> None:
+        """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block."""
+        self.link.connect(send)
+        # a stop in force goes first: the log may be slow
+        self._commanding.connected()
+        self._journal.record_anyway("link_connected", {})
+        self._journal.tell("link", link=self.link.as_dict())
+
+    def rover_disconnected(self, send: Send | None = None) -> None:
+        """The rover is gone. With ``send``: only if that is the one in use."""
+        if self.link.disconnect(send):
+            self._commanding.lost("the rover disconnected")
+            self._journal.record_anyway("link_lost", {})
+            self._journal.tell("link", link=self.link.as_dict())
+
+    def take_telemetry(self, frame: TelemetryFrame, at: float | None = None) -> None:
+        """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot."""
+        self._require_robot(frame.state)
+        light = self.link.light_time.telemetry
+        self.link.hear(lambda came: self._telemetry_arrived(frame, came, light), at)
+
+    def _telemetry_arrived(self, frame: TelemetryFrame, at: float, light: float) -> None:
+        before = self.link.frame
+        if self.link.take(frame, at, light):
+            if before is not None and frame.number > before.number and frame.state.time < before.state.time:
+                self._tell_of_clock(before.state.time - frame.state.time)
+            self.recorder.take(frame, at)
+            self._journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
+
+    def _tell_of_clock(self, back: float) -> None:
+        """The frame is kept all the same: telemetry with a wrong time is worth more than none."""
+        text = f"the rover's clock went back by {back:.3f} s; time never runs backwards while the rover runs"
+        self._complained(text, "", "server", "time-backwards")
+        with suppress(Conflict):
+            self.link.send(encode(ErrorMessage("", text)))
+
+    def take_images(self, snapshot: Snapshot) -> str:
+        """Keep a snapshot; its state becomes the planning state. Returns its digest, before its light time is over."""
+        self._require_robot(snapshot.state)
+        self.link.hear(lambda came: self._images_arrived(snapshot, came), path="images")
+        return snapshot.digest
+
+    def _images_arrived(self, snapshot: Snapshot, at: float) -> None:
+        self.recorder.take(snapshot, at)
+        # packing nine pairs takes long; telemetry and acknowledgements must not wait for it
+        digest, state = self.put(snapshot), self.put(snapshot.state)
+        payload = {"digest": digest, "state": state, "pairs": [pair.name for pair in snapshot.pairs]}
+        if snapshot.left_out:
+            payload["left_out"] = dict(snapshot.left_out)
+        self._journal.record("snapshot_taken", payload)
+
+    def take_complaint(self, text: str, *, message_id: str = "", about_rover: str | None = None) -> None:
+        """The rover could not use a message, or the server one of its: the operator is told.
+
+        about_rover: the kind of what was wrong with the rover's message. The same text again is counted, not logged.
+        """
+        if about_rover is None:
+            self.link.hear(lambda _: self._complained(text, message_id, "rover", "refused-by-rover"))
+        else:
+            self._complained(text, message_id, "server", about_rover)
+
+    def _complained(self, text: str, message_id: str, source: str, kind: str) -> None:
+        if self.link.complain(text, kind):
+            self._journal.record_anyway("link_fault", {"id": message_id, "reason": text, "source": source})
+        self._journal.tell("link", link=self.link.as_dict())
+
+    def take_acknowledgement(self, command_id: str, state: str, reason: str = "", time: float | None = None) -> None:
+        """The rover "received", "started", has "done" or "refused" a command. Unknown ids change nothing.
+
+        time: rover clock [s].
+        """
+        self.link.hear(lambda came: self._acknowledged(command_id, state, reason, time, came))
+
+    def _acknowledged(self, command_id: str, state: str, reason: str, time: float | None, at: float) -> None:
+        self.recorder.take(acknowledgement("ack", command_id, state, reason, time), at)
+        if any(command.id == command_id for command in self.state.commands):
+            self._commanding.heard(command_id, state, reason)
+
+    def take_stop_acknowledgement(self, stop_id: str | None = None, time: float | None = None) -> None:
+        """The rover stands still because of the stop ``stop_id`` (None: the latest). time: rover clock [s]."""
+        self.link.hear(lambda came: self._stop_acknowledged(stop_id, time, came))
+
+    def _stop_acknowledged(self, stop_id: str | None, time: float | None, at: float) -> None:
+        self._commanding.stop_acknowledged(stop_id)
+        self.recorder.take(acknowledgement("stop_ack", stop_id or "", time=time), at)
+
+    def set_light_time(self, light_time: LightTime) -> None:
+        """How long messages are on their way from now on; what is on its way already keeps its time."""
+        with self._journal.lock:
+            if light_time != self.link.light_time:
+                self._journal.record_anyway("light_time_set", light_time.as_dict())
+                self.link.light_time = light_time
+                self._journal.tell("link", link=self.link.as_dict())
+
+    def superseded(self, by: str) -> None:
+        """Tell whoever listens that session ``by`` holds the rover from now on."""
+        self._journal.tell("session", session={"current": by})
+
+    def _recording_told(self, type: str, text: str) -> None:
+        """A fault of the recorder, or what it saved of a recording that was cut short."""
+        if type == "link_fault":
+            self.link.complain(text, "recorder")
+            self._journal.record_anyway(type, {"id": "", "reason": text, "source": "recorder"})
+            self._journal.tell("link", link=self.link.as_dict())
+        else:
+            self._journal.record_anyway(type, {"text": text})

@@ -1,0 +1,126 @@
+"""What a page that plays a session without a server has to know, as plain JSON."""
+
+import base64
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from footfall.core.errors import FootFallError
+from footfall.core.value import SOFTWARE_VERSION, Value
+from footfall.io.map_files import layer_png
+from footfall.maps.colors import layer_legend
+from footfall.maps.layers import LAYERS, MapStack
+from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.robot.model import Robot
+from footfall.sequence.commands import Sequence as Commands
+from footfall.session.event import Event
+from footfall.session.fold import fold_all
+from footfall.session.footfalls import decisive
+from footfall.session.plan_figures import plan_figures, swing
+from footfall.terrain.dem import Dem
+from footfall.terrain.surface import height_at
+
+Get = Callable[[str], Value]
+
+
+def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any]:
+    """See the module's docstring. events: all of the session; get: its values by digest."""
+    state = fold_all(events)
+    plans, maps = [], {}
+    for event in events:
+        if event.type == "product" and event.payload["kind"] == "plan":
+            plan = _plan(event, get, robot)
+            picture = _map_of(plan["leg"], event, events, get)
+            if picture is not None:
+                maps[picture["digest"]] = picture
+                plan["map"] = picture["digest"]
+            plans.append(plan)
+    return {
+        "name": state.name,
+        "robot": state.robot_name,
+        "software": SOFTWARE_VERSION,
+        "wheel_radius": robot.wheel_radius,
+        "events": [{"seq": e.seq, "time": e.time, "text": _words(e)} for e in events],
+        "plans": plans,
+        "maps": maps,
+        "sequence": None if state.sequence is None else _sequence(get(state.sequence)),
+        "commands": [{"row": c.row, "run": c.run, "state": c.state, "reason": c.reason} for c in state.commands],
+    }
+
+
+def _words(event: Event) -> str:
+    """The event for a person; digests are for machines."""
+    payload = event.payload
+    told = [payload.get(name) for name in ("kind", "status", "text", "name", "format", "state", "reason")]
+    words = [text for text in told if isinstance(text, str) and text and not _is_digest(text)]
+    for name, first in (("leg", 0), ("row", 1)):
+        if isinstance(payload.get(name), int):
+            words.append(f"{name} {payload[name] + first}")
+    named = [] if event.type == "product" else [event.type]
+    return ", ".join(word.replace("_", " ") for word in [*named, *dict.fromkeys(words)])
+
+
+def _is_digest(text: str) -> bool:
+    return len(text) == 32 and all(letter in "0123456789abcdef" for letter in text)
+
+
+def _plan(event: Event, get: Get, robot: Robot) -> dict[str, Any]:
+    result = cast(PlanResult, get(event.payload["digest"]))
+    told: dict[str, Any] = {
+        "seq": event.seq,
+        "leg": result.footfall.leg,
+        "footfall": [result.footfall.x, result.footfall.y],
+        "status": result.status.value,
+        "reason": result.reason,
+        "checks": [{"name": c.name, "holds": c.holds, "margin": c.margin, "unit": c.unit} for c in result.checks],
+        "figures": plan_figures(robot, result),
+        "swing": None,
+        "map": None,
+    }
+    if result.plan is not None:
+        told["swing"] = _swing(robot, result.plan, cast(Dem, get(event.payload["parents"]["dem"])))
+    return told
+
+
+def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> dict[str, Any]:
+    """The wheel's way; along: how far it has gone over ground [m]; ground: height under it, site [m]."""
+    centers, share = swing(robot, plan)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centers[:, :2], axis=0), axis=1))])
+    return {
+        "centers": centers,
+        "share": share,
+        "along": along,
+        "ground": height_at(dem, centers[:, 0], centers[:, 1]),
+    }
+
+
+def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> dict[str, Any] | None:
+    """The latest maps of the leg on the ground that was planned on, as a picture; None where there are none."""
+    dem = plan.payload["parents"]["dem"]
+    made = [
+        e.payload["digest"]
+        for e in events[: plan.seq]
+        if e.type == "product" and e.payload["kind"] == "maps" and e.payload["leg"] == leg
+        if e.payload["parents"]["dem"] == dem
+    ]
+    if not made:
+        return None
+    try:
+        stack = cast(MapStack, get(made[-1]))
+    except FootFallError:
+        return None  # a session may be shown without its pictures
+    layer = next(name for name, cells in stack.layers.items() if cells is decisive(stack))
+    return {
+        "digest": made[-1],
+        "title": LAYERS[layer].title,
+        "bounds": list(stack.geometry.bounds),
+        "legend": [{"text": text, "rgb": list(rgb)} for text, rgb in layer_legend(stack, layer)],
+        "png": base64.b64encode(layer_png(stack, layer)).decode(),
+    }
+
+
+def _sequence(value: Value) -> dict[str, Any]:
+    sequence = cast(Commands, value)
+    rows = [{"name": c.name, "leg": c.leg, "phase": c.phase, "duration": c.duration} for c in sequence.commands]
+    return {"digest": sequence.digest, "valid": sequence.valid, "duration": sequence.duration, "rows": rows}

@@ -1,0 +1,136 @@
+"""Plans of a session: asked for, asked for otherwise and compared, chosen, and gone on from."""
+
+from collections.abc import Sequence as Listed
+from typing import Any
+
+from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.planning.step.alternatives import KINDS, asked_otherwise
+from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
+from footfall.session.fold import ProductRecord
+from footfall.session.footing import FootingSession
+from footfall.session.job import Job
+from footfall.session.recorded import present
+from footfall.session.requests import StepRequest
+from footfall.session.terrains import SHORT_JOB
+
+
+class PlanSession(FootingSession):
+    """The part of a session that plans steps; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    def plan_step(
+        self,
+        leg: int | None = None,
+        target: tuple[float, float] | None = None,
+        settings: StepSettings | None = None,
+        *,
+        through: Listed[Point] = (),
+        after: str | None = None,
+    ) -> Job:
+        """Plan a step to ``target`` (x, y) [m]; without one, to the chosen footfall.
+
+        through: points, site [m], that the wheel's centre passes. after: digest of a plan or sequence from whose
+        predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
+        """
+        chosen = self.state.footfall
+        if target is not None and leg is not None:
+            chosen = Footfall(leg, float(target[0]), float(target[1]))
+        elif target is not None:
+            raise InvalidInput("a target needs the leg that is to step there")
+        elif chosen is None or (leg is not None and chosen.leg != leg):
+            raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
+        self._require_leg(chosen.leg)
+        if after is not None:
+            self.go_on_after(after)
+        points = tuple((float(x), float(y), float(z)) for x, y, z in through)
+        request = StepRequest(chosen, settings or StepSettings(), points, explain=True)
+        return self._workshop.submit("plan", self._ground(), request, leg=chosen.leg)
+
+    def plan_alternatives(self, digest: str | None = None, kinds: Listed[str] = ()) -> list[Job]:
+        """Ask for a plan (None: the present one) otherwise, one job for each kind of KINDS (none named: all).
+
+        What they find is listed beside the plan and replaces nothing. Raises Conflict, InvalidInput, NotFound.
+        """
+        digest, made = self._made_plan(digest)
+        result, plan = self._shelf.typed(PlanResult, digest), self._found_plan(digest)
+        asked = [(kind, *asked_otherwise(plan, kind)) for kind in dict.fromkeys(kinds or KINDS)]
+        return [
+            self._workshop.submit(
+                "plan",
+                dict(made.parents),
+                StepRequest(result.footfall, settings, result.through, explain=True),
+                leg=result.footfall.leg,
+                alternative={"to": digest, "kind": kind, "text": text},
+            )
+            for kind, settings, text in asked
+        ]
+
+    def choose_plan(self, digest: str) -> None:
+        """Take one of the plans that are listed beside each other as the session's plan. Raises NotFound, Conflict."""
+        with self._journal.lock:
+            if digest == self.state.plan:
+                return
+            chosen = next((one for one in self.state.alternatives if one.plan == digest), None)
+            if chosen is None:
+                raise NotFound(f"{digest} is none of the plans to choose from", digest=digest)
+            if chosen.status != Status.FOUND.value:
+                raise Conflict(f"{chosen.text}: there is no such plan: {chosen.reason}", status=chosen.status)
+            self._journal.record("plan_chosen", {"digest": digest})
+
+    def plans_shown(self) -> list[dict[str, Any]]:
+        """The present plan and those to compare it with, as plain JSON, each with its figures."""
+        # names what compares plans only when plans are compared
+        from footfall.session.plan_figures import plan_figures
+
+        state = self.state
+        return [
+            {
+                "digest": one.plan,
+                "kind": one.kind,
+                "text": one.text,
+                "status": one.status,
+                "reason": one.reason,
+                "chosen": one.plan == state.plan,
+                "figures": plan_figures(self.robot, self._shelf.typed(PlanResult, one.plan)),
+            }
+            for one in state.plans
+        ]
+
+    def go_on_after(self, digest: str) -> str:
+        """Plan from where a plan or sequence of this session ends; returns the digest of the predicted state.
+
+        Until :meth:`end_what_if` it is planned from there as in a what-if: nothing planned so can be sent before the
+        rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
+        """
+        products = self.state.products
+        made = products.get(digest)
+        if made is None or made.kind not in ("plan", "sequence", "edit"):
+            raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
+        if made.kind == "plan":
+            self._found_plan(digest)
+        plan = made if made.kind == "plan" else self.state.plan_behind(digest)
+        if plan is None:
+            raise Conflict("the sequence goes back to no plan, so nothing is known of where it starts")
+        parents = {
+            "robot": self.robot_digest,
+            "dem": present(self.state.dem, "there is no terrain yet"),
+            "state": plan.parents["state"],
+            "plan" if made.kind == "plan" else "sequence": digest,
+        }
+        return self._workshop.submit("after", parents, None, urgent=True).finish(SHORT_JOB)
+
+    def _found_plan(self, digest: str) -> StepPlan:
+        """The plan of a result. Raises Conflict where it is a refusal."""
+        result = self._shelf.typed(PlanResult, digest)
+        if result.plan is None:
+            raise Conflict(f"no plan was found there to go on with: {result.reason}", status=result.status.value)
+        return result.plan
+
+    def _made_plan(self, digest: str | None) -> tuple[str, ProductRecord]:
+        """A plan (None: the present one) and how it was made."""
+        digest = digest or present(self.state.plan, "there is no plan yet")
+        made = self.state.products.get(digest)
+        if made is None or made.kind != "plan":
+            raise NotFound(f"the session holds no plan {digest}", digest=digest)
+        return digest, made

@@ -1,0 +1,47 @@
+"""How far a rover gave way while it carried out a sequence, compared with what was predicted."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import Conflict
+from footfall.planning.compliance.calibrate import sag_ratio
+from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.sequence.commands import Sequence
+from footfall.sequence.settings import SequenceSettings
+
+
+@dataclass(frozen=True)
+class Sag:
+    """ratio: how far the joints gave way, measured over predicted; above 1 where they are softer.
+
+    rows: at whose ends, the rover at rest, it was measured. assumed: what the prediction was made with; how much each
+    joint gave way at rest, before it started, is in the prediction already.
+    """
+
+    sequence: str
+    ratio: float
+    rows: tuple[int, ...]
+    assumed: ComplianceSettings
+
+
+def sag_of(sequence: Sequence, postures: Mapping[int, NDArray[np.float64]]) -> Sag:
+    """postures: row → (legs × 6,) [rad], measured when it was done. What counts are pauses: the rover rests there.
+
+    Raises Conflict where the sequence takes the rover as rigid or no pause was measured, InvalidInput where too little
+    was predicted to give way for a ratio.
+    """
+    if sequence.at_rest is None or sequence.commanded is None:
+        raise Conflict("the sequence that was sent takes the rover as rigid; one made of an execution predicts its sag")
+    rows = [row for row in sorted(postures) if sequence.commands[row].name == "WAIT"]
+    if not rows:
+        raise Conflict("no pause of the sequence is done yet; sag is measured where the rover rests")
+    commanded = np.vstack([sequence.at_rest.set_points, sequence.commanded[rows]])
+    predicted = np.vstack([sequence.start, sequence.predicted[rows]])
+    measured = np.vstack([sequence.start, *(postures[row] for row in rows)])
+    ratio = sag_ratio(commanded, measured, predicted)
+    made_with = sequence.provenance.settings
+    told = made_with.compliance if isinstance(made_with, SequenceSettings) else None
+    return Sag(sequence.digest, ratio, tuple(rows), told or ComplianceSettings())

@@ -1,0 +1,45 @@
+"""What sessions there are in a working folder, without opening them."""
+
+import contextlib
+import json
+from pathlib import Path
+
+from footfall.core.errors import FootFallError
+from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
+from footfall.session.storage.head import HEAD
+from footfall.session.storage.interface import Listed
+from footfall.session.storage.plain_log import has_plain_log
+from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
+
+
+def found_sessions(folder: Path) -> dict[str, Listed | str]:
+    """Name → session, of all that the database or a folder stands for; what is wrong, where one can't be read."""
+    logged: dict[str, Listed | str] = {}
+    problem = f"its events are not in {DATABASE}: the file was removed or replaced; put it back from a backup"
+    try:
+        with contextlib.closing(SqliteLog(folder / DATABASE, create=False)) as log:
+            logged = {one.id: one for one in log.sessions()}
+    except FileNotFoundError:
+        pass
+    except (FootFallError, OSError) as err:
+        problem = err.message if isinstance(err, FootFallError) else str(err)
+    folders = {path.name: path for path in folder.iterdir() if is_session_folder(path)}
+    found: dict[str, Listed | str] = {name: f"its folder {name} is missing" for name in logged.keys() - folders.keys()}
+    for name, path in folders.items():
+        found[name] = _plain(path) if has_plain_log(path) else logged.get(name, problem)
+    return found
+
+
+def is_session_folder(path: Path) -> bool:
+    """Whether a folder is, or was, the one of a session."""
+    return not path.name.startswith(".") and any((path / name).exists() for name in (HEAD, EVENTS, ARTIFACTS))
+
+
+def _plain(path: Path) -> Listed | str:
+    """A session whose log is still a plain file."""
+    try:
+        about = json.loads((path / SESSION).read_bytes())
+        with (path / EVENTS).open("rb") as log:
+            return Listed(path.name, dict(about), sum(1 for _ in log), None)
+    except (OSError, ValueError, TypeError) as err:
+        return str(err)

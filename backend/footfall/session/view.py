@@ -1,0 +1,86 @@
+"""What the operator looks at, and what the scene shows of it; of a session, but not logged."""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from footfall.core.errors import InvalidInput
+from footfall.maps.layers import LAYERS
+
+LOOKS = ("free", "top", "leg", "wheel", "follow")
+"""Where the scene is looked at from: as the operator turns it, from above, along the leg, at its wheel; following the
+chassis as it moves."""
+TAPE_ENDS = 2
+Points = tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the scene shows beside rover, ground, footfall and plan; predicted: the second ghost while a run goes."""
+
+    torques: bool = True
+    forces: bool = True
+    support: bool = True
+    suggestions: bool = True
+    predicted: bool = True
+    cameras: bool = False
+    swept: bool = False
+    tape: bool = False
+
+
+SWITCHES = tuple(one.name for one in fields(Shown))
+
+
+@dataclass(frozen=True)
+class ViewState:
+    """scrub: 0…1 along the plan; layer: a name of LAYERS, or None; look: one of LOOKS; looks: how often one was asked
+    for; tape: the measured points, at most two, site frame [m]."""
+
+    leg: int = 0
+    layer: str | None = "footing"
+    scrub: float = 1.0
+    show_ghost: bool = True
+    shown: Shown = field(default_factory=Shown)
+    look: str = "free"
+    looks: int = 0
+    tape: Points = ()
+
+    def changed(self, **changes: Any) -> "ViewState":
+        """The view with other fields; ``shown`` as a mapping of the switches that change. Raises InvalidInput."""
+        mine = [name for name in ViewState.__dataclass_fields__ if name != "looks"]
+        unknown = set(changes) - set(mine)
+        if unknown:
+            raise InvalidInput(f"a view has {', '.join(mine)}, not {', '.join(sorted(unknown))}")
+        if changes.get("layer") is not None and changes["layer"] not in LAYERS:
+            raise InvalidInput(f"there is no layer {changes['layer']!r}; there are {', '.join(LAYERS)}")
+        if "scrub" in changes and not 0 <= changes["scrub"] <= 1:
+            raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
+        if "shown" in changes:
+            changes["shown"] = replace(self.shown, **_switches(changes["shown"]))
+        if "tape" in changes:
+            changes["tape"] = _points(changes["tape"])
+        if "look" in changes:
+            if changes["look"] not in LOOKS:
+                raise InvalidInput(f"look is one of {', '.join(LOOKS)}", look=changes["look"])
+            changes["looks"] = self.looks + 1
+        return replace(self, **changes)
+
+    def measured(self, point: tuple[float, float, float]) -> Points:
+        """The tape's points with one more; after two, the next begins anew."""
+        return (*self.tape, point) if len(self.tape) < TAPE_ENDS else (point,)
+
+
+def _switches(changes: Any) -> dict[str, bool]:
+    if not isinstance(changes, dict) or not set(changes) <= set(SWITCHES):
+        raise InvalidInput(f"shown has the switches {', '.join(SWITCHES)}", shown=str(changes))
+    if not all(isinstance(one, bool) for one in changes.values()):
+        raise InvalidInput("each switch of shown is true or false")
+    return changes
+
+
+def _points(points: Any) -> Points:
+    found = np.asarray(points, float)
+    if len(found) > TAPE_ENDS or (len(found) and found.shape[1:] != (3,)) or not np.isfinite(found).all():
+        raise InvalidInput("the tape has at most two points of three finite coordinates [m]")
+    return tuple((float(x), float(y), float(z)) for x, y, z in found)

@@ -1,0 +1,186 @@
+"""Executions in a session: made by a job, folded, turned into commands, let through the gate, replayed."""
+
+import json
+
+import numpy as np
+import pytest
+
+from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
+from footfall.core.frames import apply
+from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.stance.stand import stand
+from footfall.robot.kinematics import wheel_centers
+from footfall.sequence.edit import Edit
+from footfall.session.executions import set_points_at
+from footfall.session.jobs import InlineJobs
+from footfall.session.registry import Sessions
+from footfall.session.replay import replay
+from footfall.session.sag import sag_of
+from footfall.telemetry.state import TelemetryFrame
+from tests.support.chassis_ground import wavy
+
+LEG = 2
+
+
+@pytest.fixture(scope="module")
+def dem():
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="module")
+def rest(athlete, dem):
+    stood = stand(athlete, dem)
+    return CompliantRover(athlete, dem).let_down(stood.posture, stood.T_site_base)
+
+
+@pytest.fixture(scope="module")
+def state(athlete, dem, rest):
+    return CompliantRover(athlete, dem).state(rest)
+
+
+@pytest.fixture
+def live(tmp_path, athlete, dem, state):
+    with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
+        made = sessions.create("execution")
+        made.load_terrain(dem)
+        made.set_state(state)
+        yield made
+
+
+def connected(live, state, commanded):
+    """What the rover is sent."""
+    heard: list[dict] = []
+    live.rover_connected(lambda text: heard.append(json.loads(text)))
+    live.take_telemetry(TelemetryFrame(0, state, commanded))
+    return heard
+
+
+def planned(live, state, dy=-0.3):
+    x, y, _ = apply(state.T_site_base, wheel_centers(live.robot, state.posture))[LEG]
+    return live.plan_step(LEG, (x + 0.1, y + dy)).finish()
+
+
+def test_from_a_plan_to_commands_and_back_from_the_log(live, state, rest):
+    heard = connected(live, state, rest.commanded)
+    plan = planned(live, state)
+    digest = live.plan_execution().finish()
+    assert live.state.execution == digest == live.found_execution()
+    assert live.summary()["execution"] == {"digest": digest, "status": "found", "reason": ""}
+    result = live.get(digest)
+    assert result.provenance.parents["plan"] == live.get(plan).plan.digest
+    # the present set points of the rover, bit for bit
+    assert np.array_equal(result.execution.commanded[0], rest.commanded)
+    assert live.state.products[digest].parents.keys() == {"robot", "dem", "state", "plan"}
+    sequence = live.get(live.make_sequence(digest))
+    assert sequence.valid
+    assert np.array_equal(sequence.at_rest.set_points, rest.commanded)
+    assert live.state.plan_behind(sequence.digest) == live.state.products[digest]
+    assert live.played == sequence.digest
+    live.take_telemetry(TelemetryFrame(1, state, rest.commanded))
+    ids = live.send(live.arm()["token"])["commands"]
+    assert len(ids) == len(sequence.commands)
+    for number, command_id in enumerate(ids):
+        live.take_telemetry(TelemetryFrame(2 + number, state, rest.commanded))
+        live.take_acknowledgement(command_id, "done")
+    sent = [one for one in heard if one["type"] == "command"]
+    assert [one["name"] for one in sent] == [one.name for one in sequence.commands]
+    assert [one["force"] for one in sent if one["name"] == "LEG_LOWER"] == [result.execution.stop_force]
+    edited = live.get(live.edit_sequence(sequence.digest, Edit("duration", 0, number=8.0)))
+    assert edited.at_rest.digest == sequence.at_rest.digest
+    assert live.state.plan_behind(edited.digest) == live.state.products[digest]
+    after = live.get(live.go_on_after(edited.digest))
+    assert np.array_equal(after.posture, edited.predicted[-1])
+    live.export_sequence(sequence.digest, "json")
+    report = replay(live.export_bundle())
+    assert report.ok, report.as_dict()
+    assert {one.verdict for one in report.products} == {"same"}
+    assert report.state is not None
+    assert report.state.execution == digest
+
+
+def test_another_plan_leaves_no_execution(live, state):
+    with pytest.raises(Conflict, match="there is no plan yet"):
+        live.plan_execution()
+    with pytest.raises(Conflict, match="no execution of the present plan"):
+        live.found_execution()
+    first = planned(live, state)
+    digest = live.plan_execution(settings=ExecutionSettings(mode="pose_held")).finish()
+    # no telemetry: set points as the torques of the planning state tell
+    torques = live.get(live.state.state).joint_torques
+    told = state.posture + torques / live.robot.stiffness
+    assert np.abs(live.get(digest).execution.commanded[0] - told).max() < 1e-12
+    planned(live, state, dy=-0.2)
+    assert live.state.execution is None
+    assert live.summary()["execution"] == {"digest": None, "status": None, "reason": ""}
+    # of the plan before: made, but not that of the present one
+    again = live.plan_execution(first).finish()
+    assert live.state.execution is None
+    assert live.found_execution(again) == again
+    with pytest.raises(NotFound, match="holds no execution"):
+        live.found_execution(first)
+    with pytest.raises(NotFound, match="holds no plan"):
+        live.plan_execution(again)
+
+
+def test_what_fails_a_check_is_shown_and_not_made_into_commands(live, state):
+    planned(live, state)
+    digest = live.plan_execution(settings=ExecutionSettings(least_clearance=0.4)).finish()
+    shown = live.summary()["execution"]
+    assert (shown["digest"], shown["status"]) == (digest, "no_path")
+    assert "wheel clearance by" in shown["reason"]
+    assert live.get(digest).execution is not None
+    with pytest.raises(InvalidInput, match=r"no execution to make commands of.*wheel clearance"):
+        live.make_sequence(digest)
+
+
+def test_the_gate_asks_for_the_set_points_too(live, athlete, state, rest):
+    connected(live, state, rest.commanded)
+    planned(live, state)
+    live.make_sequence(live.plan_execution().finish())
+    live.take_telemetry(TelemetryFrame(1, state, rest.commanded))
+    assert live.arm()["token"]
+    away = rest.commanded.copy()
+    away[13] += 0.012
+    live.take_telemetry(TelemetryFrame(2, state, away))
+    with pytest.raises(CommandRefused, match=r"the set point of leg2_hip_pitch_joint is \+0.0120 rad") as caught:
+        live.arm()
+    assert caught.value.details["check"] == "set-points"
+    assert caught.value.details["joint"] == athlete.joint_names[13]
+    assert caught.value.details["difference"] == pytest.approx(0.012)
+    near = rest.commanded.copy()
+    near[13] += 0.009
+    live.take_telemetry(TelemetryFrame(3, state, near))
+    assert live.arm()["token"]
+
+
+def test_sag_is_compared_at_the_pauses(live, state):
+    with pytest.raises(Conflict, match="nothing was sent to the rover"):
+        live.sag()
+    planned(live, state)
+    sequence = live.get(live.make_sequence(live.plan_execution().finish()))
+    start = sequence.start - sequence.at_rest.set_points
+    softer = {}
+    for row in range(len(sequence.commands)):
+        yielded = sequence.predicted[row] - sequence.commanded[row] - start
+        # three tenths more than predicted; what was seen while it moved counts for nothing
+        softer[row] = sequence.commanded[row] + start + 1.3 * yielded
+        if sequence.commands[row].name != "WAIT":
+            softer[row] = softer[row] + 0.1
+    found = sag_of(sequence, softer)
+    assert found.ratio == pytest.approx(1.3)
+    assert [sequence.commands[row].name for row in found.rows] == ["WAIT"] * 5
+    assert found.assumed == sequence.provenance.settings.compliance
+    with pytest.raises(Conflict, match="no pause of the sequence is done yet"):
+        sag_of(sequence, {0: sequence.predicted[0]})
+    rigid = live.get(live.make_sequence())
+    with pytest.raises(Conflict, match="takes the rover as rigid"):
+        sag_of(rigid, softer)
+
+
+def test_set_points_are_those_of_a_rover_that_stands_so(athlete, state, rest):
+    assert set_points_at(None, state) is None
+    frame = TelemetryFrame(0, state, rest.commanded)
+    assert set_points_at(frame, state) is frame.commanded
+    stood = stand(athlete, wavy(half=4.0))
+    assert set_points_at(frame, stood) is None

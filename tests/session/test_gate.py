@@ -1,0 +1,291 @@
+"""The conn, steering a run, what is asked before rows go on, and who is on record for it."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footfall.core.errors import CommandRefused, Conflict
+from footfall.session.gate import lease
+from footfall.session.gate.gate import Gate
+from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
+from footfall.session.identity import Identity, Role
+from tests.support.server import until
+
+MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
+OTHER_PAGE = replace(MARY, page="page-b")
+JOHN = Identity("john", Role.ADMIN, "10.0.0.2", "page-c")
+EVE = Identity("eve", Role.VIEWER, "10.0.0.3")
+PAST = 1e6  # [s]
+
+
+@pytest.fixture
+def down():
+    """What arrives at the rover."""
+    return []
+
+
+@pytest.fixture
+def ready(session, down, frame_of):
+    """A session with a sequence of three rows and an idle rover where it starts."""
+    session.plan_step(2, (1.0, 0.0)).finish()
+    session.make_sequence()
+    session.rover_connected(lambda text: down.append(json.loads(text)))
+    session.take_telemetry(frame_of(0))
+    return session
+
+
+def commands(down):
+    return [one["id"] for one in down if one["type"] == "command"]
+
+
+def begun(session, who=MARY, steps=False):
+    return session.send(session.arm(who=who)["token"], who=who, step_by_step=steps)["commands"]
+
+
+def refused(check, act, *args, **named):
+    with pytest.raises(CommandRefused) as caught:
+        act(*args, **named)
+    assert caught.value.details["check"] == check
+    return caught.value
+
+
+def arrive(session, command, frame):
+    """The rover is done with ``command`` and stands where the sequence has it then."""
+    row = int(command.rsplit("-", 1)[1])
+    posture = session.get(session.state.sequence).predicted[row]
+    session.take_telemetry(replace(frame, number=row + 1, state=replace(frame.state, posture=posture, time=row + 1.0)))
+    session.take_acknowledgement(command, "done")
+
+
+def test_step_by_step_every_row_waits(ready, down, frame_of):
+    ids = begun(ready, steps=True)
+    assert commands(down) == ids[:1]
+    arrive(ready, ids[0], frame_of())
+    assert commands(down) == ids[:1]
+    assert ready.gate["waiting"]
+    ready.next_row(MARY)
+    refused("run", ready.next_row, MARY)
+    assert commands(down) == ids[:2]
+    arrive(ready, ids[1], frame_of())
+    ready.resume_run(MARY)
+    arrive(ready, ids[2], frame_of())
+    assert ready.run["outcome"] == "done"
+    assert commands(down) == ids
+
+
+def test_hold_resume_and_abort(ready, down, frame_of):
+    ids = begun(ready)
+    ready.hold_run(MARY)
+    arrive(ready, ids[0], frame_of())
+    assert commands(down) == ids[:1]
+    assert "held by mary" in ready.gate["why"]
+    ready.resume_run(MARY)
+    assert commands(down) == ids[:2]
+    ready.abort_run(MARY)
+    assert ready.run["state"] == "aborting"
+    refused("run", ready.resume_run, MARY)
+    arrive(ready, ids[1], frame_of())
+    assert (ready.run["state"], ready.run["outcome"]) == ("ended", "aborted")
+    assert [row["state"] for row in ready.run["rows"]] == ["done", "done", "unsent"]
+    assert commands(down) == ids[:2]
+
+
+def test_an_abort_while_a_run_waits_ends_it_at_once(ready, frame_of):
+    ids = begun(ready, steps=True)
+    arrive(ready, ids[0], frame_of())
+    ready.abort_run(MARY)
+    end = ready.events()[-1]
+    assert (end.type, end.payload["outcome"], end.payload["unsent"]) == ("run_ended", "aborted", 2)
+
+
+def test_every_row_says_how_far_it_came_and_when(ready, frame_of):
+    assert ready.summary()["run"] is None
+    ids = begun(ready, steps=True)
+    for state in ("received", "started"):
+        ready.take_acknowledgement(ids[0], state)
+    arrive(ready, ids[0], frame_of())
+    run = ready.run
+    assert run is not None
+    first, second, _ = run["rows"]
+    assert list(first["times"]) == ["queued", "sent", "received", "started", "done"]
+    assert sorted(first["times"].values()) == list(first["times"].values())
+    assert (second["state"], list(second["times"]), second["id"]) == ("queued", ["queued"], ids[1])
+
+
+def test_a_run_goes_on_only_where_its_rows_left_the_rover(ready, down, frame_of, tiny):
+    ids = begun(ready, steps=True)
+    arrive(ready, ids[0], frame_of())
+    moved = replace(ready.frame, number=9, state=replace(ready.frame.state, time=9.0))
+    off = ready.frame.state.posture + 0.02
+    ready.take_telemetry(replace(moved, state=replace(moved.state, posture=off)))
+    assert refused("start", ready.next_row, MARY).details["difference"] == pytest.approx(0.02)
+    ready.take_telemetry(replace(moved, number=10, state=replace(moved.state, time=10.0)))
+    present = ready.state.dem
+    ready.load_terrain(tiny.dem(0.1))
+    refused("terrain", ready.next_row, MARY)
+    ready.load_terrain(ready.get(present))
+    ready.rover_disconnected()
+    refused("link", ready.resume_run, MARY)
+    assert commands(down) == ids[:1]
+
+
+def test_one_page_holds_the_conn_and_arming_takes_it(ready):
+    begun(ready)
+    assert ready.conn["holder"]["page"] == "page-a"
+    for act in (ready.hold_run, ready.abort_run, ready.next_row):
+        error = refused("conn", act, OTHER_PAGE)
+        assert error.details["holder"] == "mary"
+    refused("role", ready.conn_act, "take", EVE)
+    ready.stop(who=EVE)
+    ready.take_stop_acknowledgement()
+    refused("role", ready.clear_stop, EVE)
+    refused("conn", ready.clear_stop, JOHN)
+    ready.clear_stop(MARY)
+    assert not ready.gate["stopped"]
+
+
+def test_the_conn_is_asked_for_granted_denied_and_released(ready):
+    ready.conn_act("take", MARY)
+    refused("conn", ready.conn_act, "take", JOHN)
+    ready.conn_act("request", JOHN)
+    assert ready.conn["request"]["by"]["name"] == "john"
+    refused("conn", ready.conn_act, "request", OTHER_PAGE)
+    ready.conn_act("deny", MARY)
+    ready.conn_act("request", JOHN)
+    ready.conn_act("grant", MARY)
+    assert (ready.conn["holder"]["name"], ready.conn["number"]) == ("john", 2)
+    refused("conn", ready.conn_act, "heartbeat", MARY)
+    ready.conn_act("release", JOHN)
+    assert ready.conn["holder"] is None
+    said = [e.payload["act"] for e in ready.events() if e.type == "conn_changed"]
+    assert said == ["taken", "requested", "denied", "requested", "granted", "released"]
+
+
+def test_a_request_that_nobody_answers_is_granted_and_a_conn_that_nobody_renews_runs_out():
+    held, _ = lease.take(lease.Conn(), MARY, 0.0)
+    asked, _ = lease.ask(held, JOHN, 5.0)
+    assert lease.passed(asked, 5.0 + ANSWER_WITHIN - 0.1)[0].holder is MARY
+    handed, done = lease.passed(asked, 5.0 + ANSWER_WITHIN)
+    assert (handed.holder, handed.number, done[0].act) == (JOHN, 2, "unanswered")
+    assert lease.passed(held, CONN_FOR - 0.1)[0].holder is MARY
+    free, done = lease.passed(held, CONN_FOR)
+    assert (free.holder, free.number, done[0].act) == (None, 1, "expired")
+    assert lease.take(held, JOHN, CONN_FOR)[0].number == 2
+    in_process = replace(MARY, client="")
+    assert lease.passed(lease.take(lease.Conn(), in_process, 0.0)[0], PAST)[0].holder is in_process
+
+
+def test_an_arming_under_an_older_conn_sends_nothing(ready, down):
+    token = ready.arm(who=MARY)["token"]
+    ready.conn_act("release", MARY)
+    ready.conn_act("take", JOHN)
+    refused("conn", ready.send, token, who=JOHN)
+    ready.conn_act("release", JOHN)
+    ready.conn_act("take", MARY)
+    refused("conn", ready.send, token, who=MARY)
+    assert commands(down) == []
+
+
+def test_a_run_waits_when_its_conn_changes_hands_and_the_new_holder_goes_on(ready, down, frame_of):
+    ids = begun(ready)
+    ready.conn_act("request", JOHN)
+    ready.conn_act("grant", MARY)
+    arrive(ready, ids[0], frame_of())
+    assert commands(down) == ids[:1]
+    assert "conn" in ready.gate["why"]
+    assert ready.run["state"] == "held"
+    refused("conn", ready.resume_run, MARY)
+    ready.resume_run(JOHN)
+    assert commands(down) == ids[:2]
+    assert [e.payload["by"]["name"] for e in ready.events() if e.type == "run_resumed"] == ["john"]
+
+
+def test_no_row_goes_on_stale_telemetry(ready, down, monkeypatch):
+    monkeypatch.setattr("footfall.session.commanding.Commanding.look", lambda self: None)
+    ids = begun(ready)
+    monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
+    ready.take_acknowledgement(ids[0], "done")
+    assert commands(down) == ids[:1]
+    assert ready.run["outcome"] == "link_lost"
+
+
+def test_the_number_of_the_conn_goes_on_after_a_restart(sessions, ready):
+    ready.conn_act("take", MARY)
+    ready.conn_act("release", MARY)
+    ready.conn_act("take", JOHN)
+    ready.close()
+    del sessions._open[ready.id]
+    again = sessions.open(ready.id)
+    assert (again.conn["number"], again.conn["holder"]) == (2, None)
+    again.conn_act("take", MARY)
+    assert again.conn["number"] == 3
+
+
+def test_a_gate_tells_of_what_time_did():
+    now, told = [0.0], []
+    gate = Gate(clock=lambda: now[0], told=told.append)
+    gate.act("take", MARY)
+    now[0] = CONN_FOR
+    gate.pass_time()
+    gate.pass_time()
+    assert [done.act for done in told] == ["taken", "expired"]
+
+
+def test_another_weight_than_was_planned_with_is_refused(ready, frame_of):
+    weight = ready._facts(ready.state.sequence).weight
+    for number, (share, fits) in enumerate([(1.0, True), (1.09, True), (1.12, False), (1.62 / 9.81, False)], 1):
+        forces = np.zeros((6, 3))
+        forces[:, 2] = share * weight / 6
+        frame = frame_of(number, time=float(number))
+        ready.take_telemetry(replace(frame, state=replace(frame.state, wheel_forces=forces)))
+        if fits:
+            ready.arm(who=MARY)
+        else:
+            assert refused("load", ready.arm, who=MARY).details["planned_with"] == pytest.approx(weight)
+
+
+def test_acts_and_refusals_are_on_record_with_who_what_from_where(ready):
+    begun(ready)
+    refused("conn", ready.abort_run, JOHN)
+    ready.hold_run(MARY)
+    ready.stop("the wheel sinks", EVE)
+    by = {e.type: e.payload for e in ready.events() if "by" in e.payload}
+    mary = {"name": "mary", "role": "commander", "client": "10.0.0.1", "page": "page-a"}
+    for type in ("conn_changed", "armed", "run_started", "run_held"):
+        assert (by[type]["by"], by[type]["conn"]) == (mary, 1), type
+    assert (by["act_refused"]["act"], by["act_refused"]["by"]["client"]) == ("abort", "10.0.0.2")
+    assert by["act_refused"]["check"] == "conn"
+    assert (by["stop_requested"]["by"]["name"], by["stop_requested"]["reason"]) == ("eve", "the wheel sinks")
+
+
+def test_what_became_of_a_command_is_asked_after_a_restart_and_never_guessed(sessions, ready, down):
+    ids = begun(ready)
+    ready.close()
+    del sessions._open[ready.id]
+    again = sessions.open(ready.id)
+    assert again.state.commands[0].state == "unknown"
+    again.rover_connected(lambda text: down.append(json.loads(text)))
+    assert [one for one in down if one["type"] == "query"] == [{"type": "query", "id": ids[0]}]
+    again.take_acknowledgement(ids[0], "unknown", "never came")
+    assert (again.state.commands[0].state, again.state.commands[0].reason) == ("unknown", "never came")
+    again.take_acknowledgement(ids[0], "done")
+    again.take_acknowledgement(ids[0], "unknown", "late")
+    assert again.state.commands[0].state == "done"
+    assert commands(down) == ids[:1]
+
+
+def test_an_overdue_row_is_asked_for(ready, down, monkeypatch):
+    monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
+    ids = begun(ready)
+    until(lambda: [one["id"] for one in down if one["type"] == "query"] == ids[:1], "the question", 5)
+    ready.take_acknowledgement(ids[0], "refused", "the joint is stuck")
+    assert ready.state.commands[0].state == "refused"
+
+
+def test_another_session_does_not_take_the_rover_from_a_run_that_waits(sessions, ready, frame_of):
+    ids = begun(ready, steps=True)
+    arrive(ready, ids[0], frame_of())
+    with pytest.raises(Conflict, match="on their way"):
+        sessions.create("other")

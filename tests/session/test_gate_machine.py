@@ -1,0 +1,428 @@
+"""Random operators, links, rovers, disks and clocks against the gate: what must never happen does not."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from footfall.core.errors import Conflict
+from footfall.core.value import Provenance
+from footfall.sequence.commands import Command, Sequence
+from footfall.session.commanding import Commanding
+from footfall.session.event import next_event
+from footfall.session.fold import SessionState, fold
+from footfall.session.gate.checks import STALE_AFTER, Facts
+from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
+from footfall.session.gate.machine import ARMED_FOR
+from footfall.session.identity import Identity, Role
+from footfall.sim.orders import OrderedRover
+from footfall.telemetry.link import AckMessage, ClearStopMessage, CommandMessage, QueryMessage, StopMessage, decode
+from footfall.telemetry.state import RobotState, TelemetryFrame
+
+ROWS = 3
+JOINTS = tuple(f"joint{i}" for i in range(36))
+BODY: Any = SimpleNamespace(leg_count=6, lower=np.full(36, -4.0), upper=np.full(36, 4.0))
+MOVE = Command("LEG_MOVE", 0, np.zeros(6), 1.0)
+SEQUENCE = Sequence("r", (MOVE,) * ROWS, np.zeros(36), np.zeros((ROWS, 36)), np.eye(4), (), Provenance({}))
+IDLE = RobotState("r", 0.0, np.zeros(36), np.eye(4), np.zeros((6, 3)), np.zeros(36), "idle")
+FRAMES = {mode: TelemetryFrame(0, replace(IDLE, mode=mode), np.zeros(36)) for mode in ("idle", "moving", "stopped")}
+PEOPLE = (
+    Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a"),
+    Identity("mary", Role.COMMANDER, "10.0.0.1", "page-b"),
+    Identity("john", Role.ADMIN, "10.0.0.2"),
+    Identity("eve", Role.VIEWER, "10.0.0.3"),
+)
+person = st.sampled_from((PEOPLE[0], *PEOPLE))
+which = st.integers(0, 5)
+
+
+class ModelRover(OrderedRover):
+    """Takes orders as both simulated rovers do; a motion ends when it is told to."""
+
+    @property
+    def time(self):
+        return 0.0
+
+    @property
+    def fault(self):
+        return "it never is"
+
+    def __init__(self):
+        super().__init__(BODY)
+        self.moved = []
+
+    def _begin(self, command):
+        assert self.mode == "idle"
+        self.moved.append(command.id)
+        return SimpleNamespace(command=command, share=0.5)
+
+    def arrive(self):
+        if self._motion is None:
+            return []
+        motion, self._motion, self.mode = self._motion, None, "idle"
+        return [self._ack(motion.command.id, "done")]
+
+
+class World(RuleBasedStateMachine):
+    """The gate with its log on one side of a bad link, a rover on the other."""
+
+    def __init__(self):
+        super().__init__()
+        self.now = 0.0
+        self.events, self.pending, self.state, self.disk_full = [], [], SessionState(), False
+        self.rover, self.moved_before = ModelRover(), []
+        self.down, self.up = [], []
+        self.connected, self.heard_at, self.frame = False, None, None
+        self.sent, self.tokens, self.used = [], {}, set()
+        self.stops = False
+        # the lease once more, as simply as it can be said
+        self.number, self.renewed = 0, 0.0
+        self.holder: Any = None
+        self.asking: Any = None
+        self.light_time = SimpleNamespace(round_trip=0.0)
+
+    @initialize()
+    def begin(self):
+        self.gate = self.started()
+        self.connect()
+
+    # -- what the gate sees: a link, a log ---------------------------------------------------
+
+    @property
+    def age(self):
+        return None if self.heard_at is None else self.now - self.heard_at
+
+    def send(self, text):
+        if not self.connected:
+            raise Conflict("no rover is connected")
+        if json.loads(text)["type"] == "command":
+            self.released(json.loads(text)["id"])
+        self.down.append(text)
+
+    def released(self, command_id):
+        self.settle()
+        assert command_id not in self.sent, "sent twice"
+        assert not self.stops, "sent after a stop"
+        assert self.age is not None
+        assert self.age <= STALE_AFTER, "sent on stale telemetry"
+        run = self.gate.gate.run
+        assert self.holder is not None
+        assert run is not None
+        assert run.by.is_same(self.holder), "sent for somebody who does not hold the conn"
+        assert run.fence == self.number, "sent under an older number of the conn"
+        assert any(e.type == "command_sent" and e.payload["id"] == command_id for e in self.events), "not in the log"
+        self.sent.append(command_id)
+
+    def record(self, type, payload):
+        if self.disk_full:
+            raise OSError("no space left")
+        for event in [*self.pending, (type, payload)]:
+            self.events.append(next_event(self.events[-1] if self.events else None, self.now, *event))
+            self.state = fold(self.state, self.events[-1])
+        self.pending = []
+
+    def record_anyway(self, type, payload):
+        try:
+            self.record(type, payload)
+        except OSError:
+            self.pending.append((type, payload))
+
+    def started(self):
+        link: Any = self
+        made = Commanding(link, self.record, self.record_anyway, lambda: self.state, clock=lambda: self.now)
+        made._start_watch = lambda: None  # time passes in rules
+        return made
+
+    def facts(self):
+        return Facts(self.connected, self.frame, self.age, "dem", "dem", None)
+
+    # -- the lease, once more ------------------------------------------------------------------
+
+    def settle(self):
+        ran_out = self.holder is not None and self.now >= self.renewed + CONN_FOR
+        if self.asking and (ran_out or self.now - self.asking[1] >= ANSWER_WITHIN):
+            self.hand(self.asking[0])
+        elif ran_out:
+            self.holder = None
+
+    def hand(self, to):
+        self.number, self.holder, self.renewed, self.asking = self.number + 1, to, self.now, None
+
+    def may(self, who):
+        """Whether ``who`` holds the conn, or nobody does and it may be taken."""
+        self.settle()
+        return who.role >= Role.COMMANDER and (self.holder is None or self.holder.is_same(who))
+
+    def take(self, who):
+        if self.holder is None:
+            self.hand(who)
+        self.renewed = self.now
+
+    # -- people --------------------------------------------------------------------------------
+
+    @rule(who=person, act=st.sampled_from(["take", "release", "request", "grant", "deny", "heartbeat"]))
+    def conn(self, who, act):
+        self.settle()
+        mine = self.holder is not None and self.holder.is_same(who)
+        commander = who.role >= Role.COMMANDER
+        allowed = {
+            "take": commander and (mine or self.holder is None),
+            "request": commander and (mine or self.holder is None or not self.asking or self.asking[0].is_same(who)),
+            "grant": mine and self.asking is not None,
+            "deny": mine and self.asking is not None,
+        }.get(act, mine)
+        try:
+            self.gate.conn(act, who)
+        except Conflict:
+            assert not allowed
+            return
+        assert allowed
+        if act in ("release", "grant") and self.asking is not None:
+            self.hand(self.asking[0])
+        elif act == "release":
+            self.holder = None
+        elif act == "deny":
+            self.asking, self.renewed = None, self.now
+        elif act == "request" and self.holder is not None and not mine:
+            self.asking = self.asking or (who, self.now)
+        else:
+            self.take(who)
+
+    @rule(who=person)
+    def arm(self, who):
+        may = self.may(who)
+        open_ = not self.gate.gate.stopped and self.gate.gate.run is None
+        try:
+            token = self.gate.arm("d" * 32, SEQUENCE, self.facts(), JOINTS, who)["token"]
+            assert may
+            assert open_
+            self.tokens[token] = (self.now, self.number + (self.holder is None))
+        except Conflict:
+            pass
+        except OSError:
+            assert self.disk_full
+        if may and open_:
+            self.take(who)
+
+    @precondition(lambda self: self.tokens)
+    @rule(pick=which, who=person, steps=st.booleans())
+    def send_armed(self, pick, who, steps):
+        token = list(self.tokens)[-1 - pick % len(self.tokens)]
+        may = self.may(who)
+        armed_at, under = self.tokens[token]
+        good = may and token not in self.used and self.now - armed_at <= ARMED_FOR and under == self.number
+        good = good and self.holder is not None
+        runs = self.gate.gate.run
+        if good:
+            self.renewed = self.now
+        try:
+            self.gate.gate.armed_sequence(token)
+            self.gate.send(token, SEQUENCE, self.facts(), JOINTS, who, steps)
+        except Conflict:
+            return
+        except OSError:
+            assert self.disk_full
+        assert good
+        assert runs is None
+        self.used.add(token)
+
+    @rule(who=person, act=st.sampled_from(["hold", "resume", "next", "next", "abort"]))
+    def steer(self, who, act):
+        may = self.may(who)
+        if may and self.gate.gate.run is not None:
+            self.take(who)
+        try:
+            if act == "hold":
+                self.gate.hold(who)
+            elif act == "abort":
+                self.gate.abort(who)
+            else:
+                self.gate.go_on(who, self.facts(), JOINTS, act == "resume")
+        except Conflict:
+            return
+        assert may
+
+    @rule(who=person)
+    def stop(self, who):
+        self.stops = True
+        self.gate.stop("", self.now, who)
+        assert self.gate.gate.run is None
+
+    @rule(who=person)
+    def clear(self, who):
+        may = self.may(who)
+        try:
+            self.gate.clear_stop(who)
+        except (Conflict, OSError):
+            return
+        assert may
+        self.stops = False
+
+    # -- link, rover, disk, clock, processes -----------------------------------------------
+
+    @rule(seconds=st.sampled_from([0.1, 0.1, 1.0, 3.5, 12.0, 25.0, 100.0]), looks=st.booleans())
+    def wait(self, seconds, looks):
+        self.now += seconds
+        if looks:
+            self.gate.look()
+            self.settle()
+
+    @precondition(lambda self: self.connected)
+    @rule()
+    def telemetry(self):
+        self.frame, self.heard_at = FRAMES[self.rover.mode], self.now
+
+    @precondition(lambda self: self.down)
+    @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "arrives", "comes twice", "is lost"]))
+    def downlink(self, pick, fate):
+        barrier = next((i for i, one in enumerate(self.down) if '"command"' not in one), len(self.down) - 1)
+        place = min(pick, barrier)  # as on a WebSocket, nothing overtakes a stop
+        text = self.down[place] if fate == "comes twice" else self.down.pop(place)
+        if fate == "is lost":
+            return
+        match decode(text):
+            case CommandMessage() as message:
+                self.up += self.rover.command(message)
+            case QueryMessage(id=command_id):
+                self.up.append(self.rover.became(command_id))
+            case StopMessage(id=stop_id):
+                self.up += [*self.rover.stop(), stop_id]
+            case ClearStopMessage():
+                self.rover.clear_stop()
+
+    @precondition(lambda self: self.connected and self.up)
+    @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "comes twice", "is lost"]))
+    def uplink(self, pick, fate):
+        place = pick % len(self.up)
+        said = self.up[place] if fate == "comes twice" else self.up.pop(place)
+        if fate == "is lost":
+            return
+        if not isinstance(said, AckMessage):
+            self.gate.stop_acknowledged(said)
+        elif any(one.id == said.id for one in self.state.commands):
+            self.gate.heard(said.id, said.state, said.reason)
+
+    @rule()
+    def arrive(self):
+        self.up += self.rover.arrive()
+
+    @rule(rows=st.integers(1, ROWS))
+    def all_goes_well(self, rows):
+        """The link does its best, the rover arrives, and says so."""
+        if not self.connected:
+            self.connect()
+        for _ in range(rows):
+            self.telemetry()
+            while self.down:
+                self.downlink(0, "arrives")
+            self.arrive()
+            while self.up:
+                self.uplink(0, "arrives")
+            self.now += 0.1
+        self.telemetry()
+
+    @rule(who=person, steps=st.booleans(), reach=st.booleans())
+    def send_at_once(self, who, steps, reach):
+        """Whatever is in the way of a new run is put out of it. reach: the command arrives, its answers don't."""
+        self.settle()
+        who = self.holder or who
+        self.all_goes_well(ROWS)
+        if self.stops:
+            self.clear(who)
+            self.all_goes_well(1)
+        self.arm(who)
+        if self.tokens:
+            self.send_armed(0, who, steps)
+        if reach and self.down:
+            self.downlink(0, "comes twice")
+            self.up.clear()
+
+    @precondition(lambda self: self.connected)
+    @rule()
+    def disconnect(self):
+        self.connected, self.down = False, []
+        self.gate.lost("the rover disconnected")
+
+    @precondition(lambda self: not self.connected)
+    @rule()
+    def connect(self):
+        self.connected = True
+        self.gate.connected()
+        self.record_anyway("link_connected", {})
+
+    @precondition(lambda self: self.sent)
+    @rule()
+    def rover_restarts(self):
+        if self.connected:
+            self.disconnect()
+        self.moved_before += self.rover.moved
+        self.rover, self.up = ModelRover(), []
+
+    @precondition(lambda self: self.sent)
+    @rule()
+    def server_dies(self):
+        """As by kill −9: what was not written is gone, and so is every connection, token and lease."""
+        self.connected, self.down, self.pending, self.disk_full = False, [], [], False
+        self.tokens, self.used, self.holder, self.asking = {}, set(), None, None
+        if self.events:
+            self.record("session_opened", {})
+        self.number = 0 if self.state.conn is None else self.state.conn.number
+        self.stops = self.state.stop.latched
+        self.gate = self.started()
+        self.heard_at = None
+
+    @precondition(lambda self: self.sent)
+    @rule(full=st.booleans())
+    def disk(self, full):
+        self.disk_full = full
+
+    # -- what must hold ------------------------------------------------------------------------
+
+    @invariant()
+    def each_command_moves_the_rover_at_most_once_and_only_when_released(self):
+        moved = self.moved_before + self.rover.moved
+        assert len(set(moved)) == len(moved)
+        assert set(moved) <= set(self.sent)
+
+    @invariant()
+    def nothing_runs_while_stopped(self):
+        if hasattr(self, "gate"):
+            assert self.gate.gate.stopped == self.stops
+            assert not (self.stops and self.gate.gate.run)
+
+    @invariant()
+    def the_log_and_the_gate_agree_on_the_conn(self):
+        if hasattr(self, "gate") and not self.pending:
+            number = 0 if self.state.conn is None else self.state.conn.number
+            assert number == self.gate.gate.conn_number
+
+    def teardown(self):
+        """Once the rover is heard again, what it remembers of the latest run is what the log says."""
+        if not hasattr(self, "gate"):
+            return
+        self.disk_full = False
+        self.record("note", {"text": "the disk is back"})
+        if self.connected:
+            self.disconnect()
+        self.gate.abort(self.holder or PEOPLE[0]) if self.gate.gate.run else None
+        self.arrive()
+        self.up.clear()  # all of it lost
+        self.connect()
+        while self.down or self.up:
+            while self.down:
+                self.downlink(0, "arrives")
+            while self.up:
+                self.uplink(0, "arrives")
+        for command in self.state.commands:
+            remembered = self.rover._last.get(command.id)
+            if command.run == self.state.runs and command.id in self.sent and remembered is not None:
+                assert command.state == remembered.state
+
+
+World.TestCase.settings = settings(max_examples=120, stateful_step_count=40, deadline=None, derandomize=True)
+TestWorld = World.TestCase
