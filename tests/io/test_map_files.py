@@ -15,7 +15,7 @@ from footfall.io.terrain_files import read_terrain
 from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import LAYERS, MapStack
 from footfall.maps.reach_classes import BEYOND, HINDERED_BY, UNSEEN
-from footfall.robot.overlap_kernel import TERRAIN as GROUND
+from footfall.robot.obstacles import TERRAIN as GROUND
 
 GRID = GridGeometry(-1.25, 3.5, 0.25, 5, 7)
 CLASSES = {

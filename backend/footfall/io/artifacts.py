@@ -36,6 +36,17 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.maps.quality_settings": ("QualitySettings",),
     "footfall.maps.traversability": ("Traversability",),
+    "footfall.planning.stance.body_shift": (
+        "BodyShift",
+        "PredictedState",
+        "ShiftRefused",
+    ),
+    "footfall.planning.compliance.settings": ("ComplianceSettings",),
+    "footfall.planning.execution.problem": (
+        "Execution",
+        "ExecutionResult",
+    ),
+    "footfall.planning.execution.settings": ("ExecutionSettings",),
     "footfall.planning.stance.find_problem": (
         "FindShiftSettings",
         "ShiftResult",
@@ -45,13 +56,9 @@ HOMES: dict[str, tuple[str, ...]] = {
         "BodyMoveResult",
         "BodyMoveSettings",
     ),
-    "footfall.planning.stance.shift": (
-        "BodyShift",
-        "PredictedState",
-        "ShiftRefused",
-    ),
     "footfall.planning.step.problem": (
         "Check",
+        "Decision",
         "Footfall",
         "PlanResult",
         "Status",
@@ -68,6 +75,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "RobotDescription",
     ),
     "footfall.sequence.commands": (
+        "AtRest",
         "Command",
         "RuleResult",
         "Sequence",
@@ -91,6 +99,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "ErrorMessage",
         "HelloMessage",
         "ImageRequestMessage",
+        "QueryMessage",
         "StopAckMessage",
         "StopMessage",
     ),

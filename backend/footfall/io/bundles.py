@@ -12,7 +12,7 @@ import re
 import stat
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -111,9 +111,11 @@ def read_bundle(bundle: str | os.PathLike[str] | bytes) -> Bundle:
     raise InvalidBundle(f"there is no session bundle at {path}", path=str(path))
 
 
-def write_zip(folder: Path) -> bytes:
-    """The session in ``folder`` as a zip, the same bytes for the same session."""
-    files = _folder_files(folder)
+def write_zip(bundle: Bundle) -> bytes:
+    """The bundle as a zip, the same bytes for the same session."""
+    files: dict[str, Callable[[], bytes]] = {f"{ARTIFACTS}/{name}": content for name, content in bundle.files.items()}
+    files[SESSION] = lambda: session_bytes(bundle.session)
+    files[EVENTS] = lambda: log_bytes(bundle.records)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
         for name in sorted(files):
@@ -126,14 +128,9 @@ def write_zip(folder: Path) -> bytes:
     return out.getvalue()
 
 
-def unpack(bundle: str | os.PathLike[str] | bytes, folder: Path) -> None:
-    """Copy a bundle into a new folder, after reading it whole. Raises as :func:`read_bundle`."""
-    read = read_bundle(bundle)
-    (folder / ARTIFACTS).mkdir(parents=True)
-    (folder / EVENTS).write_bytes(b"".join(line(record) for record in read.records))
-    for name, content in read.files.items():
-        (folder / ARTIFACTS / name).write_bytes(content())
-    (folder / SESSION).write_bytes(session_bytes(read.session))
+def log_bytes(records: Iterable[Record]) -> bytes:
+    """Content of events.jsonl."""
+    return b"".join(line(record) for record in records)
 
 
 def session_bytes(session: Mapping[str, Any]) -> bytes:
@@ -141,20 +138,30 @@ def session_bytes(session: Mapping[str, Any]) -> bytes:
     return json.dumps(dict(session), indent=1, sort_keys=True).encode() + b"\n"
 
 
-def _folder_files(folder: Path) -> dict[str, Callable[[], bytes]]:
-    files: dict[str, Callable[[], bytes]] = {}
-    paths = [folder / SESSION, folder / EVENTS]
+def is_artifact(name: str) -> bool:
+    """Whether a file of this name may lie among the artifacts."""
+    return _ARTIFACT.fullmatch(name) is not None
+
+
+def artifact_files(folder: Path) -> dict[str, Callable[[], bytes]]:
+    """Artifact file name → function that reads its bytes, of a session's folder. Raises InvalidBundle at a link."""
     if (folder / ARTIFACTS).is_symlink():
         raise InvalidBundle(f"{ARTIFACTS} is a link; a bundle holds plain files only", file=ARTIFACTS)
-    if (folder / ARTIFACTS).is_dir():
-        paths += sorted(p for p in (folder / ARTIFACTS).iterdir() if not p.name.startswith("."))
-    for path in paths:
-        name = path.relative_to(folder).as_posix()
-        if path.is_symlink():
-            raise InvalidBundle(f"{name} is a link; a bundle holds plain files only", file=name)
-        if path.is_file():
-            files[name] = path.read_bytes
-    return files
+    if not (folder / ARTIFACTS).is_dir():
+        return {}
+    paths = sorted(p for p in (folder / ARTIFACTS).iterdir() if not p.name.startswith("."))
+    return {path.name: path.read_bytes for path in paths if _is_plain(path, f"{ARTIFACTS}/{path.name}")}
+
+
+def _folder_files(folder: Path) -> dict[str, Callable[[], bytes]]:
+    files = {name: (folder / name).read_bytes for name in (SESSION, EVENTS) if _is_plain(folder / name, name)}
+    return files | {f"{ARTIFACTS}/{name}": content for name, content in artifact_files(folder).items()}
+
+
+def _is_plain(path: Path, name: str) -> bool:
+    if path.is_symlink():
+        raise InvalidBundle(f"{name} is a link; a bundle holds plain files only", file=name)
+    return path.is_file()
 
 
 def _from_zip(data: bytes, label: str) -> Bundle:
@@ -228,7 +235,7 @@ def _assemble(files: dict[str, Callable[[], bytes]], label: str) -> Bundle:
     artifacts: dict[str, Callable[[], bytes]] = {}
     for name, content in files.items():
         folder, _, rest = name.partition("/")
-        if folder == ARTIFACTS and _ARTIFACT.fullmatch(rest):
+        if folder == ARTIFACTS and is_artifact(rest):
             artifacts[rest] = content
         elif name not in (SESSION, EVENTS):
             raise InvalidBundle(f"{name!r} does not belong into a session bundle", file=name)

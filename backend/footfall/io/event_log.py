@@ -2,7 +2,7 @@
 
 A line is ``{"seq", "time", "type", "payload", "previous", "hash"}``; ``hash`` covers the other fields in
 canonical form and ``previous`` is the hash of the line before. A changed, lost or swapped line shows; a
-cut tail shows against the head kept in ``session.json``.
+cut tail shows against a head kept apart from them.
 """
 
 import hashlib
@@ -66,8 +66,7 @@ def read_lines(data: bytes, name: str = "events.jsonl") -> tuple[list[Record], i
             if taken + len(text) + 1 == len(data):
                 break
             raise InvalidBundle(f"{name} line {i + 1} is no event", file=name, line=i + 1)
-        body = {key: record[key] for key in record if key != "hash"}
-        if record["seq"] != i or record["previous"] != previous or record["hash"] != _hash(body):
+        if not _follows(record, i, previous):
             raise InvalidBundle(
                 f"{name} line {i + 1} was changed, or a line before it was lost: its hash does not fit",
                 file=name,
@@ -79,18 +78,35 @@ def read_lines(data: bytes, name: str = "events.jsonl") -> tuple[list[Record], i
     return records, taken
 
 
+def require_chain(records: Iterable[Record], label: str) -> None:
+    """Raises InvalidBundle, naming the first event that is not whole or does not follow the one before."""
+    previous = START
+    for i, record in enumerate(records):
+        if not _is_whole(record) or not _follows(record, i, previous):
+            raise InvalidBundle(
+                f"{label} event {i} was changed, or an event before it was lost: its hash does not fit", seq=i
+            )
+        previous = record["hash"]
+
+
+def _follows(record: Record, seq: int, previous: str) -> bool:
+    body = {key: record[key] for key in record if key != "hash"}
+    return record["seq"] == seq and record["previous"] == previous and record["hash"] == _hash(body)
+
+
 def _parse(text: bytes) -> Record | None:
     try:
         record = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(record, dict) or set(record) != _FIELDS:
-        return None
-    whole = (
+    return record if isinstance(record, dict) and set(record) == _FIELDS and _is_whole(record) else None
+
+
+def _is_whole(record: Record) -> bool:
+    return (
         type(record["seq"]) is int
         and type(record["time"]) in (int, float)
         and math.isfinite(record["time"])
         and isinstance(record["type"], str)
         and isinstance(record["payload"], dict)
     )
-    return record if whole else None

@@ -65,7 +65,9 @@ def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]
     Raises InvalidTelemetry where the frame can't be read, InvalidImages, with each reason, where no pair is left.
     """
     if len(frame) > MAX_BINARY_FRAME:
-        raise InvalidTelemetry(f"a binary frame has at most {MAX_BINARY_FRAME} bytes", bytes=len(frame))
+        raise InvalidTelemetry(
+            f"a binary frame has at most {MAX_BINARY_FRAME} bytes", bytes=len(frame), fault="too-large"
+        )
     if len(frame) < _LENGTH.size:
         raise InvalidTelemetry("a binary frame begins with the length of its header in 4 bytes", bytes=len(frame))
     (length,) = _LENGTH.unpack_from(frame)

@@ -1,6 +1,7 @@
 """Terrain as triangle meshes: PLY, OBJ, OFF and STL through trimesh."""
 
 import io
+import re
 
 import numpy as np
 import trimesh
@@ -12,6 +13,8 @@ from footfall.terrain.rasterise import rasterise
 from footfall.terrain.triangulate import triangulate
 
 MAX_TRIANGLES = 20_000_000
+MAX_COORDINATE = 1e8
+"""Farther vertices [m] are refused: products of such numbers would leave the range of floats."""
 
 
 def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem:
@@ -30,9 +33,20 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
         raise InvalidTerrain(f"{name} has {len(triangles)} triangles, more than {MAX_TRIANGLES} are refused")
     if not np.isfinite(vertices).all():
         raise InvalidTerrain(f"{name} has vertices that are not finite numbers")
+    if np.abs(vertices).max() > MAX_COORDINATE:
+        raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}; its vertices must be metres")
+    stated = _stated_faces(content) if ending == "off" else 0
+    if len(triangles) < stated:
+        raise InvalidTerrain(f"{name} is cut: it states {stated} faces and holds {len(triangles)} triangles")
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
     return rasterise(Mesh(vertices, triangles.astype(np.int32)), resolution, name)
+
+
+def _stated_faces(content: bytes) -> int:
+    """Faces by the header of an OFF file; its reader takes as many as there are."""
+    numbers = re.match(rb"\s*OFF\s+(?:#[^\n]*\s+)*(\d{1,12})\s+(\d{1,12})\s", content)
+    return int(numbers[2]) if numbers else 0
 
 
 def write_mesh(dem: Dem, ending: str) -> bytes:

@@ -1,6 +1,7 @@
-"""Sequences as files for others: JSON, CSV and SeqJSON. One file here for each format.
+"""Sequences as files for others, one file here for each format; docs/exports.md says what each can't say.
 
-Every number is written with its shortest decimal form that reads back to the same bits.
+Every number keeps its bits: as the shortest decimal form that reads back to them, or as a float64. Only the sheet
+for print, and the nanoseconds of ROS 2, are rounded.
 """
 
 import os
@@ -8,22 +9,66 @@ from collections.abc import Callable
 from pathlib import Path
 
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
-from footfall.io.exports import as_csv, as_json, as_seqjson
+from footfall.io.exports import as_csv, as_fprime, as_html, as_json, as_ros2, as_seqjson, as_yamcs
+from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 
 FORMATS: dict[str, Callable[[Sequence], bytes]] = {
     "json": as_json.encode,
     "csv": as_csv.encode,
     "seqjson": as_seqjson.encode,
+    "fprime": as_fprime.encode,
+    "fprime-dictionary": as_fprime.dictionary,
+    "yamcs": as_yamcs.encode,
+    "ros2": as_ros2.encode,
+    "html": as_html.encode,
 }
 """format name → encoder"""
 
-SUFFIXES = {"json": ".json", "csv": ".csv", "seqjson": ".seq.json"}
+SUFFIXES = {
+    "json": ".json",
+    "csv": ".csv",
+    "seqjson": ".seq.json",
+    "fprime": ".seq",
+    "fprime-dictionary": ".dictionary.json",
+    "yamcs": ".ycs",
+    "ros2": ".mcap",
+    "html": ".html",
+}
 """format name → usual end of a file name"""
 
+MEDIA = {
+    "json": "application/json",
+    "csv": "text/csv",
+    "seqjson": "application/json",
+    "fprime": "text/plain; charset=us-ascii",
+    "fprime-dictionary": "application/json",
+    "yamcs": "application/json",
+    "ros2": "application/octet-stream",
+    "html": "text/html; charset=utf-8",
+}
+"""format name → media type"""
 
-def export(sequence: Sequence, format: str, path: str | os.PathLike[str] | None = None) -> bytes:
+
+TITLES = {
+    "json": "JSON",
+    "csv": "CSV",
+    "seqjson": "SeqJSON",
+    "html": "Sheet for print",
+    "fprime": "F Prime sequence",
+    "fprime-dictionary": "F Prime dictionary",
+    "yamcs": "Yamcs stack",
+    "ros2": "ROS 2 (MCAP)",
+}
+"""format name → its name for a person, in the order that they are offered"""
+
+
+def export(
+    sequence: Sequence, format: str, path: str | os.PathLike[str] | None = None, robot: Robot | None = None
+) -> bytes:
     """The sequence in one of FORMATS, also written to ``path`` where one is given.
+
+    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall.
 
     Raises InvalidSequence where a rule does not hold (naming row and rule), NotFound for an unknown
     format or a missing folder.
@@ -31,7 +76,7 @@ def export(sequence: Sequence, format: str, path: str | os.PathLike[str] | None 
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)
     require_exportable(sequence)
-    data = FORMATS[format](sequence)
+    data = as_html.encode(sequence, robot) if format == "html" else FORMATS[format](sequence)
     if path is not None:
         _write(Path(path), data)
     return data

@@ -1,9 +1,12 @@
-"""CSV (RFC 4180), one line a command, units in the column names; WAIT leaves leg and joints empty."""
+"""CSV (RFC 4180), one line a command and leg, units in the column names; WAIT leaves leg and joints empty.
+
+A POSTURE_MOVE has a line for each leg, all with its row. The column ``force_N`` comes last, where a LEG_LOWER needs it.
+"""
 
 import csv
 import io
 
-from footfall.sequence.commands import LEG_JOINTS, Sequence
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 
 COLUMNS = ("sequence", "robot", "row", "name", "leg", "phase", "duration_s", *(f"{j}_rad" for j in LEG_JOINTS))
 
@@ -12,11 +15,21 @@ def encode(sequence: Sequence) -> bytes:
     """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(COLUMNS)
+    forces = any(command.force is not None for command in sequence.commands)
+    writer.writerow((*COLUMNS, "force_N") if forces else COLUMNS)
     for row, command in enumerate(sequence.commands):
-        joints = [""] * 6 if command.joints is None else [repr(angle) for angle in command.joints.tolist()]
-        leg = "" if command.leg is None else command.leg
-        writer.writerow(
-            [sequence.digest, sequence.robot, row, command.name, leg, command.phase, repr(command.duration), *joints]
-        )
+        last = ["" if command.force is None else repr(command.force)] if forces else []
+        for leg, joints in _by_leg(command):
+            told = [sequence.digest, sequence.robot, row, command.name, leg, command.phase, repr(command.duration)]
+            writer.writerow([*told, *joints, *last])
     return text.getvalue().encode()
+
+
+def _by_leg(command: Command) -> list[tuple[int | str, list[str]]]:
+    """A leg and its six joints for each line of a command."""
+    if command.joints is None:
+        return [("" if command.leg is None else command.leg, [""] * 6)]
+    angles = [repr(angle) for angle in command.joints.tolist()]
+    if command.leg is not None:
+        return [(command.leg, angles)]
+    return [(leg, angles[6 * leg : 6 * leg + 6]) for leg in range(len(angles) // 6)]

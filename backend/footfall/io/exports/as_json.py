@@ -22,8 +22,7 @@ def encode(sequence: Sequence) -> bytes:
         "start": sequence.start.tolist(),
         "duration": sequence.duration,
         "commands": [
-            command_object(row, command) | {"predicted": sequence.predicted[row].tolist()}
-            for row, command in enumerate(sequence.commands)
+            command_object(row, command) | _predicted(sequence, row) for row, command in enumerate(sequence.commands)
         ],
         "rules": [_rule(rule) for rule in sequence.rules],
     }
@@ -31,8 +30,8 @@ def encode(sequence: Sequence) -> bytes:
 
 
 def command_object(row: int, command: Command) -> dict[str, Any]:
-    """One command, JSON-ready."""
-    return {
+    """One command, JSON-ready; ``force`` [N] only where it has one."""
+    told = {
         "row": row,
         "name": command.name,
         "leg": command.leg,
@@ -40,6 +39,15 @@ def command_object(row: int, command: Command) -> dict[str, Any]:
         "duration": command.duration,
         "phase": command.phase,
     }
+    return told if command.force is None else told | {"force": command.force}
+
+
+def _predicted(sequence: Sequence, row: int) -> dict[str, Any]:
+    """What a command leads to; where the chassis is then only in a sequence that moves it."""
+    told = {"predicted": sequence.predicted[row].tolist()}
+    if sequence.Ts_site_base is None:
+        return told
+    return told | {"predicted_T_site_base": sequence.Ts_site_base[row].tolist()}
 
 
 def _rule(rule: RuleResult) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""SeqJSON 1.3.1 of NASA-AMMOS (Aerie). It has no array argument, so six joints are six number arguments.
+"""SeqJSON 1.3.1 of NASA-AMMOS (Aerie). It has no array argument, so every joint is a number argument.
 
 Every step is COMMAND_COMPLETE: the first starts with the sequence, each next one when the one before
 is done. A tagged time would have to round the durations, which travel as arguments instead.
@@ -11,7 +11,11 @@ from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 
 
 def encode(sequence: Sequence) -> bytes:
-    """UTF-8 SeqJSON: LEG_MOVE(leg, six joints [rad], duration [s]), WAIT(duration [s])."""
+    """UTF-8 SeqJSON. Arguments in their order, angles in rad, durations in s, forces in N:
+
+    LEG_MOVE(leg, six joints, duration), LEG_LOWER(leg, six joints, duration, force), WAIT(duration),
+    POSTURE_MOVE(six joints of each leg, named leg0_hip_yaw and so on, duration).
+    """
     document = {
         "id": f"footfall-{sequence.digest}",
         "metadata": {
@@ -21,21 +25,42 @@ def encode(sequence: Sequence) -> bytes:
             "robot": sequence.robot,
             "software": sequence.provenance.software,
             "parents": dict(sequence.provenance.parents),
-            "units": {"angle": "rad", "duration": "s", "length": "m"},
+            "units": {"angle": "rad", "duration": "s", "length": "m"} | _newtons(sequence),
             "start": sequence.start.tolist(),
             "T_site_base": sequence.T_site_base.tolist(),
             "final": sequence.predicted[-1].tolist(),
+            **_final_pose(sequence),
         },
         "steps": [_step(row, command) for row, command in enumerate(sequence.commands)],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
 
+def _newtons(sequence: Sequence) -> dict[str, str]:
+    return {"force": "N"} if any(command.force is not None for command in sequence.commands) else {}
+
+
+def _final_pose(sequence: Sequence) -> dict[str, Any]:
+    if sequence.Ts_site_base is None:
+        return {}
+    return {"final_T_site_base": sequence.Ts_site_base[-1].tolist()}
+
+
+def _joint_names(command: Command) -> tuple[str, ...]:
+    if command.leg is not None or command.joints is None:
+        return LEG_JOINTS
+    return tuple(f"leg{leg}_{joint}" for leg in range(len(command.joints) // 6) for joint in LEG_JOINTS)
+
+
 def _step(row: int, command: Command) -> dict[str, Any]:
     args: list[tuple[str, float]] = []
-    if command.leg is not None and command.joints is not None:
-        args = [("leg", command.leg), *zip(LEG_JOINTS, command.joints.tolist(), strict=True)]
+    if command.joints is not None:
+        args = list(zip(_joint_names(command), command.joints.tolist(), strict=True))
+    if command.leg is not None:
+        args.insert(0, ("leg", command.leg))
     args.append(("duration", command.duration))
+    if command.force is not None:
+        args.append(("force", command.force))
     return {
         "type": "command",
         "stem": command.name,

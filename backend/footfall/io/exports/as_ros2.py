@@ -1,0 +1,77 @@
+"""ROS 2: an MCAP file of ``trajectory_msgs/JointTrajectory`` in CDR, one topic a leg, one message a command.
+
+===============================  =====================================================================================
+topic                            what
+===============================  =====================================================================================
+/footfall/leg2/joint_trajectory  what LEG_MOVE, or POSTURE_MOVE, asks of the leg: one point, so the controller goes
+                                 there in a straight joint-space line, in ``time_from_start``
+/footfall/leg2/lower             the same of a LEG_LOWER. On a topic of its own, because a controller that knows
+                                 nothing of forces would press the wheel into the ground
+/footfall/leg2/lower_force       std_msgs/Float64 beside it: the rise of force that ends the LEG_LOWER [N]
+===============================  =====================================================================================
+
+Positions keep all their bits. Times are whole nanoseconds: a message stands at the sum of the durations before it,
+counted from 0, with header.stamp 0 ("now"). The sequence itself goes along as the attachment ``sequence.json``.
+Nothing is compressed, and the bytes depend on nothing but the sequence.
+"""
+
+import io
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+
+from footfall.core.errors import InvalidSequence
+from footfall.io.exports import as_json
+from footfall.io.ros2_messages import DEFINITIONS, FLOAT, LONGEST, NS, TRAJECTORY, number, trajectory
+from footfall.robot.description import joint_name
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+
+ATTACHMENT = "sequence.json"
+
+
+def encode(sequence: Sequence) -> bytes:
+    """The MCAP file. Raises InvalidSequence where a duration is too long for the format."""
+    out = io.BytesIO()
+    writer = Writer(out, compression=CompressionType.NONE)
+    writer.start(profile="ros2", library="footfall")
+    schemas = {
+        name: writer.register_schema(name, SchemaEncoding.ROS2, DEFINITIONS[name].encode())
+        for name in (TRAJECTORY, FLOAT)
+    }
+    channels: dict[str, int] = {}
+    at = 0.0
+    for row, command in enumerate(sequence.commands):
+        if not command.duration <= LONGEST:
+            raise InvalidSequence(f"row {row} takes longer than ROS 2 can say, {LONGEST} s", row=row)
+        for topic, name, data in _messages(command):
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, MessageEncoding.CDR, schemas[name])
+            time = round(at * NS)
+            writer.add_message(channels[topic], log_time=time, data=data, publish_time=time, sequence=row)
+        at += command.duration
+    writer.add_attachment(0, 0, ATTACHMENT, "application/json", as_json.encode(sequence))
+    writer.finish()
+    return out.getvalue()
+
+
+def _messages(command: Command) -> list[tuple[str, str, bytes]]:
+    """Topic, message name and CDR of what one command asks of each leg."""
+    if command.joints is None:
+        return []
+    if command.leg is None:
+        parts = list(enumerate(command.joints.reshape(-1, len(LEG_JOINTS))))
+    else:
+        parts = [(command.leg, command.joints)]
+    what = "joint_trajectory" if command.force is None else "lower"
+    found = [(_topic(leg, what), TRAJECTORY, trajectory(command.duration, _names(leg), own)) for leg, own in parts]
+    if command.force is not None and command.leg is not None:
+        found.append((_topic(command.leg, "lower_force"), FLOAT, number(command.force)))
+    return found
+
+
+def _names(leg: int) -> tuple[str, ...]:
+    return tuple(joint_name(leg, part) for part in LEG_JOINTS)
+
+
+def _topic(leg: int, what: str) -> str:
+    return f"/footfall/leg{leg}/{what}"

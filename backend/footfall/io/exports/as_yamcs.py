@@ -1,0 +1,75 @@
+"""Yamcs command stack (.ycs, version 2 with ``steps``).
+
+===========  ===========================================================================================
+step         what
+===========  ===========================================================================================
+text, check  what the stack is of, and the stability at its start: for the operator, the server skips both
+verify       before each command that moves: STABILITY is STABLE. One enumerated parameter and ``eq``, because
+             the server's ordering operators compare a value with itself in 5.13.0 to 5.13.2
+command      /FootFall/LEG_MOVE and so on; joints are one array argument
+===========  ===========================================================================================
+
+The next step comes when the one before is complete (``CommandComplete``), which the mission database has to verify.
+Numbers are JSON doubles. Yamcs shows texts and comments as Markdown, so what comes from files is written in entities.
+"""
+
+import json
+from typing import Any
+
+from footfall.sequence.commands import Command, Sequence
+
+SPACE_SYSTEM = "/FootFall"
+STABILITY = f"{SPACE_SYSTEM}/stability"
+"""Enumerated parameter that the mission database must have; STABLE while the rover may move."""
+
+STABLE = "STABLE"
+TIMEOUT_MS = 10_000
+
+
+def encode(sequence: Sequence) -> bytes:
+    """UTF-8 JSON of the stack; angles in rad, durations in s, forces in N."""
+    text = (
+        f"FootFall sequence {sequence.digest} for {_literal(sequence.robot)}: "
+        f"{len(sequence.commands)} commands, {sequence.duration:.1f} s. Angles in rad, durations in s, forces in N."
+    )
+    steps: list[dict[str, Any]] = [
+        {"type": "text", "text": text},
+        {"type": "check", "parameters": [{"parameter": STABILITY}]},
+    ]
+    for row, command in enumerate(sequence.commands):
+        if command.joints is not None:
+            steps.append(_gate())
+        steps.append(_command(row, command))
+    document = {
+        "$schema": "https://yamcs.org/schema/command-stack.schema.json",
+        "steps": steps,
+        "advancement": {"acknowledgment": "CommandComplete", "wait": 0},
+    }
+    return json.dumps(document, indent=1, allow_nan=False).encode() + b"\n"
+
+
+def _gate() -> dict[str, Any]:
+    condition = [{"parameter": STABILITY, "operator": "eq", "value": STABLE}]
+    return {"type": "verify", "condition": condition, "timeout": TIMEOUT_MS}
+
+
+def _command(row: int, command: Command) -> dict[str, Any]:
+    arguments: list[dict[str, Any]] = []
+    if command.leg is not None:
+        arguments.append({"name": "leg", "value": command.leg})
+    if command.joints is not None:
+        arguments.append({"name": "joints", "value": command.joints.tolist()})
+    arguments.append({"name": "duration", "value": command.duration})
+    if command.force is not None:
+        arguments.append({"name": "force", "value": command.force})
+    return {
+        "type": "command",
+        "name": f"{SPACE_SYSTEM}/{command.name}",
+        "arguments": arguments,
+        "comment": f"row {row} {_literal(command.phase)}".rstrip(),
+    }
+
+
+def _literal(text: str) -> str:
+    """Markdown and HTML that show just this text."""
+    return "".join(one if one.isascii() and one.isalnum() else " " if one == " " else f"&#{ord(one)};" for one in text)

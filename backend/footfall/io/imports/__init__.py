@@ -1,0 +1,122 @@
+"""Sequences from files: what ``io.exports`` wrote, or what others made in these formats. Every rule is checked anew."""
+
+import hashlib
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
+from footfall.core.value import Provenance
+from footfall.io.exports.as_ros2 import ATTACHMENT
+from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson
+from footfall.io.imports.told import Told, json_of, text_of
+from footfall.io.robot_files import load_robot, robot_names
+from footfall.robot.model import Robot
+from footfall.sequence.commands import RuleResult, Sequence
+from footfall.sequence.passage import passages, poses, postures
+from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
+from footfall.sequence.settings import SequenceSettings
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+LARGEST = 64 * 2**20
+"""Bytes; a thousand commands of all legs are 2 MB."""
+
+
+def read_sequence(
+    path: str | os.PathLike[str],
+    robot: Robot | None = None,
+    dem: Dem | None = None,
+    state: RobotState | None = None,
+    settings: SequenceSettings | None = None,
+) -> Sequence:
+    """Commands from a file, with every rule checked: JSON, CSV, SeqJSON, F Prime text (.seq), or MCAP.
+
+    robot: None takes the one of the file's name, where it ships with FootFall.
+    dem: without it what the motion hits isn't checked, and the rule terrain-given fails where anything moves.
+    state: from where the commands start, instead of what the file says; a CSV doesn't say.
+    What the file claims of predictions and rules is not read.
+
+    Raises NotFound where there is no such file, InvalidSequence, naming file and place, where it can't be used.
+    A broken rule is no error: the sequence is then not valid.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise NotFound(f"there is no file {path}", path=str(path))
+    if path.stat().st_size > LARGEST:
+        raise InvalidSequence(f"{path.name} has {path.stat().st_size} bytes; a sequence has at most {LARGEST}")
+    data = path.read_bytes()
+    try:
+        told = _decoder(path)(data)
+        return _checked(told, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
+    except InvalidInput as error:
+        raise InvalidSequence(f"{path.name}: {error.message}", file=path.name, **error.details) from error
+
+
+def _decoder(path: Path) -> Callable[[bytes], Told]:
+    known = {".json": _of_json, ".csv": from_csv.decode, ".seq": from_fprime.decode, ".mcap": _of_mcap}
+    if path.suffix.lower() not in known:
+        raise InvalidSequence(f"sequences are read from {', '.join(known)}, not from {path.suffix!r}")
+    return known[path.suffix.lower()]
+
+
+def _of_json(data: bytes) -> Told:
+    """FootFall's own JSON or SeqJSON: the one says its format, the other has steps."""
+    document = json_of(text_of(data))
+    if isinstance(document, dict) and "steps" in document:
+        return from_seqjson.of_document(document)
+    return from_json.of_document(document)
+
+
+def _of_mcap(data: bytes) -> Told:
+    """The sequence that goes along in an MCAP file for ROS 2; the messages say less."""
+    try:
+        for attachment in make_reader(io.BytesIO(data), validate_crcs=True).iter_attachments():
+            if attachment.name == ATTACHMENT:
+                return from_json.decode(attachment.data)
+    except (McapError, EOFError, ValueError) as error:
+        raise InvalidSequence(f"it is no whole MCAP file: {error}") from error
+    raise InvalidSequence(f"it has no attachment {ATTACHMENT}; FootFall writes one with the messages for ROS 2")
+
+
+def _checked(
+    told: Told,
+    file: str,
+    robot: Robot | None,
+    dem: Dem | None,
+    state: RobotState | None,
+    settings: SequenceSettings | None,
+) -> Sequence:
+    if robot is None:
+        if told.robot not in robot_names():  # a name from a file is never a path
+            raise InvalidSequence(f"it is for {told.robot!r}, which doesn't ship with FootFall; give robot=")
+        robot = load_robot(told.robot)
+    if robot.name != told.robot:
+        raise InvalidSequence(f"it is for {told.robot!r}, not for {robot.name}")
+    start = told.start if state is None else state.posture
+    T_site_base = told.T_site_base if state is None else state.T_site_base
+    if start is None or T_site_base is None:
+        raise InvalidSequence("it doesn't say from where the commands start; give state=")
+    settings = settings or SequenceSettings()
+    rules = check_rules(robot, told.commands, start, T_site_base, dem, settings)
+    parents = {"file": file, "robot": robot.digest}
+    if dem is not None:
+        parents["dem"] = dem.digest
+    elif any(one.joints is not None for one in told.commands):
+        text = "what the motion hits was not checked: give the terrain"
+        rules = (RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text), *rules)
+    way = passages(robot, start, T_site_base, told.commands, dem)
+    return Sequence(
+        robot=robot.name,
+        commands=told.commands,
+        start=start,
+        predicted=postures(way, start),
+        T_site_base=T_site_base,
+        rules=rules,
+        provenance=Provenance(parents, settings),
+        Ts_site_base=poses(way),
+    )

@@ -1,0 +1,61 @@
+"""CSV of our commands, as ``io.exports.as_csv`` writes it. It doesn't say what the commands start from."""
+
+import csv
+import io
+from itertools import groupby
+
+from footfall.core.errors import InvalidSequence
+from footfall.io.exports.as_csv import COLUMNS
+from footfall.io.imports.told import Told, command, decimal, text_of
+from footfall.sequence.commands import LEG_JOINTS, Command
+
+Line = dict[str, str]
+
+
+def decode(data: bytes) -> Told:
+    """Raises InvalidSequence, naming row and column, where the file is not such a CSV."""
+    reader = csv.reader(io.StringIO(text_of(data), newline=""), strict=True)
+    try:
+        header, *rows = [row for row in reader if row]
+    except (csv.Error, ValueError) as error:
+        raise InvalidSequence(f"it is no CSV with a header: {error}") from error
+    if tuple(header) not in (COLUMNS, (*COLUMNS, "force_N")):
+        raise InvalidSequence(f"its columns must be {', '.join(COLUMNS)} and, where needed, force_N", columns=header)
+    for number, row in enumerate(rows):
+        if len(row) != len(header):
+            raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")
+    lines = [dict(zip(header, row, strict=True)) for row in rows]
+    if len({(line["sequence"], line["robot"]) for line in lines}) != 1:
+        raise InvalidSequence("its lines must all be of one sequence and one robot, and be at least one")
+    groups = [list(group) for _, group in groupby(lines, key=lambda line: line["row"])]
+    for row, group in enumerate(groups):
+        if group[0]["row"] != str(row):
+            raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
+    return Told(lines[0]["robot"], tuple(_command(f"row {row}", group) for row, group in enumerate(groups)))
+
+
+def _command(where: str, lines: list[Line]) -> Command:
+    """One command from its lines; a POSTURE_MOVE has one for each leg."""
+    first = lines[0]
+    name, force = first["name"], first.get("force_N", "")
+    arguments: list[object] = []
+    joints = [
+        decimal(line[f"{joint}_rad"], f"{where}, {joint}_rad") for line in lines for joint in LEG_JOINTS if line["leg"]
+    ]
+    if name == "POSTURE_MOVE":
+        if [line["leg"] for line in lines] != [str(leg) for leg in range(len(lines))]:
+            raise InvalidSequence(f"{where}: a POSTURE_MOVE has a line for each leg, 0, 1, 2 …")
+    elif len(lines) > 1:
+        raise InvalidSequence(f"{where}: a {name} has one line, not {len(lines)}")
+    elif first["leg"]:
+        arguments.append(decimal(first["leg"], f"{where}, leg"))
+    if any(line[key] != first[key] for line in lines for key in ("name", "phase", "duration_s")):
+        raise InvalidSequence(f"{where}: its lines differ in name, phase or duration")
+    if joints:
+        arguments.append(joints)
+    elif any(first[f"{joint}_rad"] for joint in LEG_JOINTS):
+        raise InvalidSequence(f"{where} has joints but no leg")
+    arguments.append(decimal(first["duration_s"], f"{where}, duration_s"))
+    if force:
+        arguments.append(decimal(force, f"{where}, force_N"))
+    return command(name, arguments, first["phase"], where)

@@ -1,0 +1,43 @@
+"""FootFall's own JSON, as ``io.exports.as_json`` writes it. Predictions and rules are not read: they are made anew."""
+
+from typing import Any
+
+from footfall.core.errors import InvalidSequence
+from footfall.io.exports.as_json import VERSION
+from footfall.io.imports.told import Told, array, items, json_of, matrix, member, number, text, text_of, whole
+from footfall.sequence.commands import Command
+
+
+def decode(data: bytes) -> Told:
+    """Raises InvalidSequence, naming the place, where the file is not such a JSON."""
+    return of_document(json_of(text_of(data)))
+
+
+def of_document(document: Any) -> Told:
+    """The same from parsed JSON."""
+    if member(document, "format", "the file") != "footfall-sequence":
+        raise InvalidSequence("its format must be 'footfall-sequence'", format=document["format"])
+    if (version := member(document, "version", "the file")) != VERSION:
+        raise InvalidSequence(f"this FootFall reads version {VERSION} of its JSON, not {version!r}")
+    commands = items(member(document, "commands", "the file"), "commands")
+    return Told(
+        robot=text(member(document, "robot", "the file"), "robot"),
+        commands=tuple(_command(row, one) for row, one in enumerate(commands)),
+        start=array(member(document, "start", "the file"), "start"),
+        T_site_base=matrix(member(document, "T_site_base", "the file"), "T_site_base"),
+    )
+
+
+def _command(row: int, told: Any) -> Command:
+    where = f"commands[{row}]"
+    if (own := whole(member(told, "row", where), f"{where}, row")) != row:
+        raise InvalidSequence(f"{where} says that it is row {own}: commands are missing or out of order")
+    leg, joints, force = member(told, "leg", where), member(told, "joints", where), told.get("force")
+    return Command(
+        name=text(member(told, "name", where), f"{where}, name"),
+        leg=None if leg is None else whole(leg, f"{where}, leg"),
+        joints=None if joints is None else array(joints, f"{where}, joints"),
+        duration=number(member(told, "duration", where), f"{where}, duration"),
+        phase=text(member(told, "phase", where), f"{where}, phase"),
+        force=None if force is None else number(force, f"{where}, force"),
+    )

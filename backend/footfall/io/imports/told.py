@@ -1,0 +1,151 @@
+"""What a file tells of a sequence, and strict reading of its parts: no booleans for numbers, nothing missing."""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidSequence
+from footfall.sequence.commands import Command
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Told:
+    """Name of the robot, commands, and what they start from: posture (legs × 6,) [rad] and T_site_base (4, 4).
+
+    start and T_site_base are None where the format doesn't say. No rule has been asked yet.
+    """
+
+    robot: str
+    commands: tuple[Command, ...]
+    start: Array | None = None
+    T_site_base: Array | None = None
+
+
+def text_of(data: bytes) -> str:
+    """UTF-8 text. Raises InvalidSequence for anything else."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidSequence(f"it is no UTF-8 text: {error}") from error
+
+
+def json_of(text: str) -> Any:
+    """JSON without NaN and without two members of one name. Raises InvalidSequence."""
+    try:
+        return json.loads(text, parse_constant=_constant, object_pairs_hook=_members)
+    except (ValueError, RecursionError) as error:
+        raise InvalidSequence(f"it is no JSON: {error}") from error
+
+
+def member(document: Any, name: str, where: str) -> Any:
+    """A member of a JSON object. Raises InvalidSequence where it is missing."""
+    if not isinstance(document, dict):
+        raise InvalidSequence(f"{where} must be an object, not {_kind(document)}")
+    if name not in document:
+        raise InvalidSequence(f"{where} lacks {name!r}")
+    return document[name]
+
+
+def text(item: Any, where: str) -> str:
+    """A text. Raises InvalidSequence."""
+    if not isinstance(item, str):
+        raise InvalidSequence(f"{where} must be a text, not {_kind(item)}")
+    return item
+
+
+def items(item: Any, where: str) -> list[Any]:
+    """A list. Raises InvalidSequence."""
+    if not isinstance(item, list):
+        raise InvalidSequence(f"{where} must be a list, not {_kind(item)}")
+    return item
+
+
+def number(item: Any, where: str) -> float:
+    """A finite number. Raises InvalidSequence."""
+    if isinstance(item, bool) or not isinstance(item, (int, float)):
+        raise InvalidSequence(f"{where} must be a number, not {_kind(item)}")
+    try:
+        found = float(item)
+    except OverflowError:
+        found = math.inf
+    if not math.isfinite(found):
+        raise InvalidSequence(f"{where} is too large for a number")
+    return found
+
+
+def whole(item: Any, where: str) -> int:
+    """A whole number, also written as 2.0. Raises InvalidSequence."""
+    found = number(item, where)
+    if not found.is_integer():
+        raise InvalidSequence(f"{where} must be a whole number, not {found!r}")
+    return int(found)
+
+
+def array(item: Any, where: str) -> Array:
+    """A flat array of finite numbers. Raises InvalidSequence."""
+    return np.array([number(one, f"{where}[{i}]") for i, one in enumerate(items(item, where))], float)
+
+
+def matrix(item: Any, where: str) -> Array:
+    """A (4, 4) array of finite numbers. Raises InvalidSequence."""
+    rows = [array(row, f"{where}[{i}]") for i, row in enumerate(items(item, where))]
+    if [len(row) for row in rows] != [4] * 4:
+        raise InvalidSequence(f"{where} must have four rows of four numbers")
+    return np.array(rows)
+
+
+def decimal(written: str, where: str) -> float:
+    """A finite number written in a text field. Raises InvalidSequence."""
+    try:
+        found = float(written)
+    except ValueError:
+        raise InvalidSequence(f"{where} must be a number, not {written!r}") from None
+    return number(found, where)
+
+
+def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
+    """A command from its arguments in order: leg, joints (as one list), duration, force; each where the command has it.
+
+    Raises InvalidSequence where the name is unknown, or there are more or fewer.
+    """
+    kinds = {
+        "LEG_MOVE": ("leg", "joints", "duration"),
+        "LEG_LOWER": ("leg", "joints", "duration", "force"),
+        "POSTURE_MOVE": ("joints", "duration"),
+        "WAIT": ("duration",),
+    }
+    if name not in kinds:
+        raise InvalidSequence(f"{where} is a {name!r}; FootFall knows {', '.join(kinds)}")
+    if len(arguments) != len(kinds[name]):
+        raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {', '.join(kinds[name])}")
+    told = dict(zip(kinds[name], arguments, strict=True))
+    return Command(
+        name=name,
+        leg=whole(told["leg"], f"{where}, leg") if "leg" in told else None,
+        joints=array(told["joints"], f"{where}, joints") if "joints" in told else None,
+        duration=number(told["duration"], f"{where}, duration"),
+        phase=phase,
+        force=number(told["force"], f"{where}, force") if "force" in told else None,
+    )
+
+
+def _kind(item: Any) -> str:
+    names = {type(None): "null", bool: "a truth value", str: "a text", dict: "an object", list: "a list"}
+    return names.get(type(item), "a number")
+
+
+def _constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError("an object has two members of one name")
+    return found

@@ -1,0 +1,36 @@
+"""A session as one HTML file that plays without a server and asks for nothing from elsewhere.
+
+What the session holds goes in as JSON that no markup can end; the script puts it on the page as text. The page's own
+policy allows its one script, by its hash, and nothing from any address.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from footfall.resources import static_folder
+
+_PLACE = re.compile(r"\{\{(\w+)\}\}")
+_MARKS = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
+
+
+def encode(story: Mapping[str, Any]) -> bytes:
+    """UTF-8 HTML of a story in terms of JSON; the same story gives the same bytes. ``name`` is its title."""
+    folder = static_folder() / "player"
+    page, style, script = ((folder / name).read_text() for name in ("player.html", "player.css", "player.js"))
+    told = json.dumps(story, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for mark, written in _MARKS.items():
+        told = told.replace(mark, written)
+    parts = {
+        "hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        "title": html.escape(str(story["name"])),
+        "style": style,
+        "script": script,
+        "story": told,
+    }
+    # in one pass: what was put in is not looked through for further places
+    return _PLACE.sub(lambda place: parts[place[1]], page).encode()

@@ -1,0 +1,98 @@
+"""Files that were exported are read again, the same commands bit for bit; and where the formats are offered."""
+
+import re
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from footfall.api.sequences import ExportFormat
+from footfall.cli import export as command
+from footfall.core.errors import InvalidSequence
+from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export
+from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson
+from tests.support.sequences import HOSTILE, any_commands, bits, four_kinds, require_same_commands, unchecked
+
+READ = {
+    "json": from_json.decode,
+    "csv": from_csv.decode,
+    "seqjson": from_seqjson.decode,
+    "fprime": from_fprime.decode,
+}
+
+
+@settings(max_examples=30)
+@given(commands=any_commands())
+@pytest.mark.parametrize("format", READ)
+def test_any_numbers_and_names_come_back(format, commands):
+    sequence = unchecked(commands, start=np.linspace(-1, 1, 36))
+    told = READ[format](export(sequence, format))
+    assert told.robot == "athlete"
+    require_same_commands(told.commands, commands)
+    if format != "csv":
+        assert told.start is not None
+        assert told.T_site_base is not None
+        assert bits(told.start) == bits(sequence.start)
+        assert bits(told.T_site_base.ravel()) == bits(sequence.T_site_base.ravel())
+
+
+def replaced(format: str, old: str, new: str) -> bytes:
+    text = export(four_kinds(), format).decode()
+    assert old in text
+    return text.replace(old, new, 1).encode()
+
+
+BAD = {
+    "seqjson": {
+        ('"COMMAND_COMPLETE"', '"COMMAND_RELATIVE", "tag": "00:00:01"'): r"steps\[0\] has the time",
+        ('"stem": "WAIT"', '"stem": "FIRE"'): r"steps\[1\] is a 'FIRE'; FootFall knows LEG_MOVE",
+        ('"name": "hip_yaw"', '"name": "hip_pitch"'): r"steps\[0\]: the arguments of LEG_MOVE are leg, hip_yaw",
+        ('"type": "number"', '"type": "symbol"'): r"steps\[0\], args\[0\] is a 'symbol', not a number",
+        ('"type": "command"', '"type": "activate"'): "FootFall carries out commands only",
+        ('"steps": [', '"requests": [{}], "steps": ['): "it has requests, which FootFall can't carry out",
+    },
+    "csv": {
+        ("hip_yaw_rad", "hip_yaw_deg"): "its columns must be sequence, robot, row",
+        ("4.25", "soon"): "row 0, duration_s must be a number, not 'soon'",
+        ("4.25", "inf"): "row 0, duration_s is too large",
+        (",3,LEG_LOWER", ",4,LEG_LOWER"): "row 3 says '4'",
+        (",2,POSTURE_MOVE,1", ",2,POSTURE_MOVE,7"): "a POSTURE_MOVE has a line for each leg",
+        (",swing,4.25", ""): "fields, the header 14",
+        (",0,LEG_MOVE,2,", ",0,LEG_MOVE,,"): "row 0 has joints but no leg",
+    },
+    "fprime": {
+        ("R00:00:00 FootFall.WAIT", "R00:00:07 FootFall.WAIT"): "line 5 waits until R00:00:07",
+        ("R00:00:00 FootFall.WAIT", "A2026-001T00:00:00 FootFall.WAIT"): "line 5 waits until A2026",
+        ("FootFall.LEG_MOVE 2, ", "FootFall.LEG_MOVE "): "line 4 has 2 arguments; LEG_MOVE takes leg, joints, duration",
+        ("FootFall.LEG_MOVE", "Other.LEG_MOVE"): r"line 4 must be a time, FootFall\.<command>",
+        ("; footfall-sequence {", "; nothing {"): "it lacks the comment",
+        ("4.25", "4.25.1"): "it is no JSON",
+    },
+}
+
+
+@pytest.mark.parametrize(("format", "change"), [(format, one) for format, ones in BAD.items() for one in ones])
+def test_other_bad_files_are_told(format, change):
+    with pytest.raises(InvalidSequence, match=BAD[format][change]):
+        READ[format](replaced(format, *change))
+
+
+def test_every_format_has_a_suffix_and_a_media_type():
+    assert list(FORMATS) == list(SUFFIXES) == list(MEDIA)
+    assert len(set(SUFFIXES.values())) == len(SUFFIXES)
+
+
+def test_hostile_names_come_back_as_they_were():
+    hostile = "".join(HOSTILE)
+    sequence = four_kinds(robot=hostile, phase=hostile)
+    for format, decode in READ.items():
+        told = decode(export(sequence, format))
+        assert told.robot == hostile
+        assert {one.phase for one in told.commands} == {hostile}
+
+
+def test_the_command_line_and_the_api_offer_every_format():
+    assert get_args(ExportFormat) == tuple(FORMATS)
+    (option,) = get_type_hints(command, include_extras=True)["format"].__metadata__
+    assert re.findall(r"[\w-]+", option.help.replace(" or ", " ")) == list(FORMATS)

@@ -1,0 +1,142 @@
+"""Sequences read from files: every rule asked anew, whatever the file claims, and clear words for what is wrong."""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from footfall.core.errors import InvalidSequence, NotFound
+from footfall.io.exports import SUFFIXES, export
+from footfall.io.imports import read_sequence
+from footfall.recorded import Recorded
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from tests.support.sequences import SAMPLES, bits, four_kinds, require_same_commands, unchecked
+
+FORMATS = ("json", "csv", "seqjson", "fprime", "ros2")
+
+
+@pytest.fixture(scope="module")
+def step():
+    """A recorded step, its terrain, and the state that it starts from."""
+    session = Recorded(SAMPLES / "rock-step")
+    sequence = session.sequence()
+    dem = session.get(sequence.provenance.parents["dem"], Dem, "terrain")
+    count = len(sequence.start)
+    state = RobotState(
+        "athlete", 0.0, sequence.start, sequence.T_site_base, np.zeros((count // 6, 3)), np.zeros(count), "idle"
+    )
+    return sequence, dem, state
+
+
+def written(folder: Path, sequence, format: str) -> Path:
+    path = folder / f"step{SUFFIXES[format]}"
+    export(sequence, format, path)
+    return path
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_the_rules_are_asked_anew(format, step, athlete, tmp_path):
+    sequence, dem, state = step
+    settings = sequence.provenance.settings
+    path = written(tmp_path, sequence, format)
+    found = read_sequence(path, athlete, dem, state if format == "csv" else None, settings)
+    assert found.valid
+    require_same_commands(found.commands, sequence.commands)
+    assert bits(found.predicted.ravel()) == bits(sequence.predicted.ravel())
+    ours, theirs = ([(one.row, one.rule, one.holds) for one in s.rules] for s in (found, sequence))
+    assert sorted(ours) == sorted(theirs)
+    assert dict(found.provenance.parents).keys() == {"file", "robot", "dem"}
+
+
+def test_a_broken_command_is_read_and_fails_its_rule(step, athlete, tmp_path):
+    sequence, dem, _ = step
+    path = written(tmp_path, sequence, "json")
+    document = json.loads(path.read_text())
+    document["commands"][3]["duration"] = 0.01
+    for rule in document["rules"]:
+        rule["holds"] = True
+    path.write_text(json.dumps(document))
+    found = read_sequence(path, athlete, dem)
+    assert {(one.row, one.rule) for one in found.failures} == {(3, "speed")}
+    with pytest.raises(InvalidSequence, match="row 3 breaks speed"):
+        export(found, "json")
+
+
+def test_without_a_terrain_nothing_that_moves_is_valid(step, athlete, tmp_path):
+    found = read_sequence(written(tmp_path, step[0], "json"), athlete)
+    assert [one.rule for one in found.failures] == ["terrain-given"]
+
+
+def test_what_cannot_be_used_is_named(step, athlete, tmp_path):
+    sequence, dem, _ = step
+    with pytest.raises(NotFound, match="no file"):
+        read_sequence(tmp_path / "absent.json")
+    with pytest.raises(InvalidSequence, match=r"step\.csv: it doesn't say from where the commands start; give state="):
+        read_sequence(written(tmp_path, sequence, "csv"), athlete, dem)
+    with pytest.raises(InvalidSequence, match=r"not from '\.html'"):
+        read_sequence(written(tmp_path, sequence, "html"))
+    other = written(tmp_path, four_kinds(robot="../../etc/passwd"), "json")
+    with pytest.raises(InvalidSequence, match="doesn't ship with FootFall; give robot="):
+        read_sequence(other)
+    with pytest.raises(InvalidSequence, match="not for athlete"):
+        read_sequence(other, athlete)
+    (tmp_path / "posture.json").write_bytes(export(unchecked(four_kinds().commands, start=np.zeros(24)), "json"))
+    with pytest.raises(InvalidSequence, match=r"posture\.json: the start posture needs 36 finite joint angles"):
+        read_sequence(tmp_path / "posture.json", athlete, dem)
+
+
+def changed(change):
+    """The JSON of four commands with a change."""
+    document = json.loads(export(four_kinds(), "json"))
+    change(document)
+    return json.dumps(document)
+
+
+BAD_JSON = {
+    "": "it is no JSON",
+    "[" * 100_000: "it is no JSON",
+    '{"format": "footfall-sequence", "format": 1}': "two members of one name",
+    changed(lambda d: d.update(format="other")): "its format must be 'footfall-sequence'",
+    changed(lambda d: d.update(version=2)): "reads version 1",
+    changed(lambda d: d.pop("start")): "the file lacks 'start'",
+    changed(lambda d: d["start"].__setitem__(3, True)): r"start\[3\] must be a number, not a truth value",
+    changed(lambda d: d["commands"].pop(1)): r"commands\[1\] says that it is row 2",
+    changed(lambda d: d["commands"][0].update(leg=1.5)): r"commands\[0\], leg must be a whole number, not 1\.5",
+    changed(lambda d: d["commands"][0]["joints"].__setitem__(2, None)): r"joints\[2\] must be a number, not null",
+    changed(lambda d: d["commands"][1].update(duration=10**400)): r"commands\[1\], duration is too large",
+    changed(lambda d: d["commands"][1].update(phase=3)): r"commands\[1\], phase must be a text, not a number",
+    changed(lambda d: d["T_site_base"].pop()): "T_site_base must have four rows of four",
+    changed(lambda d: d["commands"][1].update(duration=float("nan"))): "NaN is no number of JSON",
+    changed(lambda d: d.update(commands={})): "commands must be a list, not an object",
+}
+
+
+@pytest.mark.parametrize(("text", "message"), BAD_JSON.items(), ids=BAD_JSON.values())
+def test_bad_json_is_told(text, message, tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text(text)
+    with pytest.raises(InvalidSequence, match=rf"^bad\.json: .*{message}"):
+        read_sequence(path)
+
+
+@settings(max_examples=30)
+@given(data=st.data())
+@pytest.mark.parametrize("format", FORMATS)
+def test_damaged_files_are_refused_or_read_and_never_a_raw_error(format, data, athlete, tmp_path_factory):
+    """Cut short, or a byte changed: InvalidSequence, or a sequence (of other numbers) that the rules look at."""
+    move, wait, _, lower = four_kinds().commands
+    content = bytearray(export(unchecked((move, wait, lower)), format))
+    at = data.draw(st.integers(0, len(content) - 1))
+    if data.draw(st.booleans()):
+        del content[at:]
+    else:
+        content[at] = data.draw(st.integers(0, 255))
+    path = tmp_path_factory.mktemp("damaged") / f"step{SUFFIXES[format]}"
+    path.write_bytes(bytes(content))
+    with suppress(InvalidSequence):
+        assert not read_sequence(path, athlete).valid
