@@ -1,4 +1,4 @@
-"""One server for the tests of the REST interface, with a small terrain and a simulated rover on it."""
+"""Servers for the tests of the REST interface: with a small terrain, with a simulated rover on it, standing."""
 
 import pytest
 
@@ -13,9 +13,10 @@ def _prepare(sessions: Sessions) -> None:
     sessions.create("field test").load_terrain(rock_field(size=10.0, resolution=0.1, seed=3), "made for the tests")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def server(tmp_path_factory):
-    """A running server whose current session has a terrain; no rover."""
+    """A running server whose current session has a terrain; no rover. One a file: what one file does to it, another
+    would find there."""
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=_prepare) as running:
         yield running
 
@@ -24,6 +25,20 @@ def server(tmp_path_factory):
 def client(server: Running):
     with server.client() as made:
         yield made
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """A running server with an empty session, for one file's tests of the rover link."""
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=lambda s: s.create("first")) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def ground(plain):
+    """A client of that server."""
+    with plain.client() as client:
+        yield client
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ import pytest
 from rasterio.io import MemoryFile
 
 from footfall.maps.layers import LAYERS, REACHABLE_STABLE
+from footfall.maps.quality_settings import QualitySettings
 from tests.support.jobs import finished, result
 from tests.support.problems import problem
 
@@ -41,6 +42,13 @@ def test_every_layer_is_listed_once_in_its_group(standing):
     for layer in listed:
         assert (layer["title"], layer["unit"]) == (LAYERS[layer["name"]].title, LAYERS[layer["name"]].unit)
         assert layer["text"]
+
+
+def test_every_factor_of_quality_is_listed_with_the_weight_it_has_unless_given(standing):
+    factors = standing.get("/layers").json()["factors"]
+    assert {factor["name"]: factor["weight"] for factor in factors} == QualitySettings().weights
+    assert all(factor["title"] and factor["text"] and factor["unit"] for factor in factors)
+    assert len({factor["title"] for factor in factors}) == len(factors)
 
 
 def test_nested_settings_reach_the_maps(about):
@@ -153,7 +161,7 @@ def test_a_point_is_read_out(standing, maps, about):
 def test_a_point_that_is_none_is_refused(standing, maps):
     path = f"{SESSION}/maps/{maps}/at"
     assert "outside" in problem(standing.get(path, params={"x": 90, "y": 0}), 422, "invalid-input")["detail"]
-    problem(standing.get(path, params={"x": "nan", "y": 0}), 422, "invalid-input")
+    problem(standing.get(path, params={"x": "nan", "y": 0}), 422, "validation")
     problem(standing.get(path, params={"x": "east", "y": 0}), 422, "validation")
     problem(standing.get(path, params={"x": 1}), 422, "validation")
     problem(standing.get(f"{SESSION}/maps/{'0' * 32}/at", params={"x": 0, "y": 0}), 404, "not-found")

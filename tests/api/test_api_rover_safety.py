@@ -143,7 +143,7 @@ def test_a_second_rover_is_refused_until_the_first_is_silent(quiet, client, monk
         client.post("/stop")
         with rover_of(quiet) as second:
             assert next_of(second, "stop")
-            assert [json.loads(text)["type"] for text in first] == ["stop"]  # and then it was closed
+            assert {json.loads(text)["type"] for text in first} == {"stop"}  # and then it was closed
             linked(client)
             assert client.get("/info").json()["rover_link"]["linked"] is True
 
@@ -179,3 +179,27 @@ def test_a_rover_killed_in_mid_command(tmp_path, athlete):
         # the rover comes back; what was not sent stays unsent
         until(lambda: current(client)["link"]["connected"], "the rover again", 60)
         assert len(current(client)["commands"]) == len(about["commands"])
+
+
+def test_the_stop_line_stops_as_the_request_does(quiet, client):
+    with connect(f"{quiet.api.replace('http', 'ws')}/stop/line", proxy=None) as line:
+        for text in ("{}", '{"reason": "wheel 3 is sinking"}', "no JSON at all"):
+            line.send(text)
+            assert json.loads(line.recv(timeout=10))["stopped"] is True
+    assert client.get("/sessions/current").json()["stop"]["latched"]
+    assert client.post("/stop/clear").json()["stopped"] is False
+
+
+def test_the_line_of_events_says_what_the_stream_says(quiet, client):
+    address = f"{quiet.api.replace('http', 'ws')}/sessions"
+    recorded = client.get("/sessions/current/log").json()["events"]
+    with connect(f"{address}/current/events/line?since=0", proxy=None) as line:
+        told = [json.loads(line.recv(timeout=10)) for _ in recorded[1:]]
+        assert [one["data"] for one in told] == recorded[1:]
+        assert [one["id"] for one in told] == [one["seq"] for one in recorded[1:]]
+        assert json.loads(line.recv(timeout=10))["type"] == "link"
+        client.post("/sessions/current/notes", json={"text": "heard on the line"})
+        news = json.loads(line.recv(timeout=10))
+        assert (news["type"], news["data"]["payload"]["text"]) == ("event", "heard on the line")
+    with pytest.raises(InvalidStatus, match="403"):  # closed before it was accepted
+        connect(f"{address}/no-such-session/events/line", proxy=None)

@@ -1,5 +1,8 @@
 """viser's page and WebSocket through the server's own address, and no other way in."""
 
+import subprocess
+import sys
+
 import httpx
 import pytest
 import viser
@@ -7,7 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from footfall_ui.proxy import door_of
+from footfall_ui.viser_door import open_viser
 from tests.support.server import running_server
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -17,11 +20,6 @@ PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 def scene_server(tmp_path_factory):
     with running_server(tmp_path_factory.mktemp("sessions"), scene=True) as running:
         yield running
-
-
-def read_all(socket):
-    while True:
-        socket.recv(timeout=10)
 
 
 def test_page_and_messages_come_through_the_proxy(scene_server):
@@ -51,17 +49,30 @@ def test_versions_that_differ_are_told_to_the_page(scene_server):
         assert caught.value.rcvd.code == 1002
 
 
-def test_viser_itself_turns_others_away():
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+ASK = """
+import sys, httpx
+from websockets.sync.client import connect
+from websockets.exceptions import InvalidStatus
+from footfall_ui.viser_door import SECRET_HEADER
+port, secret, protocol = sys.argv[1:]
+for headers in ({}, {SECRET_HEADER: "a guess"}, {"Origin": f"http://127.0.0.1:{port}"}, {SECRET_HEADER: secret}):
+    print(httpx.get(f"http://127.0.0.1:{port}/index.html", headers=headers, trust_env=False).status_code)
     try:
-        door = door_of(server)
-        with connect(f"ws://127.0.0.1:{door.port}", subprotocols=[PROTOCOL], proxy=None, max_size=None) as socket:
-            with pytest.raises(ConnectionClosed) as caught:
-                read_all(socket)
-            assert caught.value.rcvd is not None
-            assert caught.value.rcvd.code == 1008
+        connect(f"ws://127.0.0.1:{port}", subprotocols=[protocol], additional_headers=headers, proxy=None).close()
+        print("open")
+    except InvalidStatus as refused:
+        print(refused.response.status_code)
+"""
+
+
+def test_viser_itself_answers_no_other_process():
+    server, door = open_viser()
+    try:
+        command = [sys.executable, "-c", ASK, str(door.port), door.secret, PROTOCOL]
+        answers = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout.split()
     finally:
         server.stop()
+    assert answers == [*["403", "403"] * 3, "200", "open"]
 
 
 def test_a_scene_that_fails_does_not_take_the_server_with_it(tmp_path, monkeypatch):

@@ -5,11 +5,12 @@
 # pyright: reportOptionalMemberAccess=false
 
 import asyncio
+import time
 from dataclasses import replace
 
 import pytest
 
-from footfall.api import streams
+from footfall.api import streams as streams_
 from footfall.api.streams import Streams, session_stream
 from footfall.planning.stance.stand import stand
 from footfall.session.jobs import InlineJobs
@@ -47,7 +48,7 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
         await asyncio.sleep(0)
         for number in range(100):
             live.take_telemetry(frames(number))
-        monkeypatch.setattr(streams.time, "monotonic", lambda real=streams.time.monotonic: real() + 30.0)
+        monkeypatch.setattr(streams_.time, "monotonic", lambda real=streams_.time.monotonic: real() + 30.0)
         message = await first
         await stream.aclose()
         return message
@@ -59,7 +60,7 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
 
 
 def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
-    monkeypatch.setattr(streams, "LONGEST_BACKLOG", 20)
+    monkeypatch.setattr(streams_, "LONGEST_BACKLOG", 20)
 
     async def listen():
         stream = await started(live)
@@ -71,3 +72,31 @@ def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
             await pending
 
     asyncio.run(listen())
+
+
+def test_a_slow_listener_shows_and_what_it_missed_stays_counted(live, frames, monkeypatch):
+    async def listen():
+        streams = Streams()
+        stream = session_stream(live, streams, None, rate=50.0)
+        await anext(stream)
+        pending = asyncio.ensure_future(anext(stream))
+        await asyncio.sleep(0)
+        (fresh,) = streams.listeners(live.id)
+        for number in range(30):
+            live.take_telemetry(frames(number))
+        live.set_view(scrub=0.5)
+        monkeypatch.setattr(streams_.time, "monotonic", lambda real=time.monotonic: real() + 2.0)
+        (slow,) = streams.listeners(live.id)
+        assert streams.listeners("another session") == []
+        pending.cancel()
+        await asyncio.gather(pending, return_exceptions=True)
+        await stream.aclose()
+        return fresh, slow, streams
+
+    fresh, slow, streams = asyncio.run(listen())
+    assert (fresh["slow"], fresh["waiting"], fresh["dropped"]) == (False, 0, 0)
+    assert slow["slow"]
+    assert slow["behind_s"] >= 2.0
+    assert (slow["waiting"], slow["dropped"]) == (2, 29)
+    assert streams.listeners() == []
+    assert streams.dropped == 29

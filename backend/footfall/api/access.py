@@ -1,6 +1,6 @@
 """How routes reach what they serve: the sessions, one session, a product of it, its addresses."""
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
 from fastapi import Depends, Path, Request
 
@@ -10,37 +10,8 @@ from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 
 BASE = "/api/v1"
-MAX_BODY = 64 * 2**20
-"""Largest request [bytes]: a terrain file, a pair of photographs, a recording."""
 
 _V = TypeVar("_V", bound=Value)
-
-PROBLEM: dict[int | str, dict[str, Any]] = {
-    "4XX": {
-        "description": "A problem document (RFC 9457); `type` names the kind of problem.",
-        "content": {
-            "application/problem+json": {
-                "schema": {
-                    "type": "object",
-                    "required": ["type", "title", "status", "detail"],
-                    "properties": {
-                        "type": {"type": "string"},
-                        "title": {"type": "string"},
-                        "status": {"type": "integer"},
-                        "detail": {"type": "string"},
-                    },
-                },
-                "example": {
-                    "type": "/problems/invalid-input",
-                    "title": "The request can't be used",
-                    "status": 422,
-                    "detail": "planner is one of auto, line, fast, astar, sbl, rrtconnect",
-                    "planner": "rrt",
-                },
-            }
-        },
-    }
-}
 
 
 def all_sessions(request: Request) -> Sessions:
@@ -48,12 +19,36 @@ def all_sessions(request: Request) -> Sessions:
     return request.app.state.sessions
 
 
-def one_session(request: Request, session: Annotated[str, Path(description="session id, or `current`")]) -> LiveSession:
+WORD = r"^[A-Za-z0-9][A-Za-z0-9_-]*$"
+_DOTTED = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+
+SessionId = Annotated[
+    str, Path(description="session id, or `current`", max_length=64, pattern=WORD, examples=["current"])
+]
+Digest = Annotated[str, Path(description="digest, or `current`", max_length=64, pattern=WORD, examples=["current"])]
+FileName = Annotated[str, Path(description="name, as the list has it", max_length=200, pattern=_DOTTED)]
+SequenceId = Annotated[
+    str,
+    Path(
+        description="id of a sequence (its newest version), digest of one version, or `current`",
+        max_length=100,
+        pattern=_DOTTED,
+        examples=["current"],
+    ),
+]
+
+
+def one_session(request: Request, session: SessionId) -> LiveSession:
     """The session that the path names; opened when it was not."""
     return all_sessions(request).get(session)
 
 
-AllSessions = Annotated[Sessions, Depends(all_sessions)]
+async def _all_sessions(request: Request) -> Sessions:
+    # a function would wait for a thread of the pool that all requests share: stop must not
+    return all_sessions(request)
+
+
+AllSessions = Annotated[Sessions, Depends(_all_sessions)]
 OneSession = Annotated[LiveSession, Depends(one_session)]
 
 

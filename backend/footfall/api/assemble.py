@@ -3,19 +3,27 @@
 from collections.abc import Callable
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from footfall.api import (
+    accounts,
+    conn,
+    executions,
     footfalls,
+    health,
     images,
     info,
+    ingest,
     jobs,
     maps,
+    metrics,
     photographs,
     plans,
     recordings,
+    review,
     robot,
     rover,
+    runs,
     sequences,
     sessions,
     stances,
@@ -23,26 +31,44 @@ from footfall.api import (
     telemetry,
     terrains,
 )
-from footfall.api.access import BASE, MAX_BODY, PROBLEM
+from footfall.api.access import BASE
+from footfall.api.auth.identify import Identify
+from footfall.api.auth.roles import authorise
+from footfall.api.front import LOOPBACK, Front
 from footfall.api.guard import Guard
 from footfall.api.idempotency import Idempotency
+from footfall.api.limits import LIMITS, Limits
+from footfall.api.observe import Observe
+from footfall.api.openapi import describe, operation_id
+from footfall.api.pace import Pace
 from footfall.api.problems import add_problem_responses
 from footfall.api.streams import Streams
+from footfall.api.unchanged import Unchanged
 from footfall.core.value import SOFTWARE_VERSION
+from footfall.session.accounts import Accounts
+from footfall.session.checks import Checks
 from footfall.session.registry import Sessions
 
-_DESCRIPTION = f"""A ground tool for walking rovers.
+_DESCRIPTION = """A ground tool for walking rovers.
 
 SI units and radians; frames `site` (x east, y north, z up) and `base` (x forward, y left, z up); legs count
 from 0; unknown is `null`. Errors are problem documents (RFC 9457) with a stable `type`. A POST with an
-`Idempotency-Key` runs once, however often it is sent. Requests hold at most {MAX_BODY // 2**20} MiB.
+`Idempotency-Key` runs once, however often it is sent. `GET info` lists the limits.
 """
 
 
-def assemble(sessions_: Sessions, parts: Callable[[], dict[str, Any]] = dict) -> FastAPI:
+def assemble(
+    sessions_: Sessions,
+    parts: Callable[[], dict[str, Any]] = dict,
+    accounts_: Accounts | None = None,
+    front: Front = LOOPBACK,
+    limits: Limits = LIMITS,
+) -> FastAPI:
     """App with every route under ``/api/v1``.
 
     parts: further members of ``GET info``, for what the caller adds to the app.
+    accounts_: who may come in; None: everybody who reaches the server may do everything. front: how it is reached.
+    limits: how much one request may hold, and how often one client may ask.
     """
     app = FastAPI(
         title="FootFall",
@@ -51,20 +77,32 @@ def assemble(sessions_: Sessions, parts: Callable[[], dict[str, Any]] = dict) ->
         openapi_url=f"{BASE}/openapi.json",
         docs_url=None,
         redoc_url=None,
+        generate_unique_id_function=operation_id,
     )
     app.state.sessions = sessions_
+    app.state.accounts = accounts_
+    app.state.front = front
+    app.state.limits = limits
     app.state.streams = Streams()
+    app.state.checks = Checks(sessions_)
     app.state.rover_door = rover.RoverDoor()
     app.state.parts = lambda: {**parts(), "rover_link": app.state.rover_door.as_dict()}
+    app.state.metrics = metrics.Metrics(sessions_, app.state.streams, app.state.rover_door)
     # the one added last runs first
+    app.add_middleware(Unchanged)
     app.add_middleware(Idempotency)
-    app.add_middleware(Guard, max_body=MAX_BODY)
+    app.add_middleware(Identify, accounts=accounts_, front=front)
+    app.add_middleware(Pace, limits=limits)
+    app.add_middleware(Guard, max_body=limits.request_bytes, front=front)
+    app.add_middleware(Observe, metrics=app.state.metrics)
     add_problem_responses(app)
     for module in (
         info,
+        accounts,
         robot,
         sessions,
         telemetry,
+        ingest,
         images,
         terrains,
         photographs,
@@ -72,11 +110,18 @@ def assemble(sessions_: Sessions, parts: Callable[[], dict[str, Any]] = dict) ->
         footfalls,
         stances,
         plans,
+        executions,
         sequences,
+        conn,
+        runs,
         stop,
         jobs,
         recordings,
+        review,
     ):
-        app.include_router(module.router, prefix=BASE, responses=PROBLEM)
-    app.include_router(rover.router, prefix=BASE)
+        app.include_router(module.router, prefix=BASE, dependencies=[Depends(authorise)])
+    app.include_router(rover.router, prefix=BASE, dependencies=[Depends(authorise)])
+    for module in (health, metrics):
+        app.include_router(module.router, dependencies=[Depends(authorise)])
+    describe(app)
     return app

@@ -1,8 +1,8 @@
-"""Who may ask: only pages that this server served, and programs on this computer.
+"""Which requests are heard at all: those for this server's own names, from its own pages or from programs.
 
-There is no authentication yet, so the server listens on loopback only. Two doors remain open to a
-web page of somebody else in the operator's browser: requests across origins (WebSockets are never held
-back by the browser) and DNS rebinding. The first shows in the ``Origin`` header, the second in ``Host``.
+Two doors are open to a web page of somebody else in the operator's browser: requests across origins (WebSockets are
+never held back by the browser) and DNS rebinding. The first shows in ``Origin``, the second in ``Host``. Where a
+browser sends a login's cookie along, it also has to say that one of our own pages asks.
 """
 
 from urllib.parse import urlsplit
@@ -12,35 +12,37 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from footfall.api.front import LOOPBACK_NAMES, Front, is_loopback_name
+from footfall.api.headers import protected
 from footfall.api.problems import problem
 
-LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
-
-# Nobody else may frame the page and lay a button of theirs over "Send", or read images across origins.
-_PROTECTION = (
-    (b"x-frame-options", b"SAMEORIGIN"),
-    (b"content-security-policy", b"frame-ancestors 'self'"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"x-content-type-options", b"nosniff"),
-)
+_READING = ("GET", "HEAD", "OPTIONS")
 
 
-def is_loopback_name(name: str | None) -> bool:
-    """Whether a host name or address means this computer."""
-    return name in LOOPBACK_NAMES
-
-
-def refusal(headers: Headers) -> tuple[str, str] | None:
-    """Return (problem kind, reason) for a request to be refused, or None."""
-    host = headers.get("host", "")
-    if not is_loopback_name(_hostname(f"//{host}")):
-        return "foreign-host", f"this server answers to {', '.join(LOOPBACK_NAMES)} only, not to {host!r}"
-    origin = headers.get("origin")
-    if origin is None:
+def refusal(scope: Scope, front: Front) -> tuple[str, str] | None:
+    """Return (problem kind, reason) for a request or WebSocket to be refused, or None."""
+    headers = Headers(scope=scope)
+    host, origin = headers.get("host", "").lower(), headers.get("origin")
+    here = is_loopback_name(_hostname(f"//{host}"))
+    if not here and host not in front.hosts:
+        names = ", ".join([*LOOPBACK_NAMES, *front.hosts])
+        return "foreign-host", f"this server answers to {names} only, not to {host!r}"
+    if not front.proxied and ("forwarded" in headers or "x-forwarded-for" in headers):
+        return "forwarded", "a proxy passed this on; `footfall serve --behind-tls-proxy` allows that"
+    if origin is not None:
+        # The page and the request must share scheme, name and port: the browser's own rule.
+        own = f"{'https' if scope['scheme'] in ('https', 'wss') else 'http'}://{host}"
+        if origin.lower() in (own, front.public):
+            return None
+        return "foreign-origin", f"a page of {origin!r} may not use this server; open {front.public or own} instead"
+    if scope["type"] == "http" and scope["method"] in _READING:
         return None
-    # The page and the request must share scheme, name and port: the browser's own rule.
-    if origin.lower() != f"http://{host}".lower():
-        return "foreign-origin", f"a page of {origin!r} may not use this server; open http://{host} instead"
+    site = headers.get("sec-fetch-site")
+    if site not in (None, "same-origin", "none"):
+        return "foreign-origin", "a page of another site may not use this server"
+    if "cookie" in headers and "authorization" not in headers and site != "same-origin":
+        text = "with a login's cookie, a request must say which page sends it (Origin); programs use a token instead"
+        return "foreign-origin", text
     return None
 
 
@@ -61,28 +63,37 @@ class _TooLarge(HTTPException):
 class Guard:
     """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large."""
 
-    def __init__(self, app: ASGIApp, max_body: int) -> None:
+    def __init__(self, app: ASGIApp, max_body: int, front: Front) -> None:
         self.app = app
         self.max_body = max_body
+        self.front = front
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] not in ("http", "websocket"):
             return await self.app(scope, receive, send)
-        headers = Headers(scope=scope)
-        refused = refusal(headers)
+        refused = refusal(scope, self.front)
         if scope["type"] == "websocket":
             if refused is None:
                 return await self.app(scope, receive, send)
             return await WebSocket(scope, receive, send).close(code=1008, reason=refused[0])
+        received, started = 0, False
+
+        async def send_guarded(message: Message) -> None:
+            nonlocal started
+            if message["type"] == "http.response.start":
+                started = True
+                headers = protected(scope["path"], message["headers"], self.front.public is not None)
+                message = {**message, "headers": headers}
+            await send(message)
+
         if refused is not None:
-            return await problem(refused[0], 403, refused[1])(scope, receive, send)
+            return await problem(refused[0], 403, refused[1])(scope, receive, send_guarded)
         too_large = problem(
             "too-large", 413, f"a request holds at most {self.max_body} bytes", {"limit": self.max_body}
         )
-        length = headers.get("content-length", "0")
+        length = Headers(scope=scope).get("content-length", "0")
         if length.isdecimal() and int(length) > self.max_body:
-            return await too_large(scope, receive, send)
-        received, started = 0, False
+            return await too_large(scope, receive, send_guarded)
 
         async def receive_counted() -> Message:
             nonlocal received
@@ -91,13 +102,6 @@ class Guard:
             if received > self.max_body:
                 raise _TooLarge(self.max_body)
             return message
-
-        async def send_guarded(message: Message) -> None:
-            nonlocal started
-            if message["type"] == "http.response.start":
-                started = True
-                message = {**message, "headers": [*message["headers"], *_PROTECTION]}
-            await send(message)
 
         try:
             return await self.app(scope, receive_counted, send_guarded)

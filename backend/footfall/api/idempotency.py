@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from footfall.api.auth.who import IDENTITY
 from footfall.api.problems import problem
 
 KEPT = 1000
@@ -24,12 +25,12 @@ class _Answer:
 
 
 class Idempotency:
-    """ASGI middleware; ``exempt`` are path endings that always run (stop must never be held back)."""
+    """ASGI middleware; ``exempt`` are path endings that always run: stop is never held back, a cookie never kept."""
 
-    def __init__(self, app: ASGIApp, exempt: tuple[str, ...] = ("/stop",)) -> None:
+    def __init__(self, app: ASGIApp, exempt: tuple[str, ...] = ("/stop", "/login")) -> None:
         self.app = app
         self.exempt = exempt
-        self._answers: OrderedDict[tuple[str, str], _Answer] = OrderedDict()
+        self._answers: OrderedDict[tuple[str, str, str], _Answer] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         key = Headers(scope=scope).get("idempotency-key") if scope["type"] == "http" else None
@@ -39,7 +40,8 @@ class Idempotency:
             text = f"an Idempotency-Key needs 1 to {LONGEST_KEY} characters"
             return await problem("invalid-input", 422, text)(scope, receive, send)
         body = await _read(receive)
-        place = (scope["path"], key)
+        # nobody may read another one's answer by its key
+        place = (scope[IDENTITY].name if scope[IDENTITY] else "", scope["path"], key)
         request = hashlib.sha256(scope["query_string"] + b"\0" + body).hexdigest()
         known = self._answers.get(place)
         if known is not None:

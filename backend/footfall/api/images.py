@@ -1,14 +1,15 @@
 """Images: asked of the rover, uploaded, and read back as PNG."""
 
-from typing import Any, Literal
+from typing import Annotated, Literal, TypedDict
 
 import numpy as np
-from fastapi import Request, Response
+from fastapi import Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import OneSession, product, session_path
-from footfall.api.multipart import file_of, json_of, multipart_doc
-from footfall.api.routing import Routes
+from footfall.api.answers import Digested, DigestText, Url
+from footfall.api.multipart import file_of, form_of, json_of, multipart_doc
+from footfall.api.routing import Routes, files
 from footfall.api.schemas import Calibration, CameraModel, ImageRequest
 from footfall.core.errors import Conflict, NotFound
 from footfall.io.image_files import decode_image, encode_png
@@ -18,9 +19,36 @@ from footfall.telemetry.state import RobotState
 
 router = Routes(tags=["images"])
 
+PairName = Annotated[str, Path(description="name of a camera pair", max_length=100)]
+
+
+class PairAnswer(TypedDict):
+    """One stereo pair; baseline [m]."""
+
+    name: str
+    time: float
+    width: int
+    height: int
+    baseline: float
+    left: Url
+    right: Url
+
+
+class SnapshotAnswer(TypedDict):
+    """The pairs that were taken together."""
+
+    snapshot: DigestText | None
+    pairs: list[PairAnswer]
+
+
+class ImagesAsked(TypedDict):
+    """Names of the pairs that were asked for, null for all."""
+
+    requested: list[str] | None
+
 
 @router.get("/sessions/{session}/images")
-def list_images(live: OneSession) -> dict[str, Any]:
+def list_images(live: OneSession) -> SnapshotAnswer:
     """The pairs of the session's newest snapshot."""
     if live.state.snapshot is None:
         return {"snapshot": None, "pairs": []}
@@ -28,7 +56,7 @@ def list_images(live: OneSession) -> dict[str, Any]:
     return {"snapshot": snapshot.digest, "pairs": [_about(live, pair) for pair in snapshot.pairs]}
 
 
-def _about(live: LiveSession, pair: ImagePair) -> dict[str, Any]:
+def _about(live: LiveSession, pair: ImagePair) -> PairAnswer:
     return {
         "name": pair.name,
         "time": pair.time,
@@ -41,16 +69,21 @@ def _about(live: LiveSession, pair: ImagePair) -> dict[str, Any]:
 
 
 @router.post("/sessions/{session}/images", status_code=202)
-def ask_images(live: OneSession, order: ImageRequest) -> dict[str, Any]:
+def ask_images(live: OneSession, order: ImageRequest) -> ImagesAsked:
     """Ask the rover for images; they arrive as an event."""
     live.request_images(None if order.pairs is None else tuple(order.pairs))
     return {"requested": order.pairs}
 
 
-@router.get("/sessions/{session}/images/{pair}/{side}.png", response_class=Response)
-def read_image(live: OneSession, pair: str, side: Literal["left", "right"]) -> Response:
-    """One image of the newest snapshot."""
-    snapshot = product(live, "current", Snapshot, live.state.snapshot)
+@router.get("/sessions/{session}/images/{pair}/{side}.png", response_class=Response, responses=files("image/png"))
+def read_image(
+    live: OneSession,
+    pair: PairName,
+    side: Literal["left", "right"],
+    of: Annotated[str, Query(description="digest of a snapshot", max_length=64, pattern="^[A-Za-z0-9]+$")] = "current",
+) -> Response:
+    """One image of the newest snapshot, or of another one of the session."""
+    snapshot = product(live, of, Snapshot, live.state.snapshot)
     for found in snapshot.pairs:
         if found.name == pair:
             return Response(encode_png(found.left if side == "left" else found.right), media_type="image/png")
@@ -62,15 +95,15 @@ def read_image(live: OneSession, pair: str, side: Literal["left", "right"]) -> R
     status_code=201,
     openapi_extra=multipart_doc({"left": "left image, PNG", "right": "right image, PNG"}, {"calibration": Calibration}),
 )
-async def upload_pair(live: OneSession, request: Request) -> dict[str, Any]:
+async def upload_pair(live: OneSession, request: Request) -> Digested:
     """A rectified stereo pair from elsewhere, with its calibration as JSON."""
-    async with request.form(max_files=2, max_fields=1) as form:
+    async with form_of(request, ("left", "right"), ("calibration",)) as form:
         calibration = json_of(form, "calibration", Calibration)
         sides = [await file_of(form, "left"), await file_of(form, "right")]
     return await run_in_threadpool(_take_pair, live, calibration, sides)
 
 
-def _take_pair(live: LiveSession, calibration: Calibration, sides: list[tuple[str, bytes]]) -> dict[str, Any]:
+def _take_pair(live: LiveSession, calibration: Calibration, sides: list[tuple[str, bytes]]) -> Digested:
     if live.state.state is None and live.frame is None:
         raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
     digest = live.state.state if live.state.state is not None else live.snapshot_state()

@@ -8,7 +8,6 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from fastapi.responses import JSONResponse
 
 from footfall.core.value import Value
 
@@ -54,10 +53,3 @@ def _array(array: np.ndarray) -> Any:
 def dumps(item: Any) -> str:
     """JSON text of anything :func:`jsonable` takes."""
     return json.dumps(jsonable(item), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-
-
-class Json(JSONResponse):
-    """The JSON response of every route."""
-
-    def render(self, content: Any) -> bytes:
-        return dumps(content).encode()

@@ -1,8 +1,7 @@
 """Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
 
-import json
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
@@ -12,10 +11,14 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.datastructures import FormData
 
+from footfall.api.routing import BINARY
 from footfall.api.schemas import Strictly
 from footfall.core.errors import InvalidInput
 
 _M = TypeVar("_M", bound=Strictly)
+
+MOST_TEXTS = 20
+"""Text members of a form that are read before any is judged."""
 
 LONGEST_STEM, LONGEST_ENDING = 100, 20
 """Longest file name [bytes] and ending that are kept of an upload."""
@@ -24,6 +27,24 @@ LONGEST_STEM, LONGEST_ENDING = 100, 20
 def is_multipart(request: Request) -> bool:
     """Whether the request carries a form with files."""
     return request.headers.get("content-type", "").startswith("multipart/form-data")
+
+
+@asynccontextmanager
+async def form_of(
+    request: Request, files: tuple[str, ...], texts: tuple[str, ...] = (), most: int = 2
+) -> AsyncIterator[FormData]:
+    """The request's form, of at most ``most`` files; a member that is none of ``files`` and ``texts`` is refused."""
+    async with request.form(max_files=most, max_fields=MOST_TEXTS) as form:
+        unknown = sorted({name for name in form if name not in (*files, *texts)})
+        if unknown:
+            known = ", ".join((*files, *texts))
+            raise InvalidInput(
+                f"the form has a member {unknown[0][:100]!r}; it may have: {known}", unknown=unknown[:10]
+            )
+        repeated = [name for name in texts if len(form.getlist(name)) > 1]
+        if repeated:
+            raise InvalidInput(f"the form gives {repeated[0]!r} more than once", member=repeated[0])
+        yield form
 
 
 async def file_of(form: FormData, name: str) -> tuple[str, bytes]:
@@ -94,25 +115,30 @@ def multipart_doc(
     optional: files that may be left out; several: that may come more than once.
     """
     properties: dict[str, Any] = {}
+    defs: dict[str, Any] = {}
     for name, text in files.items():
-        one = {"type": "string", "format": "binary"}
-        many = {"type": "array", "items": one} if name in several else one
+        many = {"type": "array", "items": BINARY} if name in several else BINARY
         properties[name] = {**many, "description": text}
-    example: dict[str, str] = {}
+    needed = [name for name in files if name not in optional]
     for name, model in json_members.items():
-        example[name] = json.dumps(model.model_json_schema().get("examples", [{}])[0])
-        properties[name] = {"type": "string", "description": "JSON", "examples": [example[name]]}
-    content: dict[str, Any] = {
-        "multipart/form-data": {
-            "schema": {
-                "type": "object",
-                "required": [name for name in files if name not in optional],
-                "properties": properties,
-            },
-            "example": example,
-        }
+        schema = _schema(model)
+        defs |= schema.pop("$defs", {})
+        properties[name] = schema
+        needed += [name] if schema.get("required") else []
+    form: dict[str, Any] = {
+        "type": "object",
+        "required": needed,
+        "properties": properties,
+        "additionalProperties": False,
+        "$defs": defs,
     }
+    encoding = {name: {"contentType": "application/json"} for name in json_members}
+    content: dict[str, Any] = {"multipart/form-data": {"schema": form, "encoding": encoding}}
     if also is not None:
-        schema = also.model_json_schema()
+        schema = _schema(also)
         content["application/json"] = {"schema": schema, "example": schema.get("examples", [{}])[0]}
     return {"requestBody": {"required": True, "content": content}}
+
+
+def _schema(model: type[Strictly]) -> dict[str, Any]:
+    return model.model_json_schema(ref_template="#/components/schemas/{model}")

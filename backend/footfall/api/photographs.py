@@ -9,8 +9,10 @@ from fastapi import Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import OneSession, product
+from footfall.api.answers import PhotographJob
 from footfall.api.jobs import accepted
-from footfall.api.multipart import files_of, json_of, multipart_doc
+from footfall.api.limits import MAX_IMAGE_BYTES, MAX_IMAGES
+from footfall.api.multipart import files_of, form_of, json_of, multipart_doc
 from footfall.api.routing import Routes
 from footfall.api.schemas import PhotographOptions, settings_value
 from footfall.core.errors import InvalidImages
@@ -22,8 +24,6 @@ from footfall.terrain.settings import TerrainSettings
 
 router = Routes(tags=["images"])
 
-MAX_IMAGES = 64
-MAX_IMAGE_BYTES = 16 << 20
 MAX_TEXT_BYTES = 1 << 20
 
 LONGEST_NAME = 200
@@ -48,12 +48,12 @@ File = tuple[str, bytes]
         several=("calibration", "images"),
     ),
 )
-async def build_from_photographs(live: OneSession, request: Request, response: Response) -> dict[str, Any]:
+async def build_from_photographs(live: OneSession, request: Request, response: Response) -> PhotographJob:
     """Build a terrain from uploaded pairs, which need not be rectified; a job. Formats: docs/calibration.md.
 
     A pair that can't be used is left out: ``left_out`` here, and of the terrain, says which and why.
     """
-    async with request.form(max_files=MAX_IMAGES + 3, max_fields=1) as form:
+    async with form_of(request, ("calibration", "images", "pairs"), ("options",), MAX_IMAGES + 3) as form:
         calibration = await files_of(form, "calibration", 2, MAX_TEXT_BYTES)
         images = await files_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
         pairs = await files_of(form, "pairs", 1, MAX_TEXT_BYTES)
@@ -68,7 +68,7 @@ def _build(
     pairs: list[File],
     options: PhotographOptions,
     response: Response,
-) -> dict[str, Any]:
+) -> PhotographJob:
     pose = None
     if options.with_rover:
         pose = product(live, "current", RobotState, live.state.state).T_site_base
@@ -76,8 +76,8 @@ def _build(
         photographs = _read(Path(folder), calibration, images, pairs, options.cameras, pose)
     settings = settings_value(TerrainSettings, options.settings)
     job = live.build_from_photographs(photographs, settings, with_rover=options.with_rover)
-    about = {"pairs": [pair.name for pair in photographs.pairs], "left_out": dict(photographs.left_out)}
-    return {**accepted(job, response), **about}
+    pairs_used = [pair.name for pair in photographs.pairs]
+    return {**accepted(job, response), "pairs": pairs_used, "left_out": dict(photographs.left_out)}
 
 
 def _read(

@@ -1,5 +1,6 @@
 """Errors as RFC 9457 problem documents, with a ``type`` that stays the same from release to release."""
 
+import errno
 import logging
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -7,10 +8,13 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.routing import Match, Route
 
-from footfall.api.jsonable import Json
+from footfall.api.jsonable import dumps
 from footfall.core.errors import (
+    Busy,
     Cancelled,
     CommandRefused,
     Conflict,
@@ -19,11 +23,13 @@ from footfall.core.errors import (
     NotFound,
     WorkerLost,
 )
+from footfall.session.storage.interface import StoreRefused
 
 _log = logging.getLogger(__name__)
 
 # The most derived class that fits decides.
 _STATUS: Mapping[type[FootFallError], int] = {
+    Busy: 503,
     CommandRefused: 409,
     Conflict: 409,
     NotFound: 404,
@@ -47,7 +53,13 @@ _TITLES = {
     "command-refused": "The command gate refused",
     "cancelled": "The work was stopped",
     "worker-lost": "A worker process died",
+    "not-recorded": "The store can't take it now",
     "validation": "The request is not well-formed",
+    "busy": "Too much is waiting",
+    "too-many-requests": "Too many requests",
+    "headers-too-large": "The headers are too large",
+    "malformed": "The request can't be read",
+    "wrong-media": "The body is of another media type",
     "foreign-origin": "The request came from another site",
     "foreign-host": "The request was meant for another host",
     "too-large": "The request is too large",
@@ -55,6 +67,13 @@ _TITLES = {
     "precondition-required": "The request must say which version it changes",
     "idempotency-key-reused": "The key was used for another request",
 }
+
+
+class Json(JSONResponse):
+    """JSON as the routes write it: numbers that are not finite as null."""
+
+    def render(self, content: Any) -> bytes:
+        return dumps(content).encode()
 
 
 class Problem(FootFallError):
@@ -85,11 +104,27 @@ def add_problem_responses(app: FastAPI) -> None:
     """Answer every error of ``app`` with a problem document."""
 
     @app.exception_handler(FootFallError)
-    async def known(_: Request, error: FootFallError) -> Json:
-        return problem(error.kind, status_of(error), error.message, error.details)
+    async def known(request: Request, error: FootFallError) -> Json:
+        if isinstance(error, CommandRefused):
+            request.app.state.metrics.refused(error)
+        answer = problem(error.kind, status_of(error), error.message, error.details)
+        if isinstance(error, Busy):
+            answer.headers["Retry-After"] = str(error.details["retry_after"])
+        return answer
+
+    @app.exception_handler(StoreRefused)
+    async def not_recorded(request: Request, error: StoreRefused) -> Json:
+        _log.error("at %s %s: %s", request.method, request.url.path, error)
+        status = 507 if error.errno == errno.ENOSPC else 503
+        return problem("not-recorded", status, f"it can't be recorded, so it was not done: {error.strerror}")
 
     @app.exception_handler(RequestValidationError)
-    async def malformed(_: Request, error: RequestValidationError) -> Json:
+    async def malformed(request: Request, error: RequestValidationError) -> Json:
+        media = request.headers.get("content-type", "")
+        if error.body is not None and media and not _is_json(media):
+            return problem(
+                "wrong-media", 415, f"this takes application/json, not {media[:100]}", {"given": media[:100]}
+            )
         errors = [
             {
                 "where": ".".join(str(part) for part in one["loc"]),
@@ -104,7 +139,7 @@ def add_problem_responses(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def by_status(request: Request, error: HTTPException) -> Json:
-        kinds = {404: "not-found", 405: "method-not-allowed", 413: "too-large"}
+        kinds = {400: "malformed", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
         kind = kinds.get(error.status_code, f"http-{error.status_code}")
         detail = str(error.detail)
         if error.status_code == 404:
@@ -113,12 +148,28 @@ def add_problem_responses(app: FastAPI) -> None:
             detail = f"{request.url.path} does not take {request.method}"
         answer = problem(kind, error.status_code, detail)
         answer.headers.update(error.headers or {})
+        if error.status_code == 405:
+            # the framework names the methods of one of the routes at this path
+            answer.headers["Allow"] = ", ".join(sorted(_methods_at(request)))
         return answer
 
     @app.exception_handler(Exception)
     async def unexpected(request: Request, error: Exception) -> Json:
         _log.error("unexpected error at %s %s", request.method, request.url.path, exc_info=error)
         return problem("error", 500, "the server met an error that it did not expect; its log says more")
+
+
+def _methods_at(request: Request) -> set[str]:
+    found: set[str] = set()
+    for route in request.app.routes:
+        if isinstance(route, Route) and route.matches(request.scope)[0] is not Match.NONE:
+            found |= route.methods or set()
+    return found
+
+
+def _is_json(media: str) -> bool:
+    kind = media.split(";")[0].strip().lower()
+    return kind == "application/json" or (kind.startswith("application/") and kind.endswith("+json"))
 
 
 def _shortened(item: Any) -> Any:

@@ -8,13 +8,15 @@ import asyncio
 import contextlib
 import logging
 import time
+from collections import Counter
 from typing import Any
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from starlette.types import Message
+from structlog.contextvars import bound_contextvars
 
-from footfall.core.errors import FootFallError, InvalidTelemetry
+from footfall.core.errors import Conflict, FootFallError, InvalidImages, InvalidTelemetry
 from footfall.io.link_images import decode_images
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
@@ -26,6 +28,7 @@ from footfall.telemetry.link import (
     StopAckMessage,
     decode,
     encode,
+    kind_of,
 )
 from footfall.telemetry.state import TelemetryFrame
 
@@ -38,25 +41,49 @@ FOLLOW_PERIOD = 0.2
 """How often a silent rover is moved to the session that became the current one [s]."""
 LONGEST_INBOX = 64
 """Messages of the rover that wait to be read; beyond that its own end of the line has to wait."""
+LAST_WORDS = 5.0
+"""How long what a rover said before it left is still read [s]."""
+MESSAGE_TOO_BIG = 1009
+"""Close code of the WebSocket where a message was larger than the server reads at all."""
 
 
 class RoverDoor:
-    """At most one rover at a time, and what was wrong with what it sent."""
+    """At most one rover at a time, and what was wrong with what came: how much of it in all, and of each kind."""
 
     def __init__(self) -> None:
         self.inside: _Connection | None = None
         self.bad_frames = 0
+        self.kinds: Counter[str] = Counter()
         self.last_fault = ""
 
+    def count(self, kind: str, text: str) -> None:
+        """One more message that can't be used; see :data:`footfall.telemetry.fields.FAULTS`."""
+        self.bad_frames += 1
+        self.kinds[kind] += 1
+        self.last_fault = text
+
     def as_dict(self) -> dict[str, Any]:
-        return {"linked": self.inside is not None, "bad_frames": self.bad_frames, "last_fault": self.last_fault}
+        """Plain JSON, for ``GET info``."""
+        return {
+            "linked": self.inside is not None,
+            "bad_frames": self.bad_frames,
+            "faults_by_kind": dict(self.kinds),
+            "last_fault": self.last_fault,
+        }
+
+
+def fault_of(error: FootFallError) -> str:
+    """Kind of what was wrong with a message of the rover."""
+    return error.details.get("fault", "images" if isinstance(error, InvalidImages) else "wrong-field")
 
 
 @router.websocket("/rover")
 async def rover(socket: WebSocket) -> None:
     door: RoverDoor = socket.app.state.rover_door
-    if SUBPROTOCOL not in socket.scope["subprotocols"]:
-        await socket.close(1008, f"the rover link needs the sub-protocol {SUBPROTOCOL}")
+    if SUBPROTOCOL not in (offered := socket.scope["subprotocols"]):
+        text = f"the rover link needs the sub-protocol {SUBPROTOCOL}"
+        door.count("wrong-version", f"{text}; {', '.join(offered)[:80] or 'none'} was offered")
+        await socket.close(1008, text)
         return
     if door.inside is not None and not door.inside.silent:
         await socket.close(1008, "another rover is linked")
@@ -71,6 +98,16 @@ async def rover(socket: WebSocket) -> None:
     finally:
         if door.inside is connection:
             door.inside = None
+
+
+def require_same_rover(hello: HelloMessage, live: LiveSession) -> None:
+    """Raises InvalidTelemetry unless the session is about this rover."""
+    if (hello.robot, hello.legs) != (live.robot.name, live.robot.leg_count):
+        raise InvalidTelemetry(
+            f"this session is for {live.robot.name} with {live.robot.leg_count} legs, "
+            f"the rover is {hello.robot} with {hello.legs}",
+            fault="wrong-robot" if hello.robot != live.robot.name else "wrong-legs",
+        )
 
 
 class _Connection:
@@ -92,6 +129,8 @@ class _Connection:
         self._thread = CapacityLimiter(1)
         self._pictures = CapacityLimiter(1)
         self._tasks: list[asyncio.Task[None]] = []
+        self._looking: set[asyncio.Task[None]] = set()
+        self._ended = False
 
     @property
     def silent(self) -> bool:
@@ -105,6 +144,8 @@ class _Connection:
             while True:
                 message = await self._socket.receive()
                 if message["type"] == "websocket.disconnect":
+                    if message.get("code") == MESSAGE_TOO_BIG:
+                        self._refuse("the message was too large to be read at all; the link was closed", "too-large")
                     return
                 self._heard_at = time.monotonic()
                 # stamped here: what waits in the inbox must not look fresh
@@ -121,10 +162,20 @@ class _Connection:
             await self._socket.close(1001, "the rover fell silent, and another connection took over")
 
     async def _end(self) -> None:
+        self._ended = True
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._read_out(), LAST_WORDS)
         for task in self._tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        for task in self._looking:
+            task.cancel()
+        await asyncio.gather(*self._tasks, *self._looking, return_exceptions=True)
         await to_thread.run_sync(self._leave, limiter=self._thread)
+
+    async def _read_out(self) -> None:
+        """Wait until everything that came is used: what was said before the end was said."""
+        await self._inbox.join()
+        await asyncio.gather(*self._looking, return_exceptions=True)
 
     def _leave(self) -> None:
         live, self._live, self._hello = self._live, None, None
@@ -148,7 +199,9 @@ class _Connection:
                 task = asyncio.create_task(
                     to_thread.run_sync(self._take, self._take_images, message["bytes"], at, limiter=self._pictures)
                 )
-                self._tasks = [*(one for one in self._tasks if not one.done()), task]
+                self._looking.add(task)
+                task.add_done_callback(self._looking.discard)
+            self._inbox.task_done()
 
     async def _follow(self) -> None:
         while True:
@@ -158,42 +211,51 @@ class _Connection:
                     await to_thread.run_sync(self._session, limiter=self._thread)
 
     def _post(self, text: str) -> None:
-        """Thread-safe, does not block: sessions call it with their lock held."""
+        """Thread-safe, does not block: sessions call it with their lock held. Raises Conflict after the end."""
+        if self._ended:
+            raise Conflict("the rover has gone")
         try:
             self._loop.call_soon_threadsafe(self._outbox.put_nowait, text)
-        except RuntimeError:
-            _log.warning("the rover link has ended; a message was not sent")
+        except RuntimeError as err:
+            raise Conflict("the server's end of the link has ended") from err
 
     def _take(self, take: Any, content: str | bytes, at: float) -> None:
+        live = self._live
+        with bound_contextvars(session=None if live is None else live.id):
+            self._taken(take, content, at)
+
+    def _taken(self, take: Any, content: str | bytes, at: float) -> None:
         try:
             take(content, at)
         except FootFallError as error:
-            self._refuse(error.message)
+            self._refuse(error.message, fault_of(error))
         except Exception:
             _log.exception("a message of the rover met an unexpected error")
             self._refuse("the server met an unexpected error with this message; its log says more")
 
-    def _refuse(self, text: str) -> None:
-        self._door.bad_frames += 1
-        self._door.last_fault = text
-        self._send(encode(ErrorMessage("", text)))
+    def _refuse(self, text: str, kind: str = "other") -> None:
+        self._door.count(kind, text)
+        with contextlib.suppress(Conflict):
+            self._send(encode(ErrorMessage("", text)))
         live = self._live
         if live is not None:
-            live.take_complaint(text, about_rover=True)
+            live.take_complaint(text, about_rover=kind)
 
     def _take_images(self, content: bytes, at: float) -> None:
         live = self._live
         if self._hello is None or live is None:
-            raise InvalidTelemetry("the first message of a rover is hello")
+            raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         _, snapshot = decode_images(content, live.robot.leg_count)
         live.take_images(snapshot)
         for reason in snapshot.left_out.values():
-            self._refuse(reason)
+            self._refuse(reason, "images")
 
     def _take_text(self, text: str, at: float) -> None:
         legs = None if self._hello is None else self._hello.legs
         message = decode(text, legs)
         if isinstance(message, HelloMessage):
+            if self._live is not None:
+                require_same_rover(message, self._live)
             self._hello = message
             try:
                 self._session()
@@ -208,19 +270,19 @@ class _Connection:
             case TelemetryFrame():
                 live.take_telemetry(message, at)
             case AckMessage():
-                live.take_acknowledgement(message.id, message.state, message.reason)
+                live.take_acknowledgement(message.id, message.state, message.reason, message.time)
             case StopAckMessage():
-                live.take_stop_acknowledgement(message.id)
+                live.take_stop_acknowledgement(message.id, message.time)
             case ErrorMessage():
                 _log.warning("the rover could not use a message: %s", message.text)
                 live.take_complaint(message.text, message_id=message.id)
             case _:
-                raise InvalidTelemetry(f"a rover does not send {type(message).__name__}")
+                raise InvalidTelemetry(f"a rover does not send {kind_of(message)}", fault="not-for-ground")
 
     def _session(self) -> LiveSession | None:
         """The current session, told that this rover is linked to it."""
         if self._hello is None:
-            raise InvalidTelemetry("the first message of a rover is hello")
+            raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         live = self._sessions.current
         if live is self._live:
             return live
@@ -228,11 +290,7 @@ class _Connection:
             self._live.rover_disconnected(self._send)
             self._live = None
         if live is not None:
-            if (self._hello.robot, self._hello.legs) != (live.robot.name, live.robot.leg_count):
-                raise InvalidTelemetry(
-                    f"this session is for {live.robot.name} with {live.robot.leg_count} legs, "
-                    f"the rover is {self._hello.robot} with {self._hello.legs}"
-                )
+            require_same_rover(self._hello, live)
             live.rover_connected(self._send)
             self._live = live
         return live

@@ -8,17 +8,17 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 import numpy as np
 from annotated_types import Len
-from pydantic import BaseModel, ConfigDict, Field, Strict, create_model
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, create_model
 
 from footfall.core.value import Value
 from footfall.maps.layers import MapSettings
 from footfall.maps.quality_settings import QualitySettings
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
-from footfall.planning.stance.shift import BodyShift
-from footfall.planning.step.problem import StepSettings
-from footfall.sequence.commands import COMMAND_NAMES
-from footfall.sequence.edit import EDIT_KINDS
+from footfall.planning.step.alternatives import KINDS
+from footfall.planning.step.problem import MOST_THROUGH, StepSettings
+from footfall.session.view import LOOKS, TAPE_ENDS
 from footfall.terrain.clear import Area
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
@@ -26,12 +26,23 @@ _V = TypeVar("_V", bound=Value)
 
 LONGEST_TEXT = 2000
 
-Vector2 = Annotated[list[float], Len(2, 2)]
-Vector3 = Annotated[list[float], Len(3, 3)]
-Matrix4 = Annotated[list[Annotated[list[float], Len(4, 4)]], Len(4, 4)]
+
+def _whole(item: Any) -> Any:
+    """JSON has one kind of number: 7.0 is a whole one."""
+    return int(item) if isinstance(item, float) and item.is_integer() else item
+
+
+FromNumber = BeforeValidator(_whole)
+"""After the bounds of a whole number: then the schema tells them."""
+Whole = Annotated[int, FromNumber]
+Number = Annotated[float, Field(ge=-1e8, le=1e8)]
+"""A coordinate or an amount: larger ones are a slip, and their squares would leave the range of floats."""
+Vector2 = Annotated[list[Number], Len(2, 2)]
+Vector3 = Annotated[list[Number], Len(3, 3)]
+Matrix4 = Annotated[list[Annotated[list[Number], Len(4, 4)]], Len(4, 4)]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
-Leg = Annotated[int, Field(ge=0, le=63)]
+Leg = Annotated[int, Field(ge=0, le=63), FromNumber]
 
 
 class Strictly(BaseModel):
@@ -67,6 +78,8 @@ def settings_model(settings: type[Value]) -> type[Strictly]:
 def _accepting_lists(hint: Any) -> Any:
     if isinstance(hint, type) and issubclass(hint, Value):
         return settings_model(hint)
+    if hint is int:
+        return Whole
     # JSON has no arrays of numpy
     if get_origin(hint) is np.ndarray:
         return list[float]
@@ -124,19 +137,19 @@ class StateReport(Strictly):
     """One state of the rover, from a script instead of the rover link; SI units, radians, site frame."""
 
     time: float = Field(description="rover clock, seconds since 1970-01-01 UTC")
-    posture: list[float] = Field(description="joint angles [rad], six for each leg", max_length=384)
+    posture: list[Number] = Field(description="joint angles [rad], six for each leg", max_length=384)
     T_site_base: Matrix4 = Field(description="pose of the chassis")
     wheel_forces: list[Vector3] = Field(description="force of the ground on each wheel [N]", max_length=64)
-    joint_torques: list[float] = Field(description="[N·m], six for each leg", max_length=384)
+    joint_torques: list[Number] = Field(description="[N·m], six for each leg", max_length=384)
     mode: Name = "idle"
 
 
 class Stand(Strictly):
     """Where to stand the robot on the current terrain."""
 
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
+    x: Number = 0.0
+    y: Number = 0.0
+    yaw: Number = 0.0
     posture: Name = "stand"
 
 
@@ -157,12 +170,12 @@ class ImageRequest(Strictly):
 class CameraModel(Strictly):
     """Pinhole camera without distortion, OpenCV axes."""
 
-    width: Annotated[int, Field(ge=1, le=8192)]
-    height: Annotated[int, Field(ge=1, le=8192)]
-    fx: float
-    fy: float
-    cx: float
-    cy: float
+    width: Annotated[int, Field(ge=1, le=8192), FromNumber]
+    height: Annotated[int, Field(ge=1, le=8192), FromNumber]
+    fx: Number
+    fy: Number
+    cx: Number
+    cy: Number
     T_base_camera: Matrix4
 
 
@@ -197,7 +210,7 @@ class ClearTerrain(Strictly):
 
     model_config = _examples({"center": [1.0, 0.5], "radius": 0.4})
     center: Vector2 | None = None
-    radius: float = 0.0
+    radius: Number = 0.0
     corners: list[Vector2] | None = None
 
     def area(self) -> Area:
@@ -209,8 +222,8 @@ class TerrainOptions(Strictly):
     """How to read an uploaded terrain file."""
 
     model_config = _examples({"scale": 2.75, "center": True, "resolution": 0.1})
-    resolution: Annotated[float, Field(gt=0)] | None = None
-    scale: Annotated[float, Field(gt=0)] = 1.0
+    resolution: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    scale: Annotated[float, Field(gt=0, le=1e6)] = 1.0
     center: bool | Vector2 | None = None
     size: Vector2 | None = None
     height_range: Vector2 | None = None
@@ -246,8 +259,8 @@ class FootfallChoice(Strictly):
 
     model_config = _examples({"leg": 2, "x": 1.6, "y": 2.9})
     leg: Leg
-    x: float
-    y: float
+    x: Number
+    y: Number
 
 
 class Ray(Strictly):
@@ -259,12 +272,42 @@ class Ray(Strictly):
 
 
 class PlanOrder(Strictly):
-    """Plan one step of one leg; target null means the chosen footfall."""
+    """Plan one step of one leg; target null means the chosen footfall.
 
-    model_config = _examples({"leg": 2, "target": [1.6, 2.9], "settings": {"planner": "auto", "seed": 1}})
+    through: points, site frame [m], that the wheel's centre passes during the swing. after: digest of a plan or
+    sequence from whose predicted end the step starts.
+    """
+
+    model_config = _examples(
+        {"leg": 2, "target": [1.6, 2.9], "settings": {"planner": "auto", "seed": 1}},
+        {"leg": 2, "target": [1.6, 2.9], "through": [[1.5, 2.6, 0.9]]},
+    )
     leg: Leg
     target: Vector2 | None = None
     settings: StepSettingsModel | None = None  # type: ignore[valid-type]
+    through: Annotated[list[Vector3], Len(0, MOST_THROUGH)] = Field(default_factory=list)
+    after: Name | None = None
+
+
+class AlternativesOrder(Strictly):
+    """Ask for a plan otherwise; null means every kind."""
+
+    model_config = _examples({"kinds": ["higher_lift", "other_knee"]}, {"kinds": None})
+    kinds: Annotated[list[Name], Len(1, len(KINDS))] | None = None
+
+
+class PlanChoice(Strictly):
+    """Which of the plans that are listed beside each other is to be the session's, by digest."""
+
+    model_config = _examples({"plan": "0123456789abcdef0123456789abcdef"})
+    plan: Name
+
+
+class GoOn(Strictly):
+    """A plan or sequence, by digest, whose predicted end is planned from; null means the session's plan."""
+
+    model_config = _examples({"after": None})
+    after: Name | None = None
 
 
 class SuggestionOrder(Strictly):
@@ -272,8 +315,8 @@ class SuggestionOrder(Strictly):
 
     model_config = _examples({"leg": 2, "count": 5, "separation": 0.3, "towards": [1.0, 0.0]})
     leg: Leg
-    count: Annotated[int, Field(ge=1, le=50)] = 5
-    separation: Annotated[float, Field(ge=0)] = 0.3
+    count: Annotated[int, Field(ge=1, le=50), FromNumber] = 5
+    separation: Annotated[float, Field(ge=0, le=1e6)] = 0.3
     towards: Vector2 | None = None
     settings: QualitySettingsModel | None = None  # type: ignore[valid-type]
 
@@ -304,52 +347,6 @@ class BodyMoveOrder(Strictly):
     settings: BodyMoveSettingsModel | None = None  # type: ignore[valid-type]
 
 
-class NewSequence(Strictly):
-    """Make commands of a plan; null means the session's current plan."""
-
-    model_config = _examples({"plan": None})
-    plan: Name | None = None
-
-
-class CommandModel(Strictly):
-    """One command: LEG_MOVE with six joint angles [rad], or WAIT."""
-
-    name: Annotated[str, Field(pattern=f"^({'|'.join(COMMAND_NAMES)})$")]
-    leg: Leg | None = None
-    joints: Annotated[list[float], Len(6, 6)] | None = None
-    duration: float = Field(description="[s]")
-    phase: Annotated[str, Field(max_length=20)] = ""
-
-
-class EditModel(Strictly):
-    """One change of the command list; rows count from 0."""
-
-    kind: Annotated[str, Field(pattern=f"^({'|'.join(EDIT_KINDS)})$")]
-    row: Annotated[int, Field(ge=0)]
-    command: CommandModel | None = None
-    to: Annotated[int, Field(ge=0)] | None = None
-    joint: Annotated[int, Field(ge=0, le=5)] | None = None
-    number: float | None = None
-
-
-class SequenceEdit(Strictly):
-    """An edit; If-Match must name the version that it changes."""
-
-    model_config = _examples(
-        {"edit": {"kind": "insert", "row": 1, "command": {"name": "WAIT", "duration": 2.0}}},
-        {"edit": {"kind": "duration", "row": 1, "number": 4.0}},
-        {"edit": {"kind": "delete", "row": 1}},
-    )
-    edit: EditModel
-
-
-class SendOrder(Strictly):
-    """Send what was armed; the token comes from arming and serves once."""
-
-    model_config = _examples({"arming": "the token of the arm request"})
-    arming: Name
-
-
 class StopOrder(Strictly):
     """Stop the rover. Stays latched until cleared."""
 
@@ -357,14 +354,35 @@ class StopOrder(Strictly):
     reason: Text = ""
 
 
+class ShownChange(Strictly):
+    """What the scene shows; what is left out stays."""
+
+    torques: bool = Field(default_factory=bool)
+    forces: bool = Field(default_factory=bool)
+    support: bool = Field(default_factory=bool)
+    suggestions: bool = Field(default_factory=bool)
+    predicted: bool = Field(default_factory=bool, description="the second ghost, while a run goes")
+    cameras: bool = Field(default_factory=bool)
+    swept: bool = Field(default_factory=bool)
+    tape: bool = Field(default_factory=bool, description="a click on the ground measures instead of choosing")
+
+
 class ViewChange(Strictly):
     """What the operator looks at; what is left out stays."""
 
-    model_config = _examples({"leg": 2, "layer": "footing"}, {"scrub": 0.5, "show_ghost": True})
-    leg: Leg | None = None
-    layer: Name | None = None
-    scrub: Annotated[float, Field(ge=0, le=1)] | None = None
-    show_ghost: bool | None = None
+    model_config = _examples(
+        {"leg": 2, "layer": "footing"},
+        {"scrub": 0.5, "show_ghost": True},
+        {"shown": {"cameras": True}, "look": "top"},
+        {"shown": {"tape": True}, "tape": [[0.0, 1.0, 0.1], [0.5, 1.0, 0.3]]},
+    )
+    leg: Leg = Field(default_factory=int)
+    layer: Name | None = Field(default=None, description="null shows no layer")
+    scrub: Annotated[float, Field(ge=0, le=1)] = Field(default_factory=float)
+    show_ghost: bool = Field(default_factory=bool)
+    shown: ShownChange = Field(default_factory=ShownChange)
+    look: Name = Field(default_factory=str, description=f"one of {', '.join(LOOKS)}")
+    tape: Annotated[list[Vector3], Len(0, TAPE_ENDS)] = Field(default_factory=list, description="points, site [m]")
 
 
 class NewNote(Strictly):

@@ -1,46 +1,54 @@
 """Sequences: made from a plan, edited under If-Match, exported, armed and sent."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from fastapi import Header, Query, Response
 
-from footfall.api.access import BASE, AllSessions, OneSession
+from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
+from footfall.api.acting import Actor
 from footfall.api.lineage import Lineage, find, head_of
 from footfall.api.problems import Problem
-from footfall.api.routing import Routes
-from footfall.api.schemas import EditModel, NewSequence, SendOrder, SequenceEdit
-from footfall.core.errors import NotFound
-from footfall.io.exports import SUFFIXES
+from footfall.api.routing import Routes, files
+from footfall.api.sequence_answers import ArmedAnswer, SentAnswer, SequenceAnswer
+from footfall.api.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
+from footfall.core.errors import InvalidInput, NotFound
+from footfall.io.exports import MEDIA, SUFFIXES
+from footfall.io.exports import export as encode
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
 
 router = Routes(tags=["sequences"])
 
 IfMatch = Annotated[str | None, Header(description="the ETag of the version that this changes")]
-_MEDIA = {"json": "application/json", "seqjson": "application/json", "csv": "text/csv"}
+ExportFormat = Literal["json", "csv", "seqjson", "fprime", "fprime-dictionary", "yamcs", "ros2", "html"]
 
 
 @router.post("/sessions/{session}/sequences", status_code=201)
-def make(live: OneSession, order: NewSequence, response: Response) -> dict[str, Any]:
-    """Turn a plan into commands. It becomes the session's sequence."""
-    live.make_sequence(order.plan)
+def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAnswer:
+    """Turn a planned step, its execution or a move of the chassis into commands. They become the session's sequence."""
+    chosen = order.plan
+    if order.execution is not None:
+        if chosen is not None:
+            raise InvalidInput("a sequence is made of a plan or of an execution, not of both")
+        chosen = live.found_execution(None if order.execution == "current" else order.execution)
+    live.make_sequence(chosen)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return _body(lineage, lineage.head, response)
 
 
 @router.get("/sequences/{sequence}")
-def read(sequence: str, sessions: AllSessions, response: Response) -> dict[str, Any]:
-    """Commands, the posture predicted after each, every rule. An id means the newest version, a digest that one."""
+def read(sequence: SequenceId, sessions: AllSessions, response: Response) -> SequenceAnswer:
+    """Commands, what each leads to, and every rule. An id means the newest version, a digest that one."""
     lineage, digest = find(sessions, sequence)
     return _body(lineage, digest, response)
 
 
 @router.patch("/sequences/{sequence}")
 def change(
-    sequence: str, order: SequenceEdit, sessions: AllSessions, response: Response, if_match: IfMatch = None
-) -> dict[str, Any]:
+    sequence: SequenceId, order: SequenceEdit, sessions: AllSessions, response: Response, if_match: IfMatch = None
+) -> SequenceAnswer:
     """Apply one edit; every rule is checked again. A broken rule makes the sequence invalid, not the request."""
     lineage = _matched(*find(sessions, sequence), if_match)
     lineage.live.edit_sequence(lineage.head, _edit(order.edit))
@@ -48,39 +56,55 @@ def change(
 
 
 @router.post("/sequences/{sequence}/undo")
-def undo(sequence: str, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> dict[str, Any]:
+def undo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
     """Take back the last edit."""
     lineage = _matched(*find(sessions, sequence), if_match)
     lineage.live.undo_sequence()
     return _now(lineage, response)
 
 
-@router.get("/sequences/{sequence}/export", response_class=Response)
+@router.post("/sequences/{sequence}/redo")
+def redo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
+    """Make the edit again that was taken back last, unless another came since."""
+    lineage = _matched(*find(sessions, sequence), if_match)
+    lineage.live.redo_sequence()
+    return _now(lineage, response)
+
+
+@router.get("/sequences/{sequence}/export", response_class=Response, responses=files(*sorted(set(MEDIA.values()))))
 def export(
-    sequence: str,
+    sequence: SequenceId,
     sessions: AllSessions,
-    format: Annotated[Literal["json", "csv", "seqjson"], Query(description="file format")] = "seqjson",
+    format: Annotated[ExportFormat, Query(description="file format")] = "seqjson",
 ) -> Response:
-    """The sequence as a file; refused while a rule does not hold. The numbers are bit for bit those checked."""
+    """The sequence as a file; refused while a rule does not hold. For machines, its numbers keep their bits."""
     lineage, digest = find(sessions, sequence)
-    content = lineage.live.export_sequence(digest, format)
+    content = _sheet(lineage, digest) if format == "html" else lineage.live.export_sequence(digest, format)
     name = f"sequence-{digest[:8]}{SUFFIXES[format]}"
     headers = {"Content-Disposition": f'attachment; filename="{name}"', "ETag": f'"{digest}"'}
-    return Response(content, media_type=_MEDIA[format], headers=headers)
+    return Response(content, media_type=MEDIA[format], headers=headers)
 
 
 @router.post("/sequences/{sequence}/arm")
-def arm(sequence: str, sessions: AllSessions) -> Any:
-    """Check the sequence against the rover as it is now. The token is good for one send within seconds."""
+def arm(sequence: SequenceId, sessions: AllSessions, who: Actor) -> ArmedAnswer:
+    """Check the sequence against the rover as it is now. The token is good for one send within seconds.
+
+    Takes the conn where nobody holds it; refused where another does.
+    """
     lineage, digest = find(sessions, sequence)
-    return lineage.live.arm(digest)
+    return cast(ArmedAnswer, lineage.live.arm(digest, who))
 
 
 @router.post("/sequences/{sequence}/send", status_code=202)
-def send(sequence: str, order: SendOrder, sessions: AllSessions) -> Any:
+def send(sequence: SequenceId, order: SendOrder, sessions: AllSessions, who: Actor) -> SentAnswer:
     """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
     lineage, digest = find(sessions, sequence)
-    return lineage.live.send(order.arming, digest)
+    return cast(SentAnswer, lineage.live.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
+
+
+def _sheet(lineage: Lineage, digest: str) -> bytes:
+    # Not a product of the session: replay would hold later versions to how this one draws it.
+    return encode(_sequence(lineage, digest), "html", robot=lineage.live.robot)
 
 
 def _edit(model: EditModel) -> Edit:
@@ -107,15 +131,20 @@ def _matched(lineage: Lineage, digest: str, if_match: str | None) -> Lineage:
     return lineage
 
 
-def _now(lineage: Lineage, response: Response) -> dict[str, Any]:
+def _now(lineage: Lineage, response: Response) -> SequenceAnswer:
     changed = head_of(lineage.live)
     return _body(changed, changed.head, response)
 
 
-def _body(lineage: Lineage, digest: str, response: Response) -> dict[str, Any]:
+def _sequence(lineage: Lineage, digest: str) -> Sequence:
     sequence = lineage.live.get(digest)
     if not isinstance(sequence, Sequence):
         raise NotFound(f"{digest} is a {type(sequence).__name__}, not a sequence")
+    return sequence
+
+
+def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
+    sequence = _sequence(lineage, digest)
     response.headers["ETag"] = f'"{digest}"'
     return {
         "id": lineage.id,
@@ -127,9 +156,12 @@ def _body(lineage: Lineage, digest: str, response: Response) -> dict[str, Any]:
         "commands": sequence.commands,
         "start": sequence.start,
         "predicted": sequence.predicted,
+        "set_points_before": None if sequence.at_rest is None else sequence.at_rest.set_points,
+        "commanded": sequence.commanded,
         "T_site_base": sequence.T_site_base,
+        "Ts_site_base": sequence.poses,
         "rules": sequence.rules,
-        "parents": sequence.provenance.parents,
+        "parents": dict(sequence.provenance.parents),
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

@@ -3,27 +3,28 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from fastapi import Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
-from footfall.api.access import OneSession, product, session_path
+from footfall.api.access import Digest, OneSession, product, session_path
+from footfall.api.answer_models import answer_model
+from footfall.api.answers import JobAnswer, TerrainAnswer
 from footfall.api.jobs import accepted
-from footfall.api.multipart import file_of, is_multipart, json_of, multipart_doc, on_disk, parse
-from footfall.api.routing import Routes
+from footfall.api.multipart import file_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
+from footfall.api.routing import Routes, files
 from footfall.api.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
 from footfall.session.job import Job
 from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
 from footfall.terrain.settings import BlendSettings, TerrainSettings
-from footfall.terrain.simplified import simplified
-from footfall.terrain.views import CollisionView, collision_view
 
 router = Routes(tags=["terrains"])
 
+_BYTES = "application/octet-stream"
 Extension = Literal["npz", "tif", "asc", "ply", "obj", "stl", "off"]
 MeshExtension = Literal["ply", "obj", "stl", "off"]
 
@@ -34,17 +35,17 @@ _one_at_a_time = Lock()
 @router.post(
     "/sessions/{session}/terrains",
     status_code=201,
-    responses={202: {"description": "a job was started; Location names it"}},
+    responses={201: {"model": answer_model(TerrainAnswer)}, 202: {"model": answer_model(JobAnswer)}},
     openapi_extra=multipart_doc(
         {"file": "GeoTIFF, ESRI ASCII grid, npz, PLY, OBJ, OFF, STL or grey PNG"},
         {"options": TerrainOptions},
         BuildTerrain,
     ),
 )
-async def make_terrain(live: OneSession, request: Request, response: Response) -> Any:
+async def make_terrain(live: OneSession, request: Request, response: Response) -> TerrainAnswer | JobAnswer:
     """JSON: rebuild from the session's images (202, a job). A form with a file: read that terrain (201)."""
     if is_multipart(request):
-        async with request.form(max_files=1, max_fields=1) as form:
+        async with form_of(request, ("file",), ("options",)) as form:
             name, content = await file_of(form, "file")
             options = json_of(form, "options", TerrainOptions)
         about = await run_in_threadpool(_load, live, name, content, options)
@@ -55,14 +56,14 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 
 
-def _load(live: LiveSession, name: str, content: bytes, options: TerrainOptions) -> dict[str, Any]:
+def _load(live: LiveSession, name: str, content: bytes, options: TerrainOptions) -> TerrainAnswer:
     with on_disk(name, content) as path:
         dem = read_terrain(path, **options.arguments())
     live.load_terrain(dem, source=name)
     return about_terrain(dem)
 
 
-def about_terrain(dem: Dem) -> dict[str, Any]:
+def about_terrain(dem: Dem) -> TerrainAnswer:
     """Size, bounds and heights of a terrain, without its cells."""
     known = np.isfinite(dem.heights)
     west, south, east, north = dem.geometry.bounds
@@ -80,7 +81,7 @@ def about_terrain(dem: Dem) -> dict[str, Any]:
         "remembers": dem.remembers,
         "sources": list(dem.sources),
         "left_out": dict(dem.left_out),
-        "parents": dem.provenance.parents,
+        "parents": dict(dem.provenance.parents),
     }
 
 
@@ -89,9 +90,9 @@ def about_terrain(dem: Dem) -> dict[str, Any]:
     status_code=202,
     openapi_extra=multipart_doc({"file": "terrain known from elsewhere, such as a GeoTIFF"}, {"options": BlendOptions}),
 )
-async def blend(live: OneSession, request: Request, response: Response) -> dict[str, Any]:
+async def blend(live: OneSession, request: Request, response: Response) -> JobAnswer:
     """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
-    async with request.form(max_files=1, max_fields=1) as form:
+    async with form_of(request, ("file",), ("options",)) as form:
         name, content = await file_of(form, "file")
         options = json_of(form, "options", BlendOptions)
     return accepted(await run_in_threadpool(_blend, live, name, content, options), response)
@@ -104,32 +105,37 @@ def _blend(live: LiveSession, name: str, content: bytes, options: BlendOptions) 
 
 
 @router.post("/sessions/{session}/terrains/undo")
-def undo(live: OneSession) -> dict[str, Any]:
+def undo(live: OneSession) -> TerrainAnswer:
     """Go back to the terrain before the present one."""
     return about_terrain(cast(Dem, live.get(live.undo_terrain())))
 
 
 @router.post("/sessions/{session}/terrains/clear", status_code=201)
-def clear(live: OneSession, order: ClearTerrain, response: Response) -> dict[str, Any]:
+def clear(live: OneSession, order: ClearTerrain, response: Response) -> TerrainAnswer:
     """Make a disc or a polygon of the terrain unknown; the result becomes the session's terrain."""
     digest = live.clear_terrain(order.area())
     response.headers["Location"] = session_path(live, "terrains", digest)
     return about_terrain(cast(Dem, live.get(digest)))
 
 
-@router.get("/sessions/{session}/terrains/{digest}/collision.{extension}", response_class=Response)
+@router.get(
+    "/sessions/{session}/terrains/{digest}/collision.{extension}", response_class=Response, responses=files(_BYTES)
+)
 def download_collision_mesh(
     live: OneSession,
-    digest: str,
+    digest: Digest,
     extension: MeshExtension,
-    raise_by: Annotated[float, Query(description="heights go up by this [m]")] = 0.15,
-    buffer: Annotated[float, Query(description="what stands grows by this [m]")] = 0.0,
-    tolerance: Annotated[float, Query(description="most height error of the mesh [m]")] = 0.01,
+    raise_by: Annotated[float, Query(ge=0, le=10, description="heights go up by this [m]")] = 0.15,
+    buffer: Annotated[float, Query(ge=0, le=10, description="what stands grows by this [m]")] = 0.0,
+    tolerance: Annotated[float, Query(ge=0.001, le=10, description="most height error of the mesh [m]")] = 0.01,
 ) -> Response:
     """The terrain as collision checks may see it: grown, raised, with fewer triangles. The map stays as it is.
 
     The mesh lies nowhere below that ground, and above it by no more than the header Footfall-Height-Error says [m].
     """
+    from footfall.terrain.simplified import simplified
+    from footfall.terrain.views import CollisionView, collision_view
+
     dem = product(live, digest, Dem, live.state.dem)
     view = collision_view(dem, CollisionView(raise_by, buffer))
     with _one_at_a_time:
@@ -140,11 +146,11 @@ def download_collision_mesh(
         "Footfall-Triangles": f"{len(made.mesh.triangles)} of {made.triangles_before}",
     }
     content = encode_collision_mesh(made, f".{extension}")
-    return Response(content, media_type="application/octet-stream", headers=headers)
+    return Response(content, media_type=_BYTES, headers=headers)
 
 
-@router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response)
-def download_terrain(live: OneSession, digest: str, extension: Extension) -> Response:
+@router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response, responses=files(_BYTES))
+def download_terrain(live: OneSession, digest: Digest, extension: Extension) -> Response:
     """The terrain as a file; ``current`` names the session's terrain."""
     dem = product(live, digest, Dem, live.state.dem)
     with TemporaryDirectory(prefix="footfall-") as folder:
@@ -152,10 +158,10 @@ def download_terrain(live: OneSession, digest: str, extension: Extension) -> Res
         write_terrain(dem, path)
         content = path.read_bytes()
     name = f'attachment; filename="terrain-{dem.digest[:8]}.{extension}"'
-    return Response(content, media_type="application/octet-stream", headers={"Content-Disposition": name})
+    return Response(content, media_type=_BYTES, headers={"Content-Disposition": name})
 
 
 @router.get("/sessions/{session}/terrains/{digest}")
-def read_one(live: OneSession, digest: str) -> dict[str, Any]:
+def read_one(live: OneSession, digest: Digest) -> TerrainAnswer:
     """What a terrain is; ``current`` names the session's terrain."""
     return about_terrain(product(live, digest, Dem, live.state.dem))

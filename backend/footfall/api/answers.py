@@ -1,0 +1,258 @@
+"""What answers that are made by hand hold; those that are values tell it themselves. Members may be added later."""
+
+from typing import Annotated, Any, Literal, NotRequired, TypedDict
+
+from numpy.typing import NDArray
+from pydantic import Field
+
+from footfall.core.value import Value
+from footfall.session.recorded import ViewState
+
+Array = NDArray[Any]
+DigestText = Annotated[str, Field(description="name of a product by its content")]
+Url = Annotated[str, Field(description="path on this server")]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Digested(TypedDict):
+    """A product was made or taken in."""
+
+    digest: DigestText
+
+
+class JobFault(TypedDict):
+    """Why a job has no result; as a problem document would say it."""
+
+    kind: str
+    message: str
+    details: dict[str, Any]
+
+
+class JobAnswer(TypedDict):
+    """Long work: how far it is, and where its result is once it is done."""
+
+    id: str
+    session: str
+    kind: str
+    state: Literal["queued", "running", "done", "failed", "cancelled"]
+    fraction: Share
+    text: Annotated[str, Field(description="what is being done, or why it ended")]
+    result: DigestText | None
+    error: JobFault | None
+    url: Url
+    result_url: Url | None
+
+
+class JobInSummary(TypedDict):
+    """A job of a session; `GET jobs/{id}` has its addresses."""
+
+    id: str
+    kind: str
+    state: str
+    fraction: Share
+    text: str
+
+
+class PhotographJob(JobAnswer):
+    """A job over photographs, and which of them it uses."""
+
+    pairs: list[str]
+    left_out: Annotated[dict[str, str], Field(description="pair → why it is not used")]
+
+
+class SessionListed(TypedDict):
+    """One session of the working folder."""
+
+    id: str
+    name: str
+    created: float | None
+    robot: str | None
+    events: int | None
+    open: bool
+    problem: NotRequired[Annotated[str, Field(description="why it can't be read")]]
+
+
+class RobotNamed(TypedDict):
+    """Which robot a session is for."""
+
+    name: str
+    digest: DigestText
+
+
+class GateAnswer(TypedDict):
+    """The command gate, and whether stop is latched."""
+
+    state: str
+    stopped: bool
+    stop_acknowledged: bool
+    run: int | None
+    row: int | None
+    sequence: DigestText | None
+    expires_in: float | None
+    mode: str | None
+    waiting: bool
+    why: str
+    aborted: bool
+
+
+class HolderAnswer(TypedDict):
+    """Somebody, and the page or program that acts."""
+
+    name: str
+    role: str
+    client: str
+    page: str
+
+
+class ConnRequestAnswer(TypedDict):
+    """Somebody asks for the conn, and has it in `granted_in` [s] unless the holder answers before."""
+
+    by: HolderAnswer
+    granted_in: float
+
+
+class ConnAnswer(TypedDict):
+    """Who holds the conn. `number` counts its holders; `expires_in` [s] where it is not renewed."""
+
+    number: int
+    holder: HolderAnswer | None
+    expires_in: float | None
+    request: ConnRequestAnswer | None
+
+
+class NoteAnswer(TypedDict):
+    """A remark."""
+
+    time: float
+    text: str
+
+
+class FootfallAnswer(TypedDict):
+    """What is known of the ground at a chosen footfall and, if it is not acceptable, why."""
+
+    leg: int
+    x: float
+    y: float
+    z: float | None
+    known: bool
+    acceptable: bool | None
+    reasons: list[str]
+
+
+class PlanInSummary(TypedDict):
+    """The present plan."""
+
+    digest: DigestText | None
+    status: str | None
+    reason: str
+    compared: list[str]
+
+
+class SessionAnswer(TypedDict):
+    """What the events of a session fold to; products are named by digest."""
+
+    id: str
+    name: str
+    robot: RobotNamed
+    events: int
+    state: DigestText | None
+    what_if: dict[str, Any] | None
+    after: DigestText | None
+    shift: DigestText | None
+    body_move: DigestText | None
+    snapshot: DigestText | None
+    pairs: list[str]
+    dem: DigestText | None
+    terrain: dict[str, Any] | None
+    can_undo_terrain: bool
+    maps: Annotated[dict[str, str], Field(description="leg → digest")]
+    maps_current: Annotated[dict[str, bool], Field(description="leg → whether they fit the present state")]
+    footfall: dict[str, Any] | None
+    footfall_answer: FootfallAnswer | None
+    plan: PlanInSummary
+    execution: dict[str, Any]
+    sequence: DigestText | None
+    can_undo: bool
+    can_redo: bool
+    exports: list[dict[str, Any]]
+    stop: dict[str, Any]
+    gate: GateAnswer
+    conn: ConnAnswer
+    run: dict[str, Any] | None
+    commands: list[dict[str, Any]]
+    notes: list[NoteAnswer]
+    view: ViewState
+    link: dict[str, Any]
+    jobs: list[JobInSummary]
+
+
+class EventAnswer(TypedDict):
+    """One event as its line in the log; `hash` chains it to the one before."""
+
+    seq: Annotated[int, Field(ge=0)]
+    time: float
+    type: str
+    payload: dict[str, Any]
+    previous: str
+    hash: str
+
+
+class TerrainAnswer(TypedDict):
+    """What a terrain is, without its cells."""
+
+    digest: DigestText
+    name: str
+    rows: int
+    cols: int
+    resolution: float
+    bounds: dict[str, float]
+    known: Share
+    lowest: float
+    highest: float
+    texture: bool
+    remembers: bool
+    sources: list[str]
+    left_out: dict[str, str]
+    parents: dict[str, str]
+
+
+class TelemetryAnswer(TypedDict):
+    """One telemetry frame, and how old it is."""
+
+    number: int
+    time: float
+    mode: str
+    posture: Array
+    T_site_base: Array
+    wheel_forces: Array
+    joint_torques: Array
+    age_s: float | None
+
+
+class StateNamed(TypedDict):
+    """The state that is planned from."""
+
+    state: DigestText
+
+
+class WhatIfAnswer(StateNamed):
+    """Where the rover would stand after a shift of its chassis."""
+
+    shift: Value | None
+    posture: Array
+    T_site_base: Array
+    predicted: list[str]
+    wheel_forces: Array
+    joint_torques: Array
+
+
+class PlanListed(TypedDict):
+    """A plan beside others, with the figures that they are compared by."""
+
+    digest: DigestText
+    kind: str
+    text: str
+    status: str
+    reason: str
+    chosen: bool
+    figures: dict[str, Any] | None

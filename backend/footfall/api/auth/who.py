@@ -1,0 +1,33 @@
+"""The identity that every request carries in its scope, as routes read it, and the cookie of a login."""
+
+from typing import Annotated
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from footfall.api.front import Front
+from footfall.session.identity import Identity
+
+IDENTITY = "footfall.identity"
+"""Name in the scope of HTTP requests and WebSockets alike: an Identity, or None on the few paths open to anybody."""
+ROVER = "footfall.rover"
+"""Name in the scope: that of the rover token that was shown, else None."""
+ENDS = "footfall.ends"
+"""Name in the scope: when the login or token ends [s since 1970], None where nobody has to log in."""
+
+
+def identity_of(connection: HTTPConnection) -> Identity:
+    """Who asks. Only for routes that need a role: there is always somebody."""
+    return connection.scope[IDENTITY]
+
+
+async def _who(connection: HTTPConnection) -> Identity:
+    return identity_of(connection)
+
+
+Who = Annotated[Identity, Depends(_who)]
+
+
+def cookie_name(front: Front) -> str:
+    """With TLS, one that browsers take from this very host only."""
+    return "__Host-footfall" if front.secure else "footfall"

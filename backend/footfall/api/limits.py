@@ -1,0 +1,68 @@
+"""How much the server takes: what it asks of each client, and what a file may hold. ``GET info`` lists all of it."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from footfall.core.errors import InvalidInput
+from footfall.core.value import Value, value
+from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_ZIP_BYTES
+from footfall.io.image_files import MAX_PIXELS
+from footfall.io.photograph_files import MAX_PIXELS as MAX_ALL_PIXELS
+from footfall.io.terrain_mesh_files import MAX_TRIANGLES
+from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME
+from footfall.terrain.dem import MAX_CELLS
+
+
+@value
+class Limits(Value):
+    """Of one request, and of how often one client may ask. Stop is never counted.
+
+    request_bytes: largest body; header_bytes: all headers together, names and values.
+    requests_per_second: of one client in the long run; request_burst: how many may come at once after a pause.
+    """
+
+    request_bytes: int = 64 << 20
+    header_bytes: int = 32 << 10
+    requests_per_second: float = 200.0
+    request_burst: int = 2000
+
+    def check(self) -> None:
+        for name in ("request_bytes", "header_bytes", "request_burst"):
+            if getattr(self, name) < 1:
+                raise InvalidInput(f"{name} must be at least 1", **{name: getattr(self, name)})
+        if not 0 < self.requests_per_second < math.inf:
+            raise InvalidInput("requests_per_second must be above zero", requests_per_second=self.requests_per_second)
+
+
+LIMITS = Limits()
+
+MAX_IMAGES = 64
+"""Photographs in one upload."""
+MAX_IMAGE_BYTES = 16 << 20
+"""Of one photograph in an upload."""
+PAGE_ITEMS = 1000
+"""Items on one page of a long list."""
+
+IN_FILES: Mapping[str, int] = {
+    "images": MAX_IMAGES,
+    "image_bytes": MAX_IMAGE_BYTES,
+    "image_pixels": MAX_PIXELS,
+    "upload_pixels": MAX_ALL_PIXELS,
+    "terrain_cells": MAX_CELLS,
+    "mesh_triangles": MAX_TRIANGLES,
+    "bundle_files": MAX_FILES,
+    "bundle_bytes_unpacked": MAX_ZIP_BYTES,
+    "bundle_unpack_ratio": MAX_RATIO,
+    "rover_text_bytes": MAX_TEXT_FRAME,
+    "rover_binary_bytes": MAX_BINARY_FRAME,
+    "page_items": PAGE_ITEMS,
+}
+"""What every door holds to, whoever asks: name → the limit of the module that enforces it."""
+
+
+def all_limits(limits: Limits, jobs_waiting: int | None) -> dict[str, Any]:
+    """Every limit by name. jobs_waiting: how many jobs may wait; None: there is no queue."""
+    own = {name: getattr(limits, name) for name in ("request_bytes", "header_bytes")}
+    pace = {name: getattr(limits, name) for name in ("requests_per_second", "request_burst")}
+    return {**own, **pace, "jobs_waiting": jobs_waiting, **IN_FILES}

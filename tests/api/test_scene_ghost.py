@@ -1,0 +1,69 @@
+"""What the ghost plays: one leg of a plan, or the whole rover of a sequence that moves the chassis."""
+
+import numpy as np
+import pytest
+
+import footfall
+from footfall.core.frames import apply
+from footfall.planning.stance.follow import DRIFT
+from footfall.robot.kinematics import wheel_centers
+from footfall.sequence.make import make_sequence
+from footfall_ui.scene.ghost import at, motion_of
+from tests.support.chassis_ground import wavy
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="module")
+def stood(athlete, ground):
+    return footfall.stand(athlete, ground)
+
+
+@pytest.fixture(scope="module")
+def moving(athlete, ground, stood):
+    plan = footfall.plan_body_move(athlete, ground, stood, footfall.BodyShift(dx=0.05, dz=-0.15, dyaw=0.05)).plan
+    assert plan is not None
+    return make_sequence(plan, athlete, ground)
+
+
+def test_the_chassis_moves_and_the_feet_stay(athlete, stood, moving):
+    motion = motion_of(moving)
+    assert motion is not None
+    assert motion.leg is None
+    feet = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))
+    heights = []
+    for moment in np.linspace(0.0, 1.0, 41):
+        posture, T_site_base = at(motion, moment)
+        away = apply(T_site_base, wheel_centers(athlete, posture)) - feet
+        assert np.linalg.norm(away, axis=1).max() < DRIFT
+        heights.append(T_site_base[2, 3])
+    assert (np.diff(heights) < 0).all()
+    for moment, posture, pose in [
+        (0.0, moving.start, moving.T_site_base),
+        (1.0, moving.predicted[-1], moving.poses[-1]),
+    ]:
+        shown = at(motion, moment)
+        np.testing.assert_allclose(shown[0], posture, atol=1e-12)
+        np.testing.assert_allclose(shown[1], pose, atol=1e-9)
+
+
+def test_of_a_step_one_leg_moves_and_the_chassis_stays(athlete, ground, stood):
+    foot = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))[2]
+    plan = footfall.plan_step(athlete, ground, stood, 2, (float(foot[0] + 0.1), float(foot[1] + 0.1)), seed=1).plan
+    assert plan is not None
+    motion = motion_of(plan)
+    assert motion is not None
+    assert motion.leg == 2
+    for moment in (0.0, 0.37, 1.0):
+        posture, T_site_base = at(motion, moment)
+        assert np.array_equal(T_site_base, plan.T_site_base)
+        assert np.array_equal(np.delete(posture, np.s_[12:18]), np.delete(stood.posture, np.s_[12:18]))
+    np.testing.assert_allclose(at(motion, 1.0)[0], plan.waypoints[-1], atol=1e-12)
+
+
+def test_nothing_is_played_of_anything_else(stood):
+    assert motion_of(None) is None
+    assert motion_of(stood) is None

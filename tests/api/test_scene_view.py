@@ -1,0 +1,230 @@
+"""What the view's switches and looks make of the scene: a real session, a real viser server, no page."""
+
+import threading
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import viser
+
+from footfall.core.errors import InvalidInput
+from footfall.planning.stance.stand import stand
+from footfall.sequence.commands import Sequence
+from footfall.session.jobs import InlineJobs
+from footfall.session.recorded import present
+from footfall.session.registry import Sessions
+from footfall.session.view import SWITCHES, ViewState
+from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall_ui.scene import Scene
+from footfall_ui.scene.look import Looking, eye_of
+from tests.support.chassis_ground import wavy
+from tests.support.server import until
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return wavy(half=3.0)
+
+
+@pytest.fixture(scope="module")
+def state(athlete, ground):
+    stood = stand(athlete, ground)
+    torques = 0.1 * athlete.torque_limits
+    torques[14] = 0.9 * athlete.torque_limits[14]
+    return replace(stood, wheel_forces=np.tile([0.0, 0.0, 1400.0], (6, 1)), joint_torques=torques)
+
+
+@pytest.fixture(scope="module")
+def viewed(tmp_path_factory, ground, state):
+    """(session, there): ``there(name)`` waits for a thing of the scene, or with False for its end."""
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with Sessions(tmp_path_factory.mktemp("sessions"), jobs=InlineJobs()) as sessions:
+        live = sessions.create("viewed")
+        live.load_terrain(ground, "made for the tests")
+        live.set_state(state)
+        scene = Scene(server)
+        scene.follow(live)
+
+        def there(name, shown=True):
+            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}", 60)
+
+        yield live, there, scene, server
+        scene.close()
+    server.stop()
+
+
+def settle(scene):
+    """Until what was marked before is drawn: the second job runs after the parts of the first one's turn."""
+    for _ in range(2):
+        done = threading.Event()
+        scene._redrawing.soon(done.set)
+        assert done.wait(30)
+
+
+def test_each_switch_shows_its_thing(viewed, ground):
+    live, there, _, _ = viewed
+    things = {
+        "torques": ["/torque/worst", "/rover/leg2_knee_pitch/torque"],
+        "forces": ["/forces/arrows", "/forces/text"],
+        "support": ["/support/plain", "/support/conservative", "/support/com", "/support/margin"],
+        "cameras": ["/rover/cameras/haz0/field"],
+        "tape": ["/tape/lines", "/tape/text"],
+    }
+    live.set_view(shown=dict.fromkeys(things, True), tape=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    for names in things.values():
+        assert all(there(name) for name in names)
+    for switch, names in things.items():
+        live.set_view(shown={switch: False})
+        assert all(there(name, shown=False) for name in names)
+        others = [name for other in things if other != switch for name in things[other]]
+        live.set_view(shown={switch: True})
+        assert all(there(name) for name in [*names, *others])
+
+
+def test_a_click_measures_while_the_tape_is_out(viewed):
+    live, _, scene, _ = viewed
+    live.set_view(shown={"tape": True}, tape=[])
+    before = live.state.footfall
+    for x in (0.2, 1.2):
+        scene._choose(np.array([x, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
+    assert live.state.footfall is before
+    (x0, y0, _), (x1, y1, _) = live.view.tape
+    assert (x1 - x0, y1 - y0) == pytest.approx((1.0, 0.0))
+    scene._choose(np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
+    assert len(live.view.tape) == 1
+    live.set_view(shown={"tape": False})
+    scene._choose(np.array([0.2, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
+    assert live.state.footfall is not None
+    assert live.state.footfall.x == pytest.approx(0.2)
+
+
+def test_telemetry_without_motion_draws_nothing_anew(viewed, state, rng):
+    live, there, scene, server = viewed
+    live.set_view(shown={"support": True, "forces": True})
+    live.take_telemetry(TelemetryFrame(1, state, state.posture))
+    assert there("/support/margin")
+    until(lambda: live.frame is not None, "telemetry")
+    names = ("/support/plain", "/support/margin", "/forces/arrows", "/rover/leg2_knee_pitch/torque", "/torque/worst")
+    assert all(there(name) for name in names)
+    settle(scene)
+    before = [server.scene.get_handle_by_name(name) for name in names]
+    for number in range(2, 6):
+        noisy = replace(state, time=float(number), posture=state.posture + rng.uniform(-5e-4, 5e-4, 36))
+        live.take_telemetry(TelemetryFrame(number, noisy, noisy.posture))
+    settle(scene)
+    assert [server.scene.get_handle_by_name(name) for name in names] == before
+    rover = server.scene.get_handle_by_name("/rover")
+    assert rover is not None
+    pose = np.array(state.T_site_base)
+    pose[0, 3] += 0.3
+    moved = replace(state, time=9.0, T_site_base=pose)
+    live.take_telemetry(TelemetryFrame(9, moved, moved.posture))
+    until(lambda: abs(rover.position[0] - pose[0, 3]) < 1e-6, "the rover at its new place")
+    until(lambda: server.scene.get_handle_by_name("/support/margin") is not before[1], "the new margin")
+    until(lambda: server.scene.get_handle_by_name("/forces/arrows") is not before[2], "the new arrows")
+
+
+def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
+        live = sessions.open_sample("rock-step")
+        scene = Scene(server)
+        scene.follow(live)
+
+        def there(name, shown=True):
+            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}", 60)
+
+        leg = live.view.leg
+        live.set_view(shown={"swept": True})
+        assert there("/plan/path")
+        assert there(f"/swept/leg{leg}_wheel")
+        assert server.scene.get_handle_by_name("/suggested/marks") is None
+        live.compute_maps(leg).finish()
+        live.suggest(leg, show=True)
+        assert there("/suggested/marks")
+        live.set_view(leg=(leg + 1) % 6)  # they are not that leg's
+        assert there("/suggested/marks", shown=False)
+
+        # the sequence goes: its first row is under way
+        sequence = live.get(present(live.state.sequence, "no sequence"))
+        assert isinstance(sequence, Sequence)
+        planned = live.get(present(live.state.state, "no state"))
+        assert isinstance(planned, RobotState)
+        start = replace(planned, posture=sequence.start, T_site_base=sequence.T_site_base, mode="idle")
+        live.rover_connected(lambda text: None)
+        live.take_telemetry(TelemetryFrame(1, start, start.posture))
+        until(lambda: live.frame is not None, "telemetry")
+        assert there("/predicted", shown=False)
+        live.send(live.arm()["token"])
+        assert there("/predicted")
+        label = there("/predicted-text")
+        assert label is not None
+        live.abort_run()
+        live.rover_disconnected()
+        assert there("/predicted", shown=False)
+        assert there("/predicted-text", shown=False)
+        scene.close()
+    server.stop()
+
+
+def test_a_look_turns_every_page_once_and_then_goes_along(athlete, state):
+    class Camera:
+        def __init__(self):
+            self.position, self.look_at = np.array([9.0, 9.0, 9.0]), np.zeros(3)
+
+    class Loop:
+        def call_soon_threadsafe(self, run):
+            run()
+
+    class Page:
+        camera = Camera()
+
+    class Server:
+        def get_clients(self):
+            return {0: Page()}
+
+        def get_event_loop(self):
+            return Loop()
+
+    looking, camera = Looking(cast(Any, Server())), Page.camera
+    looking.look("free", 0, athlete, state, 2)
+    assert camera.position == pytest.approx([9.0, 9.0, 9.0])
+    looking.look("wheel", 1, athlete, state, 2)
+    eye = eye_of("wheel", athlete, state, 2)
+    assert eye is not None
+    assert camera.position == pytest.approx(eye.position)
+    assert camera.look_at == pytest.approx(eye.target)
+    camera.position = camera.position + np.array([0.0, 0.0, 1.0])  # turned by hand
+    pose = np.array(state.T_site_base)
+    pose[:3, 3] += [0.5, 0.2, 0.0]
+    looking.look("wheel", 1, athlete, replace(state, T_site_base=pose), 2)
+    assert camera.position == pytest.approx(eye.position + np.array([0.5, 0.2, 1.0]))
+    assert camera.look_at == pytest.approx(eye.target + np.array([0.5, 0.2, 0.0]))
+    looking.look("top", 2, athlete, state, 2)
+    at = camera.position
+    looking.look("top", 2, athlete, replace(state, T_site_base=pose), 2)
+    assert camera.position is at
+
+
+def test_a_view_refuses_what_it_does_not_have():
+    view = ViewState()
+    for wrong in ({"shown": {"stars": True}}, {"shown": {"tape": 1}}, {"look": "up"}, {"tape": [[0.0, 1.0]]}, {"a": 1}):
+        with pytest.raises(InvalidInput):
+            view.changed(**wrong)
+    assert view.changed(look="top").changed(look="top").looks == 2
+    changed = view.changed(shown={"swept": True})
+    assert [name for name in SWITCHES if getattr(changed.shown, name) != getattr(view.shown, name)] == ["swept"]
+
+
+def test_switches_and_looks_over_rest(client):
+    view = "/sessions/current/view"
+    before = client.get(view).json()
+    after = client.put(view, json={"shown": {"cameras": True}, "look": "top"}).json()
+    assert after["shown"] == {**before["shown"], "cameras": True}
+    assert (after["look"], after["looks"]) == ("top", before["looks"] + 1)
+    assert client.put(view, json={"shown": {"cameras": False}}).json()["shown"] == before["shown"]
+    for wrong in ({"shown": {"stars": True}}, {"shown": {"tape": 1}}, {"look": "up"}, {"tape": [[0.0, 1.0]]}):
+        answer = client.put(view, json=wrong)
+        assert answer.status_code == 422, answer.text
+        assert answer.headers["content-type"] == "application/problem+json"
