@@ -8,13 +8,16 @@ from footfall.core.value import SOFTWARE_VERSION
 
 if TYPE_CHECKING:
     from footfall.io.exports import export
+    from footfall.io.imports import read_sequence
     from footfall.io.robot_files import load_robot
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
     from footfall.maps.stack import compute_maps
+    from footfall.planning.execution.plan import plan_execution
     from footfall.planning.stance.body_move import plan_body_move
+    from footfall.planning.stance.body_shift import BodyShift
     from footfall.planning.stance.find_shift import find_shift
-    from footfall.planning.stance.shift import BodyShift, shifted_state
+    from footfall.planning.stance.shift import shifted_state
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.plan import plan_step
     from footfall.session.replay import replay
@@ -26,14 +29,16 @@ _where = {
     "load_robot": "footfall.io.robot_files",
     "read_terrain": "footfall.io.terrain_files",
     "stand": "footfall.planning.stance.stand",
-    "BodyShift": "footfall.planning.stance.shift",
+    "BodyShift": "footfall.planning.stance.body_shift",
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",
     "find_shift": "footfall.planning.stance.find_shift",
     "compute_maps": "footfall.maps.stack",
     "plan_step": "footfall.planning.step.plan",
+    "plan_execution": "footfall.planning.execution.plan",
     "make_sequence": "footfall.io.scripting",
     "export": "footfall.io.exports",
+    "read_sequence": "footfall.io.imports",
     "replay": "footfall.session.replay",
 }
 
@@ -48,7 +53,9 @@ __all__ = [
     "load_robot",
     "make_sequence",
     "plan_body_move",
+    "plan_execution",
     "plan_step",
+    "read_sequence",
     "read_terrain",
     "replay",
     "shifted_state",

@@ -11,9 +11,13 @@ from typing import Annotated, Any
 import typer
 
 from footfall import terminal
+from footfall.accounts_commands import accounts_app
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.map_commands import make_map
+from footfall.play_commands import run_play
+from footfall.referee_commands import run_referee
+from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
 from footfall.terminal import (
     AtX,
     AtY,
@@ -37,12 +41,13 @@ app = typer.Typer(
     help="A ground tool for walking rovers.",
 )
 plan_app = typer.Typer(cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Plan what the rover is to do.")
+app.add_typer(accounts_app, name="accounts")
 app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
+app.add_typer(sessions_app, name="sessions")
 app.command("map")(make_map)
-
-Data = Annotated[Path, typer.Option("--data", help="Folder of the sessions.", envvar="FOOTFALL_DATA")]
-DEFAULT_DATA = Path("~/.local/share/footfall")
+app.command("referee")(run_referee)
+app.command("play")(run_play)
 
 
 def main() -> None:
@@ -62,23 +67,77 @@ def root(
 
 @app.command()
 def serve(
-    host: Annotated[str, typer.Option(help="Loopback name to listen on.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(help="Name or address to listen on; others than loopback need accounts and TLS.")
+    ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.")] = 8080,
     sample: Annotated[str, typer.Option(help="Sample session to open a copy of.")] = "rock-step",
     session: Annotated[str | None, typer.Option(help="Open this session of the data folder instead.")] = None,
     data: Data = DEFAULT_DATA,
     sim: Annotated[bool, typer.Option("--sim/--no-sim", help="Run a simulated rover.")] = True,
     seed: Annotated[int, typer.Option(help="Seed of the simulated cameras' noise.")] = 0,
+    physics: Annotated[
+        bool, typer.Option("--physics/--kinematic", help="Whether that rover has masses, springs and contact.")
+    ] = False,
+    accounts: Annotated[
+        bool,
+        typer.Option("--accounts", help="Refuse to start without accounts; where there are some, they count anyway."),
+    ] = False,
+    tls_cert: Annotated[Path | None, typer.Option(help="Certificate, PEM, with those that vouch for it.")] = None,
+    tls_key: Annotated[Path | None, typer.Option(help="Its private key, PEM.")] = None,
+    behind_tls_proxy: Annotated[
+        bool, typer.Option("--behind-tls-proxy", help="A proxy in front ends TLS and says who asks.")
+    ] = False,
+    public_url: Annotated[
+        str | None, typer.Option(help="As browsers elsewhere name this server: https://ground.example.")
+    ] = None,
+    telemetry_delay: Annotated[
+        float, typer.Option(help="Light time from the rover, made by this server [s]; the Moon: 1.28.")
+    ] = 0.0,
+    command_delay: Annotated[float, typer.Option(help="Light time to the rover, stops included [s].")] = 0.0,
+    foxglove: Annotated[
+        int | None,
+        typer.Option(
+            help="Show it live in Foxglove, on this port of loopback (Foxglove looks at 8765).",
+            min=0,
+            max=65535,
+            metavar="PORT",
+        ),
+    ] = None,
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
+    from footfall.logs import start_logging
+    from footfall.session.light_time import LightTime
     from footfall_ui.app import serve as run
+    from footfall_ui.listening import Tls
+
+    light_time = LightTime(telemetry=telemetry_delay, commands=command_delay)
+    start_logging(data.expanduser())
 
     def ready(url: str) -> None:
         # at once, also into a pipe: scripts wait for this line
         typer.echo(f"FootFall answers on {url}")
+        if foxglove:
+            typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}")
         sys.stdout.flush()
 
-    run(host, port, sample=sample, session=session, folder=data.expanduser(), sim=sim, seed=seed, on_ready=ready)
+    run(
+        host,
+        port,
+        sample=sample,
+        session=session,
+        folder=data.expanduser(),
+        sim=sim,
+        seed=seed,
+        physics=physics,
+        on_ready=ready,
+        accounts=accounts,
+        tls=Tls.of(tls_cert, tls_key),
+        behind_tls_proxy=behind_tls_proxy,
+        public_url=public_url,
+        light_time=light_time,
+        foxglove=foxglove,
+    )
 
 
 @app.command()
@@ -145,11 +204,17 @@ def plan_step(
 @app.command()
 def export(
     source: Annotated[Path, typer.Argument(help="Session folder or zip, or the .npz of `footfall plan step --out`.")],
-    format: Annotated[str, typer.Option("--format", help="json, csv or seqjson.")] = "seqjson",
+    format: Annotated[
+        str, typer.Option("--format", help="json, csv, seqjson, fprime, fprime-dictionary, yamcs, ros2 or html.")
+    ] = "seqjson",
     out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; otherwise stdout.")] = None,
+    page: Annotated[bool, typer.Option("--page", help="The whole session as a page that plays alone.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a session's sequence, or the commands of a plan, as a file for others."""
+    """Write a session's sequence, or the commands of a plan, as a file for others; or a whole session as a page."""
+    if page:
+        _export_page(source, out, as_json)
+        return
     from footfall.io.exports import export as run
     from footfall.recorded import sequence_of
 
@@ -163,6 +228,24 @@ def export(
         typer.echo(f"{len(sequence.commands)} commands written to {out}")
 
 
+def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
+    from footfall.api.jsonable import jsonable
+    from footfall.io.session_page import encode
+    from footfall.recorded import Recorded
+    from footfall.session.page_story import page_story
+
+    recorded = Recorded(source)
+    content = encode(jsonable(page_story(recorded.events, recorded.value, recorded.robot())))
+    if out is not None:
+        out.write_bytes(content)
+    if as_json:
+        terminal.show({"events": len(recorded.events), "bytes": len(content)})
+    elif out is None:
+        typer.echo(content, nl=False)
+    else:
+        typer.echo(f"{len(recorded.events)} events written to {out}")
+
+
 @app.command()
 def sim(
     terrain: Annotated[Path, typer.Argument(help="Terrain file that is the rover's world.")],
@@ -171,27 +254,20 @@ def sim(
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the cameras' noise.")] = 0,
+    physics: Annotated[
+        bool, typer.Option("--physics/--kinematic", help="Masses, springs and contact, or joints that go as told.")
+    ] = False,
+    gravity: Annotated[str, typer.Option(help="Of the world in physics: earth, moon or mars.")] = "earth",
+    certificate: Annotated[Path | None, typer.Option(help="PEM file of the server's own certificate.")] = None,
     robot: RobotName = "athlete",
 ) -> None:
-    """Run a simulated rover on the link of a server until Ctrl-C."""
+    """Run a simulated rover on the link of a server until Ctrl-C; FOOTFALL_ROVER_TOKEN is its token."""
+    from footfall.balance.settings import gravity_named
+    from footfall.sim.physics.settings import PhysicsSettings
     from footfall.sim.process import Start, run_rover
 
-    run_rover(url, terrain, robot, seed, start=Start(x, y, yaw))
-
-
-@app.command()
-def sessions(data: Data = DEFAULT_DATA, as_json: Json = False) -> None:
-    """List the sessions of the data folder and the samples."""
-    from footfall.session.registry import Sessions
-
-    with Sessions(data.expanduser()) as registry:
-        found, samples = registry.list(), registry.samples()
-    if as_json:
-        terminal.show({"sessions": found, "samples": samples})
-        return
-    for one in found:
-        typer.echo(f"{one['id']}  {one['name']}  {one['robot']}  {one['events']} events")
-    typer.echo(f"samples: {', '.join(samples) or 'none'}")
+    world = PhysicsSettings(gravity=gravity_named(gravity), seed=seed) if physics else None
+    run_rover(url, terrain, robot, seed, start=Start(x, y, yaw), physics=world, certificate=certificate)
 
 
 @app.command()
@@ -224,11 +300,11 @@ def compile_kernels() -> None:
 
 
 @app.command()
-def doctor(as_json: Json = False) -> None:
+def doctor(data: Data = DEFAULT_DATA, as_json: Json = False) -> None:
     """Check that everything FootFall needs is here; exit code 1 where something is missing."""
     from footfall.doctor import examine
 
-    findings = examine()
+    findings = examine(data.expanduser())
     if as_json:
         terminal.show({"ok": all(one.ok for one in findings), "findings": findings})
     else:

@@ -2,7 +2,7 @@
 
 from footfall.core.progress import Progress, no_progress
 
-STEPS = ("ground and stance", "maps with friction", "shift of the chassis", "a step", "images to terrain")
+STEPS = ("ground and stance", "maps with friction", "shift of the chassis", "a step", "sag", "images to terrain")
 
 
 def compile_kernels(progress: Progress = no_progress) -> None:
@@ -12,6 +12,7 @@ def compile_kernels(progress: Progress = no_progress) -> None:
     """
     import footfall
     from footfall.maps.layers import MapSettings
+    from footfall.planning.compliance.rover import CompliantRover
     from footfall.planning.step.problem import StepSettings
     from footfall.robot.ik import contact_point
     from footfall.sim.render import render_snapshot
@@ -33,5 +34,7 @@ def compile_kernels(progress: Progress = no_progress) -> None:
     at(3)
     footfall.plan_step(robot, ground, state, 0, (x - 0.2, y + 0.2), settings=StepSettings(planner="sbl"))
     at(4)
+    CompliantRover(robot, ground).let_down(state.posture, state.T_site_base)
+    at(5)
     build_terrain(robot, render_snapshot(robot, state, ground, seed=1))
     progress(1.0, "compiled")

@@ -1,7 +1,11 @@
-"""Whether this installation can work: libraries, the robot, the page, the samples, the port, the processes."""
+"""Whether this installation can work: libraries, the robot, the page, the sessions' folder, ports, processes, pictures.
+
+What is only useful (a browser on this computer, a graphics card) is told, and no reason to fail.
+"""
 
 import os
 import platform
+import shutil
 import socket
 import subprocess
 import sys
@@ -9,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from tempfile import TemporaryFile
 
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import SESSION
@@ -25,11 +31,29 @@ LIBRARIES = {
     "trimesh": "trimesh",
     "embreex": "embreex.rtcore_scene",
     "pillow": "PIL",
+    "mujoco-core": "mujoco",
+    "mcap": "mcap",
+    "foxglove-sdk": "foxglove",
+    "argon2-cffi": "argon2",
+    "structlog": "structlog",
+    "prometheus-client": "prometheus_client",
     "fastapi": "fastapi",
     "uvicorn": "uvicorn",
     "websockets": "websockets",
     "viser": "viser",
 }
+PORTS = {8080: "the page (serve --port)", 8765: "Foxglove (serve --foxglove)"}
+LEAST_FREE = 2 << 30
+"""Disk space that a day's recordings and some terrains need [bytes]."""
+BROWSERS = (
+    "google-chrome",
+    "google-chrome-stable",
+    "chromium",
+    "chromium-browser",
+    "microsoft-edge",
+    "firefox",
+    "safari",
+)
 
 
 @dataclass(frozen=True)
@@ -41,8 +65,8 @@ class Finding:
     text: str
 
 
-def examine() -> list[Finding]:
-    """Look at everything; nothing is changed."""
+def examine(folder: Path) -> list[Finding]:
+    """Look at everything; nothing is changed. folder: of the sessions; it need not exist yet."""
     findings = [
         Finding("footfall", True, f"{SOFTWARE_VERSION}, Python {platform.python_version()}, {os.cpu_count()} cores")
     ]
@@ -51,8 +75,13 @@ def examine() -> list[Finding]:
         "robot": _robot,
         "page": _page,
         "sample sessions": _samples,
+        "sessions folder": lambda: _folder(folder),
+        "disk space": lambda: _space(folder),
         "loopback": _loopback,
+        "ports": _ports,
         "worker processes": _process,
+        "pictures without GPU": _pictures,
+        "browser": _browser,
     }
     return findings + [_finding(what, check) for what, check in checks.items()]
 
@@ -94,17 +123,80 @@ def _samples() -> str:
     return ", ".join(names)
 
 
+def _folder(folder: Path) -> str:
+    there = _existing(folder)
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise PermissionError(f"{there} can't be written by this user; choose another one with --data")
+    if there != folder:
+        return f"{folder} will be made"
+    with TemporaryFile(dir=folder) as probe:
+        probe.write(b"x")
+        probe.flush()
+        os.fsync(probe.fileno())
+    others = folder.stat().st_mode & 0o077
+    return f"{folder} can be written" + ("; other users of this computer can look into it" if others else "")
+
+
+def _space(folder: Path) -> str:
+    free = shutil.disk_usage(_existing(folder)).free
+    if free < LEAST_FREE:
+        raise RuntimeError(f"{free / 2**30:.1f} GiB are free, at least {LEAST_FREE >> 30} GiB are needed")
+    return f"{free / 2**30:.1f} GiB free"
+
+
+def _existing(folder: Path) -> Path:
+    """The folder, or the nearest one above it that exists."""
+    return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
+
+
 def _loopback() -> str:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         probe.listen(1)
+        with socket.create_connection(probe.getsockname(), timeout=5):
+            return "works"
+
+
+def _ports() -> str:
+    found = [
+        f"{port} is {'free' if _is_free(port) else 'in use, choose another'}: {use}" for port, use in PORTS.items()
+    ]
+    return "; ".join(found)
+
+
+def _is_free(port: int) -> bool:
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind(("127.0.0.1", 8080))
+            probe.bind(("127.0.0.1", port))
         except OSError:
-            return "works; port 8080 is in use, so `footfall serve` needs another --port"
-    return "works; port 8080 is free"
+            return False
+        return True
+
+
+def _pictures() -> str:
+    """The simulated cameras cast rays on the processor; one ray has to meet a triangle."""
+    import numpy as np
+    import trimesh
+
+    ground = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+    hit = ground.ray.intersects_any(np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -1.0]]))
+    if not hit.all():
+        raise RuntimeError("a ray missed what lies in its way; install FootFall again")
+    return "rays are cast on the processor; the page's 3-D view runs in the browser, with or without a GPU"
+
+
+def _browser() -> str:
+    found = [path for name in BROWSERS if (path := shutil.which(name))]
+    try:
+        from playwright.sync_api import sync_playwright
+
+        with sync_playwright() as play:
+            path = play.chromium.executable_path
+            found += [path] if Path(path).exists() else []
+    except Exception:  # it is for the tests alone, and may be anything but whole
+        pass
+    return ", ".join(found) or "none on this computer; any recent one shows the page, through an SSH tunnel too"
 
 
 def _process() -> str:

@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
-from footfall.maps.suggest import MOST, Suggestions
+from footfall.maps.quality_settings import MOST
 from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
+
+if TYPE_CHECKING:
+    from footfall.maps.suggest import Suggestions
 
 PICTURED = "footing"
 """The layer that a picture or an array shows unless another is named."""
@@ -80,7 +83,7 @@ def _gravity(text: str) -> float:
         return gravity_named(text)
 
 
-def _show(stack: MapStack, best: Suggestions | None, as_json: bool, written: Path | None) -> None:
+def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: Path | None) -> None:
     """How much of the ground the leg can use, and where best."""
     cell = stack.geometry.resolution**2
     footing = stack.layers.get("footing_friction", stack.layers["footing"])

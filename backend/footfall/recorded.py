@@ -6,7 +6,7 @@ from typing import TypeVar
 from footfall.core.errors import FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
-from footfall.io.bundles import ARTIFACTS, read_bundle
+from footfall.io.bundles import ARTIFACTS
 from footfall.io.scripting import make_sequence
 from footfall.planning.step.problem import PlanResult
 from footfall.robot.description import RobotDescription
@@ -14,6 +14,7 @@ from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.event import event_of
 from footfall.session.fold import fold_all
+from footfall.session.storage.store import read_session
 from footfall.telemetry.images import Snapshot
 
 _V = TypeVar("_V", bound=Value)
@@ -24,8 +25,9 @@ class Recorded:
 
     def __init__(self, path: Path) -> None:
         self.name = path.name
-        self._files = (bundle := read_bundle(path)).files
-        self.state = fold_all(event_of(record) for record in bundle.records)
+        self._files = (bundle := read_session(path)).files
+        self.events = tuple(event_of(record) for record in bundle.records)
+        self.state = fold_all(self.events)
 
     def get(self, digest: str | None, kind: type[_V], what: str) -> _V:
         """A value of the session. Raises NotFound where the session never had one."""
@@ -38,6 +40,10 @@ class Recorded:
         if not isinstance(value, kind):
             raise InvalidBundle(f"{ARTIFACTS}/{file} of {self.name} is a {type(value).__name__}, not its {what}")
         return value
+
+    def value(self, digest: str) -> Value:
+        """Any value of the session."""
+        return self.get(digest, Value, "value")
 
     def robot(self) -> Robot:
         """The robot that the session is about."""

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -15,9 +15,11 @@ from footfall.api.jsonable import dumps
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress as Report
 from footfall.planning.step.problem import PlanResult
-from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
 
 Pair = tuple[float, float]
 RobotName = Annotated[str, typer.Option("--robot", help="Name of a robot, or path of a description.")]
@@ -79,7 +81,7 @@ def bar(what: str) -> Iterator[Report]:
         yield report
 
 
-def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> tuple[Robot, Dem, RobotState]:
+def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> "tuple[Robot, Dem, RobotState]":
     """Robot, terrain file and the robot standing on it."""
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain

@@ -6,20 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rasterio
-from typer.testing import CliRunner
 
-from footfall.cli import app
 from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.maps.layers import LAYERS, REACHABLE_STABLE
 from tests.support.chassis_ground import wavy
+from tests.support.command_line import run
 
 LEG = 2
-
-
-def run(*arguments: object, code: int = 0):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
-    assert result.exit_code == code, result.output
-    return result
 
 
 def answer(*arguments: object) -> dict:

@@ -3,29 +3,20 @@
 import json
 import signal
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
-from footfall.cli import app
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.session.jobs import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
+from tests.support.command_line import FOOTFALL, run
 from tests.support.server import running_server, until
 
-FOOTFALL = [sys.executable, "-c", "from footfall.cli import main; main()"]
 HEIGHT, TILT = 1.5, 0.6
-
-
-def run(*arguments: object, code: int = 0):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
-    assert result.exit_code == code, result.output
-    return result
 
 
 @pytest.fixture

@@ -7,9 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from footfall.cli import app
 from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.planning.stance.stand import stand
 from footfall.sim.render import render_snapshot
@@ -20,14 +18,9 @@ from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field
 from footfall.terrain.surface import height_at
 from tests.support import yard
+from tests.support.command_line import run
 
 QUICK = ["--resolution", 0.04, "--half-size", 3.0, "--matcher", "3way"]
-
-
-def run(*arguments: object, code: int = 0):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
-    assert result.exit_code == code, result.output
-    return result
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,115 @@
+"""Logs: one JSON object a line in a file of the working folder that rotates, and lines for people on stderr.
+
+Whoever logs goes on to say ``logging.getLogger(__name__).warning(…)``; what is bound with ``structlog.contextvars``
+(``request``, ``session``, ``job``) stands in every line, also in those of other libraries.
+"""
+
+import logging
+import re
+import sys
+from collections.abc import MutableMapping
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+FOLDER, FILE = "logs", "footfall.jsonl"
+FILE_BYTES = 10 << 20
+"""A file that has grown to this is put aside …"""
+FILES_KEPT = 5
+"""… and so many of those are kept."""
+HIDDEN = "[hidden]"
+_SECRET_NAME = re.compile(r"(?i)token|secret|password|passwd|authorization|cookie|api[-_]?key")
+_SECRET_TEXT = re.compile(
+    r"(?i)(\b(?:bearer|basic)\s+|\b(?:[\w-]*(?:token|secret|password|authorization|cookie|api[-_]?key))"
+    r"""["']?\s*[=:]\s*["']?(?:(?:bearer|basic)\s+)?)[^\s"'&,;}\])]+"""
+)
+
+
+def start_logging(folder: Path | None, *, level: int = logging.INFO) -> None:
+    """From now on everything of ``level`` and above goes into ``folder``/logs, and warnings to stderr too.
+
+    folder: None: no file. A file that can't be written is told on stderr, and the work goes on without it.
+    """
+    root = logging.getLogger()
+    for old in [one for one in root.handlers if getattr(one, "of_footfall", False)]:
+        root.removeHandler(old)
+        old.close()
+    people = _ForPeople(logging.WARNING)
+    people.setFormatter(_formatter(structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty())))
+    _add(root, people)
+    root.setLevel(level)
+    # these tell of every request at INFO
+    for chatty in ("uvicorn", "httpx", "websockets", "PIL", "matplotlib"):
+        logging.getLogger(chatty).setLevel(logging.WARNING)
+    if folder is not None:
+        try:
+            (folder / FOLDER).mkdir(parents=True, exist_ok=True)
+            file = RotatingFileHandler(
+                folder / FOLDER / FILE, maxBytes=FILE_BYTES, backupCount=FILES_KEPT, encoding="utf-8"
+            )
+        except OSError as error:
+            logging.getLogger(__name__).warning("nothing is logged to a file: %s", error)
+        else:
+            file.setFormatter(_formatter(structlog.processors.JSONRenderer(), as_data=True))
+            _add(root, file)
+
+
+class _ForPeople(logging.Handler):
+    """Lines on stderr as it is at that moment: it may have been redirected since."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            print(self.format(record), file=sys.stderr, flush=True)  # noqa: T201
+        except Exception:
+            self.handleError(record)
+
+
+def _add(root: logging.Logger, handler: logging.Handler) -> None:
+    handler.of_footfall = True  # type: ignore[attr-defined]
+    root.addHandler(handler)
+
+
+def _formatter(renderer: Any, as_data: bool = False) -> structlog.stdlib.ProcessorFormatter:
+    last = [structlog.processors.dict_tracebacks] if as_data else []
+    return structlog.stdlib.ProcessorFormatter(
+        foreign_pre_chain=[
+            structlog.contextvars.merge_contextvars,
+            structlog.stdlib.add_log_level,
+            structlog.stdlib.add_logger_name,
+            structlog.stdlib.ExtraAdder(),
+            _once,
+            structlog.processors.TimeStamper(fmt="iso", utc=True),
+        ],
+        processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *last, without_secrets, renderer],
+    )
+
+
+def _once(_: Any, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """Another handler may have left the text in the record, as if it were something to add."""
+    event.pop("message", None)
+    return event
+
+
+def without_secrets(_: Any, __: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """A processor that hides what is named like a secret, and what stands behind such a name in a text."""
+    for name, content in event.items():
+        if isinstance(content, str):
+            event[name] = HIDDEN if _SECRET_NAME.search(name) else _SECRET_TEXT.sub(rf"\g<1>{HIDDEN}", content)
+        elif name != "exc_info" and _SECRET_NAME.search(name):
+            event[name] = HIDDEN
+        elif isinstance(content, (dict, list)):
+            event[name] = _within(content)
+    return event
+
+
+def _within(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {
+            name: HIDDEN if isinstance(name, str) and _SECRET_NAME.search(name) else _within(one)
+            for name, one in content.items()
+        }
+    if isinstance(content, list):
+        return [_within(one) for one in content]
+    return _SECRET_TEXT.sub(rf"\g<1>{HIDDEN}", content) if isinstance(content, str) else content

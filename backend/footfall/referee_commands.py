@@ -1,0 +1,109 @@
+"""The command ``footfall referee``: a sequence carried out by a simulated rover with masses and springs, and judged."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from footfall import terminal
+from footfall.core.errors import InvalidInput
+from footfall.terminal import Json, RobotName, bar
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
+    from footfall.sequence.commands import Sequence
+    from footfall.sim.physics.verdict import RefereeReport
+    from footfall.terrain.dem import Dem
+
+
+def run_referee(
+    source: Annotated[
+        Path,
+        typer.Argument(help="Session folder or zip, or the .npz of `footfall plan step --out`.", metavar="SEQUENCE"),
+    ],
+    terrain: Annotated[
+        Path | None, typer.Option(help="Terrain file that is the world; otherwise the first that the session loaded.")
+    ] = None,
+    gravity: Annotated[str, typer.Option(help="earth, moon or mars.")] = "earth",
+    friction: Annotated[float, typer.Option(help="Between wheels and ground.")] = 0.6,
+    stiffness: Annotated[float, typer.Option(help="Of the joints, times that of the description.")] = 1.0,
+    wheels: Annotated[float, typer.Option(help="Of the wheels, times that of the description.")] = 1.0,
+    mass: Annotated[float, typer.Option(help="Of every link and the payload, times that of the description.")] = 1.0,
+    spread: Annotated[float, typer.Option(help="Joints and wheels differ by 1 ± this, by chance.")] = 0.0,
+    payload: Annotated[float | None, typer.Option(help="Mass on the deck [kg]; otherwise the description's.")] = None,
+    wheel_shape: Annotated[str, typer.Option(help="How a wheel meets the ground: sphere or crowned.")] = "sphere",
+    seed: Annotated[int, typer.Option(help="Same seed, same spread.")] = 0,
+    robot: RobotName = "athlete",
+    as_json: Json = False,
+) -> None:
+    """Carry out a sequence in physics and judge what came of it; exit code 1 where something did not hold."""
+    from footfall.balance.settings import gravity_named
+    from footfall.robot.description import with_payload
+    from footfall.robot.model import Robot
+    from footfall.sim.physics.referee import referee
+    from footfall.sim.physics.settings import PhysicsSettings
+    from footfall.sim.physics.verdict import RefereeSettings
+
+    physics = PhysicsSettings(
+        gravity=gravity_named(gravity),
+        friction=friction,
+        stiffness_scale=stiffness,
+        stiffness_spread=spread,
+        wheel_scale=wheels,
+        wheel_spread=spread,
+        mass_scale=mass,
+        wheel_shape=wheel_shape,
+        seed=seed,
+    )
+    body, sequence, dem = _given(source, terrain, robot)
+    if payload is not None:
+        body = Robot(with_payload(body.description, payload))
+    with bar("referee") as progress:
+        report = referee(body, sequence, dem, RefereeSettings(physics), progress=progress)
+    if as_json:
+        terminal.show({"passed": report.passed, "report": report})
+    else:
+        _tell(report, len(sequence.commands))
+    raise typer.Exit(0 if report.passed else 1)
+
+
+def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequence, Dem]":
+    """Robot, sequence and world: a session has all three, a stored plan its sequence only."""
+    from footfall.io.robot_files import load_robot
+    from footfall.io.terrain_files import read_terrain
+    from footfall.recorded import Recorded, sequence_of
+    from footfall.session.event import event_of
+    from footfall.session.storage.store import read_session
+    from footfall.terrain.dem import Dem
+
+    if source.suffix == ".npz":
+        if terrain is None:
+            raise InvalidInput(f"{source.name} says nothing of the ground: give --terrain")
+        return load_robot(robot), sequence_of(source), read_terrain(terrain)
+    recorded = Recorded(source)
+    if terrain is not None:
+        return recorded.robot(), recorded.sequence(), read_terrain(terrain)
+    # what was loaded first is the world; what was built from images since is a view of it
+    events = (event_of(record) for record in read_session(source).records)
+    world = next((event.payload["digest"] for event in events if event.type == "terrain_loaded"), recorded.state.dem)
+    dem = recorded.get(world, Dem, "terrain")
+    return recorded.robot(), recorded.sequence(), dem
+
+
+def _tell(report: "RefereeReport", rows: int) -> None:
+    say = typer.echo
+    say("passed" if report.passed else "failed")
+    for text in report.failures:
+        say(f"  NO  {text}")
+    for event in report.events:
+        off = "" if event.off != event.off else f", {1000 * event.off:.0f} mm from its goal"
+        place = "{:.3f} {:.3f} {:.3f}".format(*event.point)
+        say(f"  {event.time:6.2f} s  row {event.row:<3} {event.kind} of wheel {event.leg} at {place}{off}")
+    say(f"{report.commands} of {rows} commands done in {report.ended[-1] if len(report.ended) else 0.0:.1f} s")
+    if report.clearance == report.clearance:
+        say(f"least height of the swinging leg over the ground {1000 * report.clearance:.0f} mm")
+    say(f"supporting wheels slipped at most {1000 * report.slip.max():.1f} mm")
+    if len(report.chassis):
+        far, low = 1000 * report.chassis.max(), 1000 * report.sag.max()
+        say(f"chassis at most {far:.0f} mm from where it should be, {low:.0f} mm too low")
+    say(f"largest torque {report.torque.max():.0%} of its limit")

@@ -1,0 +1,69 @@
+"""``footfall referee``: exit codes 0, 1 and 2, the text and the JSON."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from footfall.core.frames import transform
+from footfall.core.value import Provenance
+from footfall.io.artifacts import encode
+from footfall.robot.ik import solve_leg
+from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
+from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.predict import predict
+from tests.support.command_line import run
+
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_sessions" / "rock-step"
+
+
+@pytest.fixture
+def up_and_down(athlete, tmp_path) -> Path:
+    """A stored sequence: wheel 0 up by 20 cm and down again, 10 cm to the left."""
+    posture = athlete.posture("stand")
+    joints = []
+    for way in ((0.0, 0.0, 0.2), (0.0, 0.1, 0.2), (0.0, 0.1, 0.0)):
+        T = leg_wheel_pose(athlete, posture[:6], 0)
+        T[:3, 3] += way
+        solutions = solve_leg(athlete, 0, T[None])
+        found = solutions.q[0][solutions.valid[0]]
+        joints.append(found[np.argmin(np.abs(found - posture[:6]).sum(axis=1))])
+    phases = ("lift", "swing", "lower")
+    commands = tuple(Command("LEG_MOVE", 0, q, 1.0, phase) for q, phase in zip(joints, phases, strict=True))
+    height = athlete.wheel_radius - wheel_centers(athlete, posture)[:, 2].min()
+    T_site_base = transform(translation=(0.0, 0.0, height))
+    sequence = Sequence("athlete", commands, posture, predict(posture, commands), T_site_base, (), Provenance({}))
+    path = tmp_path / "sequence.npz"
+    path.write_bytes(encode(sequence))
+    return path
+
+
+def test_a_step_passes_on_the_moon_and_fails_on_earth(level, up_and_down):
+    said = run("referee", up_and_down, "--terrain", level, "--gravity", "moon").stdout
+    assert said.startswith("passed\n")
+    assert "lift-off of wheel 0" in said
+    assert "touch-down of wheel 0" in said
+    assert "3 of 3 commands done" in said
+    answer = run("referee", up_and_down, "--terrain", level, "--payload", 300, "--stiffness", 0.5, "--json", code=1)
+    about = json.loads(answer.stdout)
+    assert about["passed"] is False
+    assert "wheel 0 never left the ground" in about["report"]["failures"]
+    assert about["report"]["settings"]["physics"]["stiffness_scale"] == 0.5
+    assert len(about["report"]["torque"]) == 36
+
+
+def test_a_session_brings_its_ground_along():
+    assert run("referee", SAMPLE, "--gravity", "moon").stdout.startswith("passed\n")
+
+
+def test_misuse_is_exit_code_2(level, up_and_down, tmp_path):
+    for arguments, text in (
+        ([up_and_down], "give --terrain"),
+        ([up_and_down, "--terrain", level, "--gravity", "pluto"], "earth, moon, mars"),
+        ([up_and_down, "--terrain", level, "--friction", 0], "friction must be above zero"),
+        ([up_and_down, "--terrain", level, "--wheel-shape", "square"], "sphere, crowned"),
+        ([level, "--terrain", level], "holds no plan"),
+        ([tmp_path / "missing.npz", "--terrain", level], "there is no file"),
+    ):
+        assert text in run("referee", *arguments, code=2).output
