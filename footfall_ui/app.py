@@ -17,13 +17,19 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 from footfall.api.assemble import assemble
-from footfall.api.guard import LOOPBACK_NAMES, is_loopback_name
-from footfall.core.errors import Conflict, InvalidInput
+from footfall.api.front import LOOPBACK, Front
+from footfall.core.errors import NotFound
+from footfall.io.account_store import FILE as ACCOUNTS_FILE
 from footfall.resources import static_folder
+from footfall.session.accounts import Accounts
+from footfall.session.jobs import Jobs
+from footfall.session.light_time import LightTime
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import MAX_BINARY_FRAME, PATH
-from footfall_ui.proxy import SceneDoor, SceneProxy, closed_door, door_of
+from footfall_ui.listening import Tls, address_of, front_of, listen, require_safe
+from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
+from footfall_ui.viser_door import SceneDoor, closed_door, open_viser
 
 _log = logging.getLogger(__name__)
 
@@ -46,12 +52,16 @@ def create_app(
     scene: bool = True,
     rover: RoverProcess | None = None,
     static: Path | None = None,
+    accounts: Accounts | None = None,
+    front: Front = LOOPBACK,
 ) -> FastAPI:
     """The whole application over ``sessions``, which stay the caller's to close.
 
     scene: start viser; where that fails, the app works without it and says why.
     rover: a simulated rover to report on; starting and closing it is the caller's as well.
     static: folder of the page, by default the one that ships with FootFall.
+    accounts: who may come in, the caller's to close; None: whoever reaches it may do everything.
+    front: how it is reached.
     """
     door, close_scene = _open_scene(sessions) if scene else (closed_door("it was switched off"), _nothing)
 
@@ -61,7 +71,7 @@ def create_app(
             "simulated_rover": None if rover is None else rover.as_dict(),
         }
 
-    app = assemble(sessions, parts)
+    app = assemble(sessions, parts, accounts, front)
 
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -82,13 +92,9 @@ def _nothing() -> None:
 
 def _open_scene(sessions: Sessions) -> tuple[SceneDoor, Callable[[], None]]:
     try:
-        import viser
-
         from footfall_ui.scene import Scene
 
-        # viser announces an address on stdout that is not the one to open
-        with contextlib.redirect_stdout(io.StringIO()):
-            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        server, door = open_viser()
     except Exception as error:  # whatever it is: the operator can work without the scene
         _log.exception("the 3-D scene could not start")
         return closed_door(f"{type(error).__name__}: {error}"), _nothing
@@ -119,26 +125,36 @@ def _open_scene(sessions: Sessions) -> tuple[SceneDoor, Callable[[], None]]:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
 
-    return door_of(server), close
+    return door, close
 
 
 class Server(uvicorn.Server):
     """uvicorn that ends its event streams first: an open stream would hold up the shutdown."""
 
     def __init__(
-        self, app: FastAPI, listening: socket.socket, on_ready: Callable[[str], None] = lambda _: None
+        self,
+        app: FastAPI,
+        listening: socket.socket,
+        on_ready: Callable[[str], None] = lambda _: None,
+        tls: Tls | None = None,
     ) -> None:
         self._listening = listening
         self._app = app
         self._on_ready = on_ready
+        self._tls = tls
         super().__init__(
             uvicorn.Config(
                 app,
                 log_level="warning",
+                log_config=None,
                 ws="websockets-sansio",
                 ws_max_size=4 * MAX_BINARY_FRAME,
                 ws_per_message_deflate=False,
                 timeout_graceful_shutdown=5,
+                # otherwise any program on this computer could say that it asks from elsewhere
+                proxy_headers=app.state.front.proxied,
+                ssl_certfile=None if tls is None else tls.certificate,
+                ssl_keyfile=None if tls is None else tls.key,
             )
         )
 
@@ -148,43 +164,11 @@ class Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         if self.started:
-            self._on_ready(address_of(self._listening))
+            self._on_ready(address_of(self._listening, self._tls is not None))
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._app.state.streams.close()
         await super().shutdown(sockets)
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening socket on loopback. Raises InvalidInput for another host, Conflict where the port is taken."""
-    if not is_loopback_name(host):
-        raise InvalidInput(
-            f"FootFall has no authentication yet, so it listens on {', '.join(LOOPBACK_NAMES)} only, not on {host!r}: "
-            "whoever reached it could move the rover. From another computer, use an SSH tunnel",
-            host=host,
-        )
-    if not 0 <= port <= 65535:
-        raise InvalidInput("a port is a number from 0 to 65535", port=port)
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    made = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        made.bind((host, port))
-        made.listen(128)
-    except OSError as error:
-        made.close()
-        raise Conflict(
-            f"port {port} of {host} can't be used ({error.strerror}); end the other program, "
-            "or choose another port with --port",
-            port=port,
-        ) from error
-    return made
-
-
-def address_of(listening: socket.socket) -> str:
-    """``http://…`` of a listening socket."""
-    host, port = listening.getsockname()[:2]
-    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
 
 def serve(
@@ -196,31 +180,65 @@ def serve(
     session: str | None = None,
     sim: bool = True,
     seed: int = 0,
+    physics: bool = False,
     on_ready: Callable[[str], None] = lambda _: None,
+    accounts: bool = False,
+    tls: Tls | None = None,
+    behind_tls_proxy: bool = False,
+    public_url: str | None = None,
+    light_time: LightTime | None = None,
+    foxglove: int | None = None,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
 
     sample: open a copy of this sample; session: open this one of the folder instead; both None: open nothing.
     folder: where sessions are kept.
-    sim: run a simulated rover in the session's world.  on_ready: called with the address.
+    sim: run a simulated rover in the session's world; physics: one with masses and springs.
+    seed: of the cameras' noise. on_ready: called with the address.
+    accounts: whether not to serve at all without accounts; where the folder has some, they are asked for in any case.
+    tls: certificate and key; behind_tls_proxy: a proxy in front has them. public_url: as browsers elsewhere name it.
+    light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
     with _interruptible(), contextlib.ExitStack() as stack:
+        known = _accounts_of(folder, stack)
+        if accounts and known is None:
+            raise NotFound(
+                f"there are no accounts in {folder}; make one with `footfall accounts add NAME --role admin`"
+            )
+        safely = {"tls": tls is not None, "behind_tls_proxy": behind_tls_proxy, "public_url": public_url}
+        require_safe(host, accounts=known is not None, **safely)
         # the port is claimed before anything slow, so that a taken one shows at once
         listening = stack.enter_context(contextlib.closing(listen(host, port)))
-        sessions = stack.enter_context(Sessions(folder))
+        front = front_of(listening, **safely)
+        sessions = stack.enter_context(Sessions(folder, stack.enter_context(Jobs(warm=True)), light_time=light_time))
         if session is not None:
             sessions.open(session)
         elif sample is not None:
             sessions.open_sample(sample)
+        if foxglove is not None:
+            # its library is loaded by those alone who ask for it
+            from footfall_ui.foxglove_server import FoxgloveServer
+
+            stack.enter_context(contextlib.closing(FoxgloveServer(sessions, foxglove)))
         rover = None
         if sim:
-            link = "ws" + address_of(listening).removeprefix("http") + PATH
-            rover = RoverProcess(sessions, link, seed)
+            link = "ws" + address_of(listening, tls is not None).removeprefix("http") + PATH
+            token = None if known is None else known.own_rover()
+            rover = RoverProcess(sessions, link, seed, physics, token, None if tls is None else tls.certificate)
             stack.callback(rover.close)
             rover.start()
-        Server(create_app(sessions, rover=rover), listening, on_ready).run()
+        Server(create_app(sessions, rover=rover, accounts=known, front=front), listening, on_ready, tls).run()
+
+
+def _accounts_of(folder: Path, stack: contextlib.ExitStack) -> Accounts | None:
+    """The accounts of a folder, open until the stack ends; None where it has none."""
+    path = folder / ACCOUNTS_FILE
+    if not path.exists():
+        return None
+    found = stack.enter_context(contextlib.closing(Accounts(path)))
+    return found if found.everyone() else None
 
 
 @contextlib.contextmanager

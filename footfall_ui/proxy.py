@@ -1,61 +1,27 @@
-"""viser's page and its WebSocket under ``/scene/`` of the server's own address.
-
-viser listens on a loopback port of its own and answers any page that asks. So that the only way in leads through
-this server, where origins are checked, the proxy shows a secret that viser's end demands.
-"""
+"""viser's page and its WebSocket under ``/scene/`` of the server's own address."""
 
 import asyncio
 import contextlib
-import secrets
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
 from html import escape
-from typing import Any
 
 import httpx
-from fastapi import APIRouter, Request, Response, WebSocket
+from fastapi import APIRouter, Depends, Request, Response, WebSocket
 from starlette.responses import HTMLResponse, RedirectResponse, StreamingResponse
 from starlette.websockets import WebSocketDisconnect
-from viser._messages import ShareUrlRequest
+from viser._messages import Message, ViewerCameraMessage
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
-SECRET_HEADER = "X-FootFall-Scene"
+from footfall.api.auth.roles import authorise
+from footfall.api.auth.who import identity_of
+from footfall.session.identity import Role
+from footfall_ui.scene_policy import scene_policy
+from footfall_ui.viser_door import SECRET_HEADER, SceneDoor
+
 _PASSED_UP = ("accept", "accept-encoding", "if-none-match")
 _PASSED_DOWN = ("content-type", "content-encoding", "content-length", "etag")
-
-
-@dataclass(frozen=True)
-class SceneDoor:
-    """Where viser listens, and the secret of the proxy; port None and a reason where there is no scene."""
-
-    port: int | None
-    secret: str = ""
-    reason: str = ""
-
-
-def closed_door(reason: str) -> SceneDoor:
-    """For a server without a scene."""
-    return SceneDoor(None, reason=reason)
-
-
-def door_of(viser_server: Any) -> SceneDoor:
-    """The door of a viser server, which from now on drops connections that don't show the secret."""
-    secret = secrets.token_urlsafe()
-    sockets = viser_server._websock_server
-
-    async def only_through_the_proxy(client: Any) -> None:
-        # viser has no public access to the request behind a connection
-        connection = sockets._live_connections.get(client.client_id)
-        shown = "" if connection is None else connection.request.headers.get(SECRET_HEADER, "")
-        if connection is not None and not secrets.compare_digest(shown, secret):
-            await connection.close(1008, "use the scene through FootFall's own address")
-
-    sockets.on_client_connect(only_through_the_proxy)
-    # a page must not be able to open a tunnel from the internet to this computer
-    sockets.unregister_handler(ShareUrlRequest)
-    return SceneDoor(viser_server.get_port(), secret)
 
 
 class SceneProxy:
@@ -63,8 +29,11 @@ class SceneProxy:
 
     def __init__(self, door: SceneDoor) -> None:
         self._door = door
-        self._client = httpx.AsyncClient(base_url=f"http://127.0.0.1:{door.port or 0}", trust_env=False)
-        self.router = APIRouter(include_in_schema=False)
+        self._policy = "" if door.port is None else scene_policy()
+        self._client = httpx.AsyncClient(
+            base_url=f"http://127.0.0.1:{door.port or 0}", headers={SECRET_HEADER: door.secret}, trust_env=False
+        )
+        self.router = APIRouter(include_in_schema=False, dependencies=[Depends(authorise)])
         self.router.add_api_route("/scene", self._to_folder)
         self.router.add_api_route("/scene/{path:path}", self._page)
         # viser's page connects to its own address without the last slash
@@ -76,7 +45,7 @@ class SceneProxy:
         await self._client.aclose()
 
     async def _to_folder(self, request: Request) -> Response:
-        return RedirectResponse(request.url.replace(path="/scene/"))
+        return RedirectResponse(f"/scene/?{request.url.query}" if request.url.query else "/scene/")
 
     async def _page(self, path: str, request: Request) -> Response:
         if self._door.port is None:
@@ -89,6 +58,7 @@ class SceneProxy:
         except httpx.HTTPError as error:
             return HTMLResponse(_NO_SCENE.format(reason=escape(str(error))), status_code=502)
         passed = {name: answer.headers[name] for name in _PASSED_DOWN if name in answer.headers}
+        passed["content-security-policy"] = self._policy
         return StreamingResponse(_body(answer), answer.status_code, passed)
 
     async def _messages(self, socket: WebSocket) -> None:
@@ -105,7 +75,7 @@ class SceneProxy:
                 proxy=None,
             ) as viser:
                 await socket.accept(viser.subprotocol)
-                await _both_ways(socket, viser)
+                await _both_ways(socket, viser, identity_of(socket).role >= Role.PLANNER)
         except (OSError, TimeoutError, WebSocketException):
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await socket.close(1013, "the scene does not answer")
@@ -119,8 +89,8 @@ async def _body(answer: httpx.Response) -> AsyncIterator[bytes]:
         await answer.aclose()
 
 
-async def _both_ways(socket: WebSocket, viser: ClientConnection) -> None:
-    up, down = asyncio.create_task(_up(socket, viser)), asyncio.create_task(_down(socket, viser))
+async def _both_ways(socket: WebSocket, viser: ClientConnection, may_click: bool) -> None:
+    up, down = asyncio.create_task(_up(socket, viser, may_click)), asyncio.create_task(_down(socket, viser))
     _, unfinished = await asyncio.wait((up, down), return_when=asyncio.FIRST_COMPLETED)
     for task in unfinished:
         task.cancel()
@@ -131,14 +101,23 @@ async def _both_ways(socket: WebSocket, viser: ClientConnection) -> None:
             await socket.close(viser.close_code or 1001, viser.close_reason or "")
 
 
-async def _up(socket: WebSocket, viser: ClientConnection) -> None:
+async def _up(socket: WebSocket, viser: ClientConnection, may_click: bool) -> None:
     with contextlib.suppress(ConnectionClosed):
         while True:
             message = await socket.receive()
             if message["type"] == "websocket.disconnect":
                 return
-            content = message.get("bytes")
-            await viser.send(message["text"] if content is None else content)
+            content = message.get("bytes")  # viser's page sends nothing else
+            if content and (may_click or _looks_only(content)):
+                await viser.send(content)
+
+
+def _looks_only(content: bytes) -> bool:
+    """Whether a message of viser's page says where it looks from, and nothing that chooses or changes something."""
+    try:
+        return isinstance(Message.deserialize(content), ViewerCameraMessage)
+    except Exception:  # whatever it is that can't be read
+        return False
 
 
 async def _down(socket: WebSocket, viser: ClientConnection) -> None:

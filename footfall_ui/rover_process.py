@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import os
 import subprocess
 import sys
 import threading
@@ -13,6 +14,7 @@ from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
+from footfall.telemetry.link import TOKEN_VARIABLE
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
@@ -38,13 +40,25 @@ class RoverProcess:
     """One simulated rover as a client of ``url``, for the current one of ``sessions``.
 
     It is started again with the world of another session when that becomes the current one, and when a
-    session without a terrain gets one.
+    session without a terrain gets one. physics: a rover with masses and springs, not a kinematic one.
+    token: with which it comes in, where the server asks for one; certificate: that the server shows, with TLS.
     """
 
-    def __init__(self, sessions: Sessions, url: str, seed: int = 0) -> None:
+    def __init__(
+        self,
+        sessions: Sessions,
+        url: str,
+        seed: int = 0,
+        physics: bool = False,
+        token: str | None = None,
+        certificate: Path | None = None,
+    ) -> None:
         self._sessions = sessions
+        self._physics = physics
         self._url = url
         self._seed = seed
+        self._token = token
+        self._certificate = certificate
         self._folder = TemporaryDirectory(prefix="footfall-rover-")
         self._process: subprocess.Popen[bytes] | None = None
         self._session: str | None = None
@@ -115,14 +129,20 @@ class RoverProcess:
         write_terrain(dem if isinstance(dem, Dem) else rock_field(seed=self._seed), folder / "world.npz")
         command = [sys.executable, "-m", "footfall.sim", "--with-parent", "--seed", str(self._seed)]
         command += ["--url", self._url, "--terrain", str(folder / "world.npz"), "--robot", live.robot.name]
+        if self._physics:
+            command.append("--physics")
+        if self._certificate is not None:
+            command += ["--certificate", str(self._certificate)]
         state = None if state_digest is None or dem is None else live.get(state_digest)
         if isinstance(state, RobotState):
             (folder / "state.npz").write_bytes(encode(state))
             command += ["--state", str(folder / "state.npz")]
+        # not among the arguments, which everybody on this computer can read
+        surroundings = {**os.environ, **({} if self._token is None else {TOKEN_VARIABLE: self._token})}
         with (folder / "log").open("wb") as log:
             # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
             self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True, env=surroundings
             )
         self.fault = ""
 

@@ -1,8 +1,5 @@
 """Follows the current session and brings every drawn thing up to date, in one ordered thread."""
 
-import logging
-import queue
-import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -11,27 +8,42 @@ import viser
 
 from footfall.core.frames import rotation
 from footfall.core.value import Value
+from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.robot.model import Robot
+from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import pick
+from footfall_ui.scene.cameras import CamerasDrawing
+from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.footfall import FootfallDrawing
-from footfall_ui.scene.ghost import GhostDrawing
+from footfall_ui.scene.forces import ForcesDrawing
+from footfall_ui.scene.ghost import GhostDrawing, Motion, motion_of
+from footfall_ui.scene.look import Looking
 from footfall_ui.scene.path import PathDrawing
+from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
+from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.scene.robot import RobotDrawing, leg_links
+from footfall_ui.scene.sag import SagDrawing
+from footfall_ui.scene.suggested import SuggestedDrawing
 from footfall_ui.scene.support import SupportDrawing
+from footfall_ui.scene.swept import SweptDrawing
+from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
+from footfall_ui.scene.torque import TorqueDrawing
+from footfall_ui.scene.wakeup import wake_in_loop
 from footfall_ui.scene.what_if import WhatIfDrawing
 
-_log = logging.getLogger(__name__)
 _V = TypeVar("_V", bound=Value)
 
 VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
 """Of the first view from the middle of the rover [m]."""
 VIEW_ASIDE = 0.7
 """Angle between the first view and the leg [rad]."""
+MOVING = ("rover", "torques", "forces", "support", "collision", "predicted", "look")
+"""The parts that follow telemetry."""
 
 
 class Scene:
@@ -42,73 +54,101 @@ class Scene:
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
+        wake_in_loop(server)
         self._server = server
         server.scene.set_up_direction("+z")
         server.scene.world_axes.visible = False
         server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         server.scene.configure_default_lights(enabled=True, cast_shadow=False)
         server.scene.on_click()(self._clicked)
-        self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        self._pending = threading.Lock()
-        self._marked: set[str] = set()
         self._live: LiveSession | None = None
+        self._drawn: LiveSession | None = None
         self._unlisten: Callable[[], None] = lambda: None
         self._rover: RobotDrawing | None = None
+        self._torques: TorqueDrawing | None = None
+        self._cameras: CamerasDrawing | None = None
         self._robot: Robot | None = None
         self._terrain = TerrainDrawing(server)
         self._footfall = FootfallDrawing(server)
+        self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
+        self._swept = SweptDrawing(server)
         self._path = PathDrawing(server)
+        self._forces = ForcesDrawing(server)
         self._support = SupportDrawing(server)
+        self._collision = CollisionDrawing(server)
+        self._predicted = PredictedDrawing(server)
         self._what_if = WhatIfDrawing(server)
-        self._thread = threading.Thread(target=self._run, name="scene", daemon=True)
-        self._thread.start()
+        self._sag = SagDrawing(server)
+        self._tape = TapeDrawing(server)
+        self._looking = Looking(server)
+        parts: dict[str, Callable[[LiveSession], None]] = {
+            "robot": self._draw_robot,
+            "rover": self._draw_rover,
+            "ground": self._draw_ground,
+            "torques": self._draw_torques,
+            "forces": self._draw_forces,
+            "support": self._draw_support,
+            "cameras": self._draw_cameras,
+            "what if": self._draw_what_if,
+            "footfall": self._draw_footfall,
+            "suggestions": self._draw_suggestions,
+            "plan": self._draw_plan,
+            "collision": self._draw_collision,
+            "ghost": self._draw_ghost,
+            "swept": self._draw_swept,
+            "sag": self._draw_sag,
+            "predicted": self._draw_predicted,
+            "tape": self._draw_tape,
+            "look": self._draw_look,
+        }
+        self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
 
     def follow(self, live: LiveSession) -> None:
         """Draw this session from now on."""
         self._unlisten()
         self._live = live
         self._unlisten = live.listen(self._heard)
-        self._work.put(self._new_robot)
-        self._mark("rover", "all")
+        self._redrawing.mark()
 
     def close(self) -> None:
         """Stop drawing."""
         self._unlisten()
-        self._work.put(None)
-        self._thread.join(timeout=10)
+        self._redrawing.close()
 
     def _heard(self, message: dict) -> None:
         if message["type"] == "telemetry":
-            self._mark("rover")
+            self._redrawing.mark(*MOVING)
         elif message["type"] in ("event", "view", "preview"):
-            self._mark("rover", "all")
+            self._redrawing.mark()
 
-    def _mark(self, *parts: str) -> None:
-        with self._pending:
-            idle = not self._marked
-            self._marked.update(parts)
-        if idle:
-            self._work.put(self._redraw)
+    def _of_session(self, draw: Callable[[LiveSession], None]) -> Callable[[], None]:
+        def drawn() -> None:
+            if self._live is not None:
+                draw(self._live)
 
-    def _run(self) -> None:
-        while (job := self._work.get()) is not None:
-            try:
-                job()
-            except Exception:
-                # The scene is a view: one thing that can't be drawn must not end the drawing of the rest.
-                _log.exception("the scene could not be drawn")
+        return drawn
 
-    def _new_robot(self) -> None:
-        if self._live is None:
+    # -- the rover -----------------------------------------------------------------------------
+
+    def _draw_robot(self, live: LiveSession) -> None:
+        if live is self._drawn:
             return
-        if self._rover is not None:
-            self._rover.remove()
-        self._ghost.hide()
-        self._what_if.remove()
-        self._robot = self._live.robot
-        self._look_along(self._live.view.leg)
+        for drawing in (self._torques, self._cameras, self._ghost, self._predicted, self._swept, self._path):
+            if drawing is not None:
+                drawing.hide()
+        for copy in (self._rover, self._what_if, self._sag):
+            if copy is not None:
+                copy.remove()
+        for drawing in (self._support, self._forces, self._collision):
+            drawing.hide()
+        self._robot = live.robot
+        self._look_along(live.view.leg)
+        self._looking.forget(live.view.looks)
         self._rover = RobotDrawing(self._server, self._robot)
+        self._torques = TorqueDrawing(self._server, self._robot)
+        self._cameras = CamerasDrawing(self._server, self._robot.description)
+        self._drawn = live
 
     def _look_along(self, leg: int) -> None:
         """Where a page that opens looks from: outside the leg that is worked with, a little to its side."""
@@ -118,34 +158,61 @@ class Scene:
         self._server.initial_camera.position = (*(VIEW_DISTANCE * out[:, 0]), VIEW_HEIGHT)
         self._server.initial_camera.look_at = (*(0.15 * VIEW_DISTANCE * out[:, 0]), 0.4)
 
-    def _redraw(self) -> None:
-        with self._pending:
-            marked, self._marked = self._marked, set()
-        live = self._live
-        if live is None:
-            return
-        if "rover" in marked:
-            self._draw_rover(live)
-        if "all" in marked:
-            self._draw_ground(live)
-            self._draw_what_if(live)
-            self._draw_footfall(live)
-            self._draw_plan(live)
-
     def _draw_rover(self, live: LiveSession) -> None:
         if self._rover is None or self._robot is None:
             return
-        if live.frame is not None:
-            state = live.frame.state
-        elif live.state.state is not None:
-            state = _read(live, live.state.state, RobotState)
-        else:
+        state = _rover_state(live)
+        if state is None:
             self._rover.hide()
             return
         self._rover.place(state.posture, state.T_site_base)
-        self._rover.highlight(leg_links(self._robot, live.view.leg))
-        if state.mode != "moving":
+        self._rover.highlight(leg_links(self._robot, live.view.leg), self._colliding(live))
+
+    def _draw_torques(self, live: LiveSession) -> None:
+        state = _rover_state(live)
+        if self._torques is None:
+            return
+        if state is None or not live.view.shown.torques:
+            self._torques.hide()
+        else:
+            self._torques.show(state)
+
+    def _draw_forces(self, live: LiveSession) -> None:
+        state = _rover_state(live)
+        if state is None or self._robot is None or not live.view.shown.forces:
+            self._forces.hide()
+        else:
+            self._forces.show(self._robot, state, live.view.leg)
+
+    def _draw_support(self, live: LiveSession) -> None:
+        state = _rover_state(live)
+        if state is None or self._robot is None or not live.view.shown.support:
+            self._support.hide()
+        else:
             self._support.show(self._robot, state)
+
+    def _draw_cameras(self, live: LiveSession) -> None:
+        if self._cameras is None:
+            return
+        if live.view.shown.cameras:
+            self._cameras.show()
+        else:
+            self._cameras.hide()
+
+    def _draw_predicted(self, live: LiveSession) -> None:
+        row, run = row_under_way(live.state), live.state.run
+        if row is None or run is None or live.frame is None or self._robot is None or not live.view.shown.predicted:
+            self._predicted.hide()
+            return
+        sequence = _read(live, run.sequence, Sequence)
+        self._predicted.show(self._robot, alongside(self._robot, sequence, row, live.frame.state))
+
+    def _draw_look(self, live: LiveSession) -> None:
+        state, view = _rover_state(live), live.view
+        if state is not None and self._robot is not None:
+            self._looking.look(view.look, view.looks, self._robot, state, view.leg)
+
+    # -- the ground and what is chosen on it ---------------------------------------------------
 
     def _draw_ground(self, live: LiveSession) -> None:
         dem = _read(live, live.state.dem, Dem) if live.state.dem else None
@@ -174,31 +241,94 @@ class Scene:
             point, normal, self._robot.wheel_radius, _accepted(live, chosen, answer), f"leg {chosen.leg}"
         )
 
+    def _draw_suggestions(self, live: LiveSession) -> None:
+        found = live.suggestions_shown(live.view.leg) if live.view.shown.suggestions else None
+        if found is None:
+            self._suggested.hide()
+        else:
+            self._suggested.show(found)
+
+    def _draw_tape(self, live: LiveSession) -> None:
+        self._tape.show(live.view.tape if live.view.shown.tape else ())
+
+    # -- what is planned -----------------------------------------------------------------------
+
     def _draw_plan(self, live: LiveSession) -> None:
         plan: StepPlan | None = None
         if live.state.plan is not None:
             plan = _read(live, live.state.plan, PlanResult).plan
         if plan is None or self._robot is None:
             self._path.hide()
-            self._ghost.hide()
             return
         self._path.show(self._robot, plan)
-        if live.view.show_ghost:
-            self._ghost.show(self._robot, plan, live.view.scrub)
+
+    def _colliding(self, live: LiveSession) -> tuple[str, ...]:
+        if live.state.plan is None or self._robot is None:
+            return ()
+        return colliding(_read(live, live.state.plan, PlanResult), self._robot.description.meshes)
+
+    def _draw_collision(self, live: LiveSession) -> None:
+        state, pair = _rover_state(live), self._colliding(live)
+        if state is None or not pair or self._robot is None:
+            self._collision.hide()
         else:
+            self._collision.show(self._robot, state, pair)
+
+    def _draw_ghost(self, live: LiveSession) -> None:
+        motion = _played(live)
+        if motion is None or self._robot is None or not live.view.show_ghost:
             self._ghost.hide()
+        else:
+            self._ghost.show(self._robot, motion, live.view.scrub)
+
+    def _draw_swept(self, live: LiveSession) -> None:
+        motion = _played(live) if live.view.shown.swept else None
+        if motion is None or live.played is None or self._robot is None:
+            self._swept.hide()
+        else:
+            self._swept.show(self._robot, motion, live.played)
+
+    def _draw_sag(self, live: LiveSession) -> None:
+        chosen = live.state.execution
+        done = None if chosen is None else _read(live, chosen, ExecutionResult).execution
+        if done is None or self._robot is None:
+            self._sag.hide()
+        else:
+            # the ghost of its commands is this very motion
+            follows = live.view.show_ghost and live.played == live.state.plan
+            self._sag.show(self._robot, done, live.view.scrub if follows else None)
+
+    # -- clicks --------------------------------------------------------------------------------
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
-        self._work.put(lambda: self._choose(origin, direction))
+        self._redrawing.soon(lambda: self._choose(origin, direction))
 
     def _choose(self, origin: np.ndarray, direction: np.ndarray) -> None:
         live = self._live
         if live is None or live.state.dem is None:
             return
         point = pick(_read(live, live.state.dem, Dem), origin, direction)
-        if point is not None:
-            live.choose_footfall(live.view.leg, float(point[0]), float(point[1]))
+        if point is None:
+            return
+        x, y, z = (float(one) for one in point)
+        if live.view.shown.tape:
+            live.set_view(tape=live.view.measured((x, y, z)))
+        else:
+            live.choose_footfall(live.view.leg, x, y)
+
+
+def _rover_state(live: LiveSession) -> RobotState | None:
+    """What the rover says of itself; before it says anything, what is planned from."""
+    if live.frame is not None:
+        return live.frame.state
+    return None if live.state.state is None else _read(live, live.state.state, RobotState)
+
+
+def _played(live: LiveSession) -> Motion | None:
+    """What the ghost plays."""
+    played = None if live.played is None else live.get(live.played)
+    return motion_of(played.plan if isinstance(played, PlanResult) else played)
 
 
 def _accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:

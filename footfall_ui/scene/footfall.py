@@ -5,6 +5,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.frames import rotation_from_z
+from footfall_ui.scene.drawn import Drawn
 
 YES = (40, 200, 90)
 NO = (235, 70, 60)
@@ -16,13 +17,12 @@ class FootfallDrawing:
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._handles: list[viser.SceneNodeHandle] = []
+        self._drawn = Drawn(server)
 
     def show(
         self, point: NDArray[np.float64], normal: NDArray[np.float64], radius: float, accepted: bool | None, text: str
     ) -> None:
         """point, normal: site frame, (3,); radius [m]; accepted: None while nothing was decided."""
-        self.hide()
         color = OPEN if accepted is None else YES if accepted else NO
         R = rotation_from_z(normal, (1.0, 0.0, 0.0))
         angle = np.linspace(0, 2 * np.pi, 33)
@@ -33,14 +33,12 @@ class FootfallDrawing:
             segments.append((point + arms @ R.T + 0.02 * R[:, 2]).reshape(2, 2, 3))
         segments.append(np.array([[point, point + 0.5 * R[:, 2]]]))
         scene = self._server.scene
-        self._handles = [
+        self._drawn.keep(
             scene.add_line_segments(
                 "/footfall/mark", np.concatenate(segments), color, thickness=4.0, thickness_units="screen"
             ),
             scene.add_label("/footfall/text", text, position=point + 0.55 * R[:, 2]),
-        ]
+        )
 
     def hide(self) -> None:
-        for handle in self._handles:
-            handle.remove()
-        self._handles = []
+        self._drawn.clear()

@@ -1,29 +1,46 @@
-"""The ghost: where the moving leg will be at a moment of the plan."""
+"""The ghost: where the moving leg, or the whole rover, will be at a moment of what is planned."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
+from footfall.core.value import Value
+from footfall.planning.stance.follow import base_path
 from footfall.planning.step.problem import StepPlan
 from footfall.robot.model import Robot
+from footfall.sequence.commands import Sequence
 from footfall_ui.scene.robot import GHOST, RobotDrawing, leg_links
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a ghost plays: waypoints (n, legs × 6) [rad], Ts_site_base (n, 4, 4). leg: the one that moves; None: all."""
+
+    leg: int | None
+    waypoints: Array
+    Ts_site_base: Array
 
 
 class GhostDrawing:
-    """A see-through copy of one leg, created once for each leg."""
+    """A see-through copy of one leg, or of all and the chassis, made anew where another one moves."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._drawing: RobotDrawing | None = None
         self._leg: int | None = None
 
-    def show(self, robot: Robot, plan: StepPlan, moment: float) -> None:
-        """moment: 0…1 along the plan; between waypoints the joints move in straight lines."""
-        if self._drawing is None or self._leg != plan.leg:
+    def show(self, robot: Robot, motion: Motion, moment: float) -> None:
+        """moment: 0…1 along the motion; between waypoints the joints move in straight lines."""
+        if self._drawing is None or self._leg != motion.leg:
             self.hide()
-            links = leg_links(robot, plan.leg)
+            links = None if motion.leg is None else leg_links(robot, motion.leg)
             self._drawing = RobotDrawing(self._server, robot, "ghost", links, GHOST, opacity=0.55)
-            self._leg = plan.leg
-        self._drawing.place(posture_at(plan, moment), plan.T_site_base)
+            self._leg = motion.leg
+        self._drawing.place(*at(motion, moment))
 
     def hide(self) -> None:
         if self._drawing is not None:
@@ -31,9 +48,26 @@ class GhostDrawing:
             self._drawing = None
 
 
-def posture_at(plan: StepPlan, moment: float) -> np.ndarray:
-    """Posture at 0…1 of the plan, measured by the largest joint's travel (as long commands take longer)."""
-    travel = np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1)
+def motion_of(value: Value | None) -> Motion | None:
+    """What a ghost plays of a plan, or of a sequence that moves the chassis; None of anything else."""
+    if isinstance(value, StepPlan):
+        return Motion(value.leg, value.waypoints, np.tile(value.T_site_base, (len(value.waypoints), 1, 1)))
+    if isinstance(value, Sequence) and value.commands:
+        poses = np.concatenate([value.T_site_base[None], value.poses])
+        return Motion(None, np.vstack([value.start, value.predicted]), poses)
+    return None
+
+
+def at(motion: Motion, moment: float) -> tuple[Array, Array]:
+    """Posture and T_site_base at 0…1 of a motion, measured by the largest joint's travel: long commands take longer.
+
+    Between waypoints the chassis goes straight and turns about one axis.
+    """
+    travel = np.abs(np.diff(motion.waypoints, axis=0)).max(axis=1)
     along = np.concatenate([[0.0], np.cumsum(travel)])
-    at = np.clip(moment, 0, 1) * along[-1]
-    return np.array([np.interp(at, along, joint) for joint in plan.waypoints.T])
+    here = np.clip(moment, 0, 1) * along[-1]
+    posture = np.array([np.interp(here, along, joint) for joint in motion.waypoints.T])
+    after = min(max(int(np.searchsorted(along, here)), 1), len(travel))
+    share = (here - along[after - 1]) / travel[after - 1] if travel[after - 1] else 1.0
+    T_from, T_to = motion.Ts_site_base[after - 1 : after + 1]
+    return posture, base_path(T_from, T_to, np.array([share]))[0]

@@ -7,31 +7,36 @@ from footfall.core.frames import apply
 from footfall.planning.step.problem import StepPlan
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
+from footfall_ui.scene.drawn import Drawn
 
 COLORS = {"lift": (255, 190, 60), "swing": (90, 200, 255), "lower": (200, 130, 255)}
 
 
 class PathDrawing:
-    """Line segments from waypoint to waypoint."""
+    """Line segments from waypoint to waypoint, made anew for another plan."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._handle: viser.LineSegmentsHandle | None = None
+        self._drawn = Drawn(server)
+        self._of = ""
 
     def show(self, robot: Robot, plan: StepPlan) -> None:
-        self.hide()
+        if self._of == plan.digest:
+            return
         centers = np.array([wheel_centers(robot, posture)[plan.leg] for posture in plan.waypoints])
         points = apply(plan.T_site_base, centers)
         colors = np.array([COLORS[phase] for phase in plan.phases[1:]], np.uint8)
-        self._handle = self._server.scene.add_line_segments(
-            "/plan/path",
-            np.stack([points[:-1], points[1:]], axis=1),
-            np.repeat(colors[:, None, :], 2, axis=1),
-            thickness=3.0,
-            thickness_units="screen",
+        self._drawn.keep(
+            self._server.scene.add_line_segments(
+                "/plan/path",
+                np.stack([points[:-1], points[1:]], axis=1),
+                np.repeat(colors[:, None, :], 2, axis=1),
+                thickness=3.0,
+                thickness_units="screen",
+            )
         )
+        self._of = plan.digest
 
     def hide(self) -> None:
-        if self._handle is not None:
-            self._handle.remove()
-            self._handle = None
+        self._of = ""
+        self._drawn.clear()

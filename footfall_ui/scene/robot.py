@@ -1,5 +1,7 @@
 """The rover: one frame and one mesh for each link, moved in place; and the ghost of its moving leg."""
 
+from collections.abc import Collection
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -7,10 +9,12 @@ from numpy.typing import NDArray
 from footfall.core.frames import quat_wxyz
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
+from footfall_ui.scene.drawn import Drawn
 
 BODY = (196, 199, 205)
 CHOSEN = (120, 190, 255)
 GHOST = (250, 214, 80)
+COLLIDING = (255, 60, 150)
 
 
 class RobotDrawing:
@@ -29,6 +33,8 @@ class RobotDrawing:
         self._server = server
         self._color = color
         self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
+        self._drawn = Drawn(server)
+        self._drawn.keep(self._root)
         self._frames: dict[str, viser.FrameHandle] = {}
         self._meshes: dict[str, viser.MeshHandle] = {}
         for link, mesh in robot.description.meshes.items():
@@ -58,10 +64,10 @@ class RobotDrawing:
                     self._frames[link].wxyz = quat_wxyz(T_base_link[:3, :3])
             self._root.visible = True
 
-    def highlight(self, links: set[str]) -> None:
-        """Colour the chosen links apart from the rest."""
+    def highlight(self, chosen: Collection[str], colliding: Collection[str] = ()) -> None:
+        """Colour the chosen links apart from the rest, and those that would collide apart from both."""
         for link, mesh in self._meshes.items():
-            color = CHOSEN if link in links else self._color
+            color = COLLIDING if link in colliding else CHOSEN if link in chosen else self._color
             if tuple(mesh.color) != color:
                 mesh.color = color
 
@@ -69,7 +75,8 @@ class RobotDrawing:
         self._root.visible = False
 
     def remove(self) -> None:
-        self._root.remove()
+        """Take it away, with everything that was drawn onto its links."""
+        self._drawn.clear()
 
 
 def leg_links(robot: Robot, leg: int) -> set[str]:

@@ -88,4 +88,7 @@ class TerrainDrawing:
 
     def _keep(self, digests: set[str]) -> None:
         for key in [key for key in self._shown if key[0] not in digests]:
-            self._shown.pop(key).remove()
+            # not where a try that failed half way has taken it away
+            if self._server.scene.get_handle_by_name(self._shown[key].name) is self._shown[key]:
+                self._shown[key].remove()
+            del self._shown[key]
