@@ -4,6 +4,13 @@ import { known } from "./store.js";
 
 export const ROOT = "/api/v1";
 
+// This page by a name of its own: whoever holds the conn is one page. It outlives a reload, not the tab.
+export const PAGE = (() => {
+  const kept = sessionStorage.getItem("footfall-page") ?? Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+  sessionStorage.setItem("footfall-page", kept);
+  return kept;
+})();
+
 export class Problem extends Error {
   constructor(status, body) {
     super(body.detail || body.title || `the server answered ${status}`);
@@ -19,7 +26,7 @@ function address(path) {
 }
 
 export async function request(method, path, body, headers = {}, patience = 0) {
-  const options = { method, headers: { ...headers } };
+  const options = { method, headers: { "FootFall-Page": PAGE, ...headers } };
   if (patience) options.signal = AbortSignal.timeout(patience);
   if (body instanceof FormData) {
     options.body = body;
@@ -34,6 +41,7 @@ export async function request(method, path, body, headers = {}, patience = 0) {
     const doubt = method === "GET" ? "" : " Whether the request arrived is not known.";
     throw new Problem(0, { detail: `The server does not answer.${doubt}` });
   }
+  if (response.status === 401) location.assign("/login.html?ended");
   const type = response.headers.get("Content-Type") || "";
   const answer = type.includes("json") ? await response.json() : await response.blob();
   if (!response.ok) throw new Problem(response.status, answer instanceof Blob ? {} : answer);

@@ -1,18 +1,22 @@
 // One keymap for the whole page. Stop works wherever focus is, inside dialogs and fields too.
 
+import { act, actOfKey, listed, perform, told } from "./acts.js";
 import { $, element } from "./dom.js";
+import { openPalette } from "./palette.js";
 
-const REPEATING = ["[", "]"];
+const REPEATING = ["[", "]", ",", "."];
 const CAMERA_KEYS = ["W", "A", "S", "D", "Q", "E"]; // as viser has them
+const STOPS = [["Ctrl+.", "Stop request"], ["Esc Esc", "Stop request"]];
 
-const bindings = [];
 let lastEscape = 0;
 
-export function bind(key, text, act) {
-  bindings.push({ key, text, act });
-}
+export const bind = (key, text, run) => act({ key, text, run });
 
 export function listenForKeys(stop) {
+  act({ text: "Stop request", run: stop });
+  act({ key: "?", text: "List of the keys", run: showHelp, button: "open-help" });
+  act({ key: "Ctrl+K", text: "Find an act by its name", run: openPalette, button: "open-palette" });
+  act({ key: ":", text: "Find an act by its name", run: openPalette });
   const heard = (event) => {
     if ((event.ctrlKey || event.metaKey) && event.key === ".") {
       event.preventDefault();
@@ -23,14 +27,23 @@ export function listenForKeys(stop) {
       const now = performance.now();
       if (now - lastEscape < 700) stop();
       lastEscape = now;
+      for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
       return;
     }
     const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea");
     if (event.ctrlKey || event.metaKey) {
-      if (event.key.toLowerCase() === "z" && !typing) press(event, "Ctrl+Z");
+      const key = `Ctrl+${event.key.toUpperCase()}`;
+      // a field's own undo stays its own
+      if (!typing || key === "Ctrl+K") press(event, key);
       return;
     }
-    if (typing || event.altKey || $("help").open) return;
+    if (event.key === "F6") {
+      press(event, "F6");
+      return;
+    }
+    if (typing || event.altKey || document.querySelector("dialog[open]")) return;
+    // on a button or link Space and Enter are that one's
+    if ([" ", "Enter"].includes(event.key) && event.target.closest?.("button, a, summary, [role=tab]")) return;
     // a key that is held down acts once; the scene's own keys move its camera
     if (event.repeat && !REPEATING.includes(event.key)) return;
     if (event.view !== window && CAMERA_KEYS.includes(event.key.toUpperCase())) return;
@@ -46,17 +59,16 @@ export function listenForKeys(stop) {
 }
 
 function press(event, key) {
-  const found = bindings.find((binding) => binding.key === key);
+  const found = actOfKey(key);
   if (!found) return;
   event.preventDefault();
-  found.act();
+  perform(found);
 }
 
-export function showHelp() {
-  const rows = [...bindings, { key: "Ctrl+.", text: "Stop request" }, { key: "Esc Esc", text: "Stop request" }];
-  $("help-keys").replaceChildren(
-    ...rows.map(({ key, text }) => element("tr", {}, element("th", { textContent: key === " " ? "Space" : key }), element("td", { textContent: text }))),
-  );
+function showHelp() {
+  const keyed = listed().filter(({ key }) => key).map(({ key, text }) => [told(key), text]);
+  $("help-keys").replaceChildren(...[...keyed, ...STOPS].map(([key, text]) =>
+    element("tr", {}, element("th", { scope: "row" }, element("kbd", { textContent: key })), element("td", { textContent: text }))));
   // Not modal: a modal dialog would put the stop button out of reach.
   $("help").show();
 }

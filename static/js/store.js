@@ -5,6 +5,7 @@ const listeners = [];
 export const known = {
   summary: null, // GET sessions/current
   robot: null, // GET robot
+  me: null, // GET me: name, role
   frame: null, // latest telemetry message
   heardAt: 0, // when the server was last heard, performance.now()
   connected: false, // the event stream is open

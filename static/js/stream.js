@@ -1,4 +1,4 @@
-// Follows the session: one event stream, and a fresh summary after everything that changed it.
+// Follows the session: one line of events, and a fresh summary after everything that changed it.
 
 import { ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
@@ -33,13 +33,13 @@ async function fetchAll() {
     }
     known.heardAt = performance.now();
     await refreshProducts(summary).catch((error) => toast(error.message));
-    known.summary = summary;
+    known.summary = Object.assign(summary, { heardAt: known.heardAt });
     takeJobs(summary.jobs);
   }
   changed();
 }
 
-// The stream says what does not arrive; asking again there would only repeat it.
+// The line says what does not arrive; asking again there would only repeat it.
 const look = () => refresh().catch(() => changed());
 
 async function refreshProducts(summary) {
@@ -53,7 +53,7 @@ async function refreshProducts(summary) {
   }
 }
 
-// The server's order holds. A job that the stream has told the end of does not come back to life.
+// The server's order holds. A job that the line has told the end of does not come back to life.
 function takeJobs(jobs) {
   const before = known.jobs;
   known.jobs = new Map(jobs.map((job) => [job.id, OVER.includes(before.get(job.id)?.state) ? before.get(job.id) : job]));
@@ -67,30 +67,48 @@ export async function follow() {
 }
 
 function listen() {
-  const source = new EventSource(`${ROOT}/sessions/current/events?since=${known.summary.events - 1}`);
-  source.addEventListener("open", () => { known.connected = true; look(); });
-  source.addEventListener("error", () => {
+  const root = `${location.origin.replace(/^http/, "ws")}${ROOT}`;
+  const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}`);
+  line.addEventListener("open", () => { known.connected = true; look(); });
+  line.addEventListener("close", () => {
     known.connected = false;
     changed();
-    // The browser tries again by itself, but not after a refusal.
-    if (source.readyState === EventSource.CLOSED) setTimeout(listen, RETRY);
+    setTimeout(listen, RETRY);
   });
-  source.addEventListener("event", (message) => {
-    const { type, payload } = JSON.parse(message.data);
+  line.addEventListener("message", (message) => {
+    const { type, data } = JSON.parse(message.data);
+    (take[type] ?? look)(data);
+  });
+}
+
+// "link", "session" and "preview" say only that the summary has changed.
+const take = {
+  // A hand on the ghost's slider sends dozens a second: no summary for each of them.
+  view(view) {
+    if (!known.summary) return;
+    known.summary = { ...known.summary, view };
+    known.heardAt = performance.now();
+    if (fetching) again = true; // the one on its way may have an older view
+    changed();
+  },
+  event({ type, payload }) {
     if (type === "link_fault") toast(`Rover link: ${payload.source === "rover" ? "the rover says: " : ""}${payload.reason}`);
+    if (type === "log_repaired" || type === "clock_jumped") toast(`Record: ${payload.text}`);
     look();
-  });
-  for (const kind of ["view", "link", "session"]) source.addEventListener(kind, look);
-  source.addEventListener("job", (message) => {
-    const job = JSON.parse(message.data);
+  },
+  store({ problem, unrecorded }) {
+    toast(problem ? `The record can't be written, ${unrecorded} events wait: ${problem}` : "The record is written again.");
+    look();
+  },
+  job(job) {
     known.jobs.set(job.id, job);
     known.heardAt = performance.now();
     if (OVER.includes(job.state)) look();
     changed();
-  });
-  source.addEventListener("telemetry", (message) => {
-    known.frame = { ...JSON.parse(message.data), heardAt: performance.now() };
+  },
+  telemetry(frame) {
+    known.frame = { ...frame, heardAt: performance.now() };
     known.heardAt = performance.now();
     changed();
-  });
-}
+  },
+};

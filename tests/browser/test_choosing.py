@@ -7,35 +7,25 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.support.page_steps import SLOW, held, press
 from tests.support.server import Running, until
 
-pytestmark = pytest.mark.browser
-SLOW = 90_000  # ms: software rendering draws one or two frames a second
 Keep = Callable[[str], None]
-
-
-def summary(served: Running) -> dict:
-    with served.client() as client:
-        return client.get("/sessions/current").json()
-
-
-def press(page: Page, name: str) -> None:
-    page.get_by_role("button", name=name, exact=True).click()
 
 
 def coloured(page: Page, served: Running, leg: int) -> str:
     """Ask for maps of a leg; their digest, which may be that of the maps before."""
     page.get_by_role("radio", name=f"Leg {leg}", exact=True).click()
-    until(lambda: summary(served)["view"]["leg"] == leg, "the chosen leg")
-    before = {job["id"] for job in summary(served)["jobs"]}
+    until(lambda: held(served)["view"]["leg"] == leg, "the chosen leg")
+    before = {job["id"] for job in held(served)["jobs"]}
     press(page, "Colour for leg")
 
     def done() -> bool:
-        jobs = [job for job in summary(served)["jobs"] if job["id"] not in before and job["kind"] == "maps"]
+        jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == "maps"]
         return bool(jobs) and jobs[-1]["state"] == "done"
 
     until(done, f"maps of leg {leg}", 120)
-    return summary(served)["maps"][str(leg)]
+    return held(served)["maps"][str(leg)]
 
 
 def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, look: Keep) -> None:
@@ -54,14 +44,14 @@ def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, lo
     press(page, "Suggest footfalls")
     expect(page.locator("#suggestions li")).to_have_count(5, timeout=SLOW)
     with served.client() as client:
-        held = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
+        suggested = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
     listed = page.locator("#suggestions li").all_inner_texts()
-    for text, one in zip(listed, held, strict=True):
+    for text, one in zip(listed, suggested, strict=True):
         assert f"({one['x']:.2f}, {one['y']:.2f}) m" in text
         assert one["reasons"][-1] in text
     page.locator("#suggestions button").first.click()
-    until(lambda: summary(served)["footfall"]["x"] == held[0]["x"], "the suggested footfall")
-    assert summary(served)["footfall_answer"]["acceptable"]
+    until(lambda: held(served)["footfall"]["x"] == suggested[0]["x"], "the suggested footfall")
+    assert held(served)["footfall_answer"]["acceptable"]
 
     page.locator("#panel-map summary").click()
     sides = [page.locator("#map-left"), page.locator("#map-right")]
@@ -74,7 +64,8 @@ def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, lo
     for side in sides:
         # a picture was drawn: not one flat colour
         until(lambda s=side: s.evaluate(_COLOURS) > 2, "a picture of the layer", 30)
-    sides[0].scroll_into_view_if_needed()
+    # not Playwright's own: it waits for frames that a scene drawn in software may be slow to give
+    sides[0].evaluate("side => side.scrollIntoView()")
     box = sides[0].bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
@@ -98,32 +89,32 @@ _COLOURS = """canvas => {
 
 def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -> None:
     page.get_by_role("radio", name="Leg 2", exact=True).click()
-    until(lambda: summary(served)["view"]["leg"] == 2, "the chosen leg")
+    until(lambda: held(served)["view"]["leg"] == 2, "the chosen leg")
     page.locator("#panel-what-if summary").click()
-    real = summary(served)["state"]
+    real = held(served)["state"]
     page.locator("#shift-dz").fill("-0.1")
     press(page, "Show what if")
-    until(lambda: summary(served)["what_if"], "the what-if", 60)
-    assert summary(served)["what_if"]["dz"] == pytest.approx(-0.1)
+    until(lambda: held(served)["what_if"], "the what-if", 60)
+    assert held(served)["what_if"]["dz"] == pytest.approx(-0.1)
     expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m", timeout=SLOW)
     # colours follow the shifted chassis, not the rover
-    until(lambda: summary(served)["maps_current"].get("2"), "maps of the shifted chassis", 120)
+    until(lambda: held(served)["maps_current"].get("2"), "maps of the shifted chassis", 120)
     with served.client() as client:
-        maps = client.get(f"/sessions/current/maps/{summary(served)['maps']['2']}").json()
-    assert maps["parents"]["state"] == summary(served)["state"] != real
+        maps = client.get(f"/sessions/current/maps/{held(served)['maps']['2']}").json()
+    assert maps["parents"]["state"] == held(served)["state"] != real
     look("what-if")
     press(page, "Check the move")
     expect(page.locator("#what-if-answer")).to_contain_text("contact drift", timeout=SLOW)
     press(page, "Back to the rover")
-    until(lambda: summary(served)["what_if"] is None, "the end of the what-if")
+    until(lambda: held(served)["what_if"] is None, "the end of the what-if")
     expect(page.locator("#status-what-if-box")).to_be_hidden(timeout=SLOW)
-    until(lambda: summary(served)["maps_current"].get("2"), "maps of the rover as it stands", 120)
-    assert summary(served)["state"] == real
+    until(lambda: held(served)["maps_current"].get("2"), "maps of the rover as it stands", 120)
+    assert held(served)["state"] == real
 
     page.locator("#shift-dz").fill("-1.9")
     press(page, "Show what if")
     expect(page.locator("#what-if-answer .no")).to_contain_text("leg", timeout=SLOW)
-    assert summary(served)["what_if"] is None
+    assert held(served)["what_if"] is None
     look("what-if-refused")
 
 
@@ -149,7 +140,7 @@ def test_a_shift_is_found_for_a_footfall_out_of_reach(page: Page, served: Runnin
     expect(page.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
     page.locator("#panel-what-if summary").click()
     press(page, "Find a shift for the footfall")
-    until(lambda: summary(served)["shift"], "an answer about shifts", 60)
+    until(lambda: held(served)["shift"], "an answer about shifts", 60)
     with served.client() as client:
         answer = client.get("/sessions/current/shifts/current").json()
     shown = page.locator("#what-if-answer")
@@ -162,13 +153,13 @@ def test_a_shift_is_found_for_a_footfall_out_of_reach(page: Page, served: Runnin
 
 
 def test_ground_is_cleared_and_comes_back(page: Page, served: Running) -> None:
-    before = summary(served)
+    before = held(served)
     assert before["footfall"] is not None
     press(page, "Clear around footfall")
-    until(lambda: summary(served)["dem"] != before["dem"], "a cleared terrain", 60)
-    cleared = summary(served)
+    until(lambda: held(served)["dem"] != before["dem"], "a cleared terrain", 60)
+    cleared = held(served)
     assert cleared["terrain"]["known"] < before["terrain"]["known"]
     expect(page.locator("#footfall-answer")).to_contain_text("not known", timeout=SLOW)
     page.locator("#h-ground").click()
     page.keyboard.press("u")
-    until(lambda: summary(served)["dem"] == before["dem"], "the terrain before", 60)
+    until(lambda: held(served)["dem"] == before["dem"], "the terrain before", 60)

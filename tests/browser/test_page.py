@@ -9,21 +9,15 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, until
 
-pytestmark = pytest.mark.browser
 README = Path(__file__).resolve().parents[2] / "README.md"
-SLOW = 90_000  # ms: software rendering draws one or two frames a second
 Keep = Callable[[str], None]
 
 
-def summary(served: Running) -> dict:
-    with served.client() as client:
-        return client.get("/sessions/current").json()
-
-
 def changed(served: Running, name: str, before: object) -> None:
-    until(lambda: summary(served)[name] != before, f"a new {name}", 90)
+    until(lambda: held(served)[name] != before, f"a new {name}", 90)
 
 
 def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
@@ -34,13 +28,13 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
     pixels, points = [], []
 
     def click(u: float, v: float) -> dict | None:
-        before = summary(served)["footfall"]
+        before = held(served)["footfall"]
         page.mouse.click(box["x"] + u, box["y"] + v)
         try:
-            until(lambda: summary(served)["footfall"] != before, "a chosen footfall", 8)
+            until(lambda: held(served)["footfall"] != before, "a chosen footfall", 8)
         except AssertionError:
             return None  # the ray met no ground: a hole, or the edge of the map
-        return summary(served)["footfall"]
+        return held(served)["footfall"]
 
     for u, v in ((0.3, 0.62), (0.7, 0.62), (0.25, 0.8), (0.72, 0.8), (0.4, 0.72), (0.6, 0.7), (0.5, 0.83)):
         chosen = click(u * box["width"], v * box["height"])
@@ -64,6 +58,7 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
     raise AssertionError(f"the click came no nearer than {np.hypot(*miss):.2f} m")
 
 
+@pytest.mark.scene
 def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -> None:
     """Every bold name of the README's browser steps is pressed, in its order."""
     part = README.read_text().split("### In the browser")[1].split("###")[0]
@@ -85,32 +80,32 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
         page.get_by_role("button", name=name, exact=True).click()
 
     look("1-opened")
-    before = summary(served)
+    before = held(served)
     press("Take images")
     changed(served, "snapshot", before["snapshot"])
     press("Build terrain")
     changed(served, "dem", before["dem"])
     page.get_by_role("radio", name="Leg 2", exact=True).click()
     press("Colour for leg")
-    until(lambda: summary(served)["maps_current"].get("2"), "the maps of leg 2", 60)
+    until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2", 60)
     expect(page.locator("#legend")).to_contain_text("reachable and stable", timeout=SLOW)
     look("2-coloured")
 
     clicked = click_ground(page, served, -0.55, 1.65)
     assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.1
-    held = summary(served)["footfall_answer"]
-    expect(page.locator("#footfall-answer")).to_contain_text(f"{held['x']:.3f}", timeout=SLOW)
+    answer = held(served)["footfall_answer"]
+    expect(page.locator("#footfall-answer")).to_contain_text(f"{answer['x']:.3f}", timeout=SLOW)
     look("3-clicked")
     page.locator("#footfall-x").fill("-0.432")
     page.locator("#footfall-y").fill("1.794")
     press("Choose")
-    until(lambda: abs(summary(served)["footfall"]["x"] + 0.432) < 1e-9, "the typed footfall")
-    assert summary(served)["footfall_answer"]["acceptable"]
+    until(lambda: abs(held(served)["footfall"]["x"] + 0.432) < 1e-9, "the typed footfall")
+    assert held(served)["footfall_answer"]["acceptable"]
 
-    old = summary(served)["plan"]["digest"]
+    old = held(served)["plan"]["digest"]
     press("Plan step")
-    until(lambda: summary(served)["plan"]["digest"] != old, "the plan", 60)
-    assert summary(served)["plan"]["status"] == "found", summary(served)["plan"]
+    until(lambda: held(served)["plan"]["digest"] != old, "the plan", 60)
+    assert held(served)["plan"]["status"] == "found", held(served)["plan"]
     expect(page.locator("#plan-answer")).to_contain_text("Found by", timeout=SLOW)
     with served.client() as client:
         result = client.get("/sessions/current/plans/current").json()
@@ -119,12 +114,12 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     assert rows.first.locator("td").first.inner_text() == result["checks"][0]["name"]
 
     page.locator("#scrub").fill("430")
-    until(lambda: abs(summary(served)["view"]["scrub"] - 0.43) < 1e-9, "the ghost's place")
+    until(lambda: abs(held(served)["view"]["scrub"] - 0.43) < 1e-9, "the ghost's place")
     look("4-planned")
 
-    old = summary(served)["sequence"]
+    old = held(served)["sequence"]
     press("Make sequence")
-    until(lambda: summary(served)["sequence"] != old, "the sequence", 60)
+    until(lambda: held(served)["sequence"] != old, "the sequence", 60)
     with served.client() as client:
         sequence = client.get("/sequences/current").json()
     expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
@@ -137,11 +132,11 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     press("Arm")
     press("Send to rover")
-    until(lambda: summary(served)["commands"], "the first command", 20)
+    until(lambda: held(served)["commands"], "the first command", 20)
     expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
     look("5-moving")
     last = len(sequence["commands"]) - 1
-    until(lambda: any(c["row"] == last and c["state"] == "done" for c in summary(served)["commands"]), "arrival", 180)
+    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "arrival", 180)
     live = served.sessions.current
     assert live is not None
     predicted = np.array(sequence["predicted"][-1])
@@ -158,7 +153,7 @@ def test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged(page: Page, serv
     expect(page.locator("#help")).to_be_visible()
     page.get_by_role("button", name="STOP", exact=True).click()
     expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
-    stop = summary(served)["stop"]
+    stop = held(served)["stop"]
     assert stop["latched"]
     assert stop["acknowledged"]
     look("stopped")
@@ -167,14 +162,14 @@ def test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged(page: Page, serv
         refused = client.post("/sequences/current/arm", json={})
     assert refused.status_code == 409
     page.get_by_role("button", name="Clear stop").click()
-    until(lambda: not summary(served)["stop"]["latched"], "the stop cleared")
+    until(lambda: not held(served)["stop"]["latched"], "the stop cleared")
     expect(page.locator("#stop-state")).to_contain_text("Not a safety-rated stop.", timeout=SLOW)
 
 
 def test_stop_by_keyboard_from_a_field(page: Page, served: Running) -> None:
     page.locator("#footfall-x").focus()
     page.keyboard.press("Control+.")
-    until(lambda: summary(served)["stop"]["acknowledged"], "the stop acknowledged")
+    until(lambda: held(served)["stop"]["acknowledged"], "the stop acknowledged")
 
 
 def test_a_refused_footfall_says_why(page: Page, served: Running, look: Keep) -> None:
@@ -184,7 +179,7 @@ def test_a_refused_footfall_says_why(page: Page, served: Running, look: Keep) ->
     expect(page.locator("#footfall-answer")).to_contain_text("farther away than the leg is long", timeout=SLOW)
     page.get_by_role("button", name="Plan step", exact=True).click()
     expect(page.locator("#plan-answer")).to_contain_text("No plan", timeout=SLOW)
-    reason = summary(served)["plan"]["reason"]
+    reason = held(served)["plan"]["reason"]
     assert "leg" in reason
     expect(page.locator("#plan-answer")).to_contain_text(reason)
     expect(page.get_by_role("button", name="Make sequence")).to_be_disabled()
@@ -228,15 +223,15 @@ def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
 
 
 def test_long_work_can_be_cancelled(page: Page, served: Running) -> None:
-    before = summary(served)["dem"]
+    before = held(served)["dem"]
     page.get_by_role("button", name="Build terrain", exact=True).click()
     cancel = page.get_by_role("button", name="Cancel", exact=True)
     expect(cancel).to_be_visible(timeout=SLOW)
     page.keyboard.press("x")
-    until(lambda: summary(served)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
-    assert summary(served)["jobs"][-1]["state"] == "cancelled"
+    until(lambda: held(served)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
+    assert held(served)["jobs"][-1]["state"] == "cancelled"
     expect(cancel).to_be_hidden(timeout=SLOW)
-    assert summary(served)["dem"] == before
+    assert held(served)["dem"] == before
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1100)])

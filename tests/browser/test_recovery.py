@@ -7,45 +7,29 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from footfall.telemetry.link import ErrorMessage
+from tests.support.page_steps import held, press
 from tests.support.server import Running, running_server, until
 
-pytestmark = pytest.mark.browser
 SLOW = 60_000  # ms
 OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
 
 
 @pytest.fixture
-def plain(tmp_path: Path) -> Iterator[Running]:
-    """The rock-step sample, open; neither rover nor scene."""
-    with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as running:
-        yield running
-
-
-@pytest.fixture
-def bare(chromium: Browser, plain: Running) -> Iterator[Page]:
+def bare(chromium: Browser, quiet: Running) -> Iterator[Page]:
     """The operator's page without its scene."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
     page = context.new_page()
-    page.goto(plain.url)
+    page.goto(quiet.url)
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
     yield page
     context.close()
 
 
-def summary(served: Running) -> dict:
-    with served.client() as client:
-        return client.get("/sessions/current").json()
-
-
-def press(page: Page, name: str) -> None:
-    page.get_by_role("button", name=name, exact=True).click()
-
-
-def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, plain: Running) -> None:
-    plain.rover.start()
+def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, quiet: Running) -> None:
+    quiet.rover.start()
     expect(bare.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
     arm = bare.get_by_role("button", name="Arm", exact=True)
     expect(arm).to_be_enabled(timeout=SLOW)
@@ -55,58 +39,95 @@ def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, plain: R
     # two clicks in one turn of the page: one run
     send.evaluate("button => { button.click(); button.click(); }")
     expect(bare.locator("#toast")).to_be_hidden()
-    until(lambda: any(c["state"] == "started" for c in summary(plain)["commands"]), "the first command")
-    assert len({c["run"] for c in summary(plain)["commands"]}) == 1
+    until(lambda: any(c["state"] == "started" for c in held(quiet)["commands"]), "the first command")
+    assert len({c["run"] for c in held(quiet)["commands"]}) == 1
     bare.reload()
     expect(bare.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
     expect(bare.locator("#arm-state")).to_contain_text("sending row", timeout=SLOW)
-    with plain.client() as client:
+    with quiet.client() as client:
         pid = client.get("/info").json()["simulated_rover"]["pid"]
     os.kill(pid, signal.SIGKILL)
     expect(bare.locator("#commands tbody")).to_contain_text("unknown", timeout=SLOW)
     expect(bare.locator("#arm-state")).to_have_text("not armed", timeout=SLOW)
-    assert summary(plain)["commands"][-1]["state"] == "unknown"
+    assert held(quiet)["commands"][-1]["state"] == "unknown"
 
 
-def test_another_session_becomes_current_and_the_page_follows(bare: Page, plain: Running) -> None:
-    with plain.client() as client:
+def test_another_session_becomes_current_and_the_page_follows(bare: Page, quiet: Running) -> None:
+    with quiet.client() as client:
         client.post("/sessions", json={"name": "the other one"})
     bare.get_by_text("the other one", exact=True).wait_for(timeout=SLOW)
     expect(bare.locator("#commands")).to_be_hidden()
 
 
-def test_a_complaint_of_the_rover_is_shown(bare: Page, plain: Running) -> None:
-    live = plain.sessions.current
+def test_a_complaint_of_the_rover_is_shown(bare: Page, quiet: Running) -> None:
+    live = quiet.sessions.current
     assert live is not None
     live.take_complaint(ErrorMessage("images-1", "camera 3 is cold").text, message_id="images-1")
     expect(bare.locator("#toast")).to_contain_text("camera 3 is cold", timeout=SLOW)
     expect(bare.locator("#log")).to_contain_text("camera 3 is cold", timeout=SLOW)
 
 
+@pytest.mark.scene
 def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
     scene = page.frame_locator("#scene").locator("body")
     scene.wait_for(timeout=SLOW)
     expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
     inside = next(frame for frame in page.frames if "/scene/" in frame.url)
     inside.evaluate("document.body.tabIndex = 0; document.body.focus()")
-    before = summary(served)["events"]
+    before = held(served)["events"]
     page.keyboard.press("4")
-    until(lambda: summary(served)["view"]["leg"] == 3, "leg 3")
+    until(lambda: held(served)["view"]["leg"] == 3, "leg 3")
     for key in "wasdqe":  # they move the scene's camera
         page.keyboard.press(key)
     page.keyboard.press("5")
-    until(lambda: summary(served)["view"]["leg"] == 4, "leg 4")
-    assert summary(served)["events"] == before
-
-    def stopped() -> bool:
-        # a frame that is drawn in software may be too busy to take a key; an operator presses again
-        page.keyboard.press("Control+.")
-        return summary(served)["stop"]["acknowledged"]
-
-    until(stopped, "the stop acknowledged", period=1.0)
+    until(lambda: held(served)["view"]["leg"] == 4, "leg 4")
+    assert held(served)["events"] == before
+    page.keyboard.press("Control+.")
+    until(lambda: held(served)["stop"]["acknowledged"], "the stop acknowledged")
 
 
-def test_nothing_covers_stop(bare: Page, plain: Running, request: pytest.FixtureRequest) -> None:
+def test_stop_does_not_wait_behind_requests_that_hang(bare: Page, quiet: Running) -> None:
+    # a browser has six connections to one server: as many streams as that keep every other request waiting
+    bare.evaluate("for (let i = 0; i < 8; i++) new EventSource('/api/v1/sessions/current/events')")
+    asked = bare.evaluate("""() => Promise.race([
+        fetch("/api/v1/info").then(() => "answered"),
+        new Promise(done => setTimeout(() => done("waiting"), 1000)),
+    ])""")
+    assert asked == "waiting"
+    bare.keyboard.press("Control+.")
+    until(lambda: held(quiet)["stop"]["latched"], "the stop")
+
+
+def test_many_pages_of_one_browser_follow_the_session(bare: Page, quiet: Running) -> None:
+    pages = [bare.context.new_page() for _ in range(7)]
+    for page in pages:
+        page.goto(quiet.url)
+    with quiet.client() as client:
+        client.put("/sessions/current/view", json={"leg": 4})
+    for page in [bare, *pages]:
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
+        expect(page.locator("#leg-4")).to_have_attribute("aria-checked", "true", timeout=SLOW)
+
+
+def test_one_press_of_stop_is_enough_where_the_server_answers_late(bare: Page, quiet: Running) -> None:
+    tries = []
+
+    def lose_two(route: Route) -> None:
+        tries.append(route.request.url)
+        route.abort() if len(tries) <= 2 else route.continue_()
+
+    bare.route_web_socket("**/stop/line", lambda socket: socket.close())
+    bare.route("**/api/v1/stop", lose_two)
+    bare.reload()
+    bare.get_by_text("Stepping over a rock", exact=True).wait_for()
+    bare.keyboard.press("Control+.")
+    expect(bare.locator("#stop-state")).to_contain_text("NOT CONFIRMED", timeout=SLOW)
+    expect(bare.locator("#stop-state")).to_contain_text("Stop in force", timeout=SLOW)
+    assert held(quiet)["stop"]["latched"]
+    assert len(tries) == 3
+
+
+def test_nothing_covers_stop(bare: Page, quiet: Running, request: pytest.FixtureRequest) -> None:
     bare.keyboard.press("?")
     expect(bare.locator("#help")).to_be_visible()
     bare.evaluate("""() => {
@@ -130,11 +151,11 @@ def test_nothing_covers_stop(bare: Page, plain: Running, request: pytest.Fixture
             assert on_top, f"{selector} is covered or out of the window at {width} × {height}"
     bare.keyboard.press("Escape")
     bare.keyboard.press("Escape")
-    until(lambda: summary(plain)["stop"]["latched"], "the stop")
+    until(lambda: held(quiet)["stop"]["latched"], "the stop")
 
 
-def test_unknown_ground_is_neither_green_nor_red(bare: Page, plain: Running) -> None:
-    with plain.client() as client:
+def test_unknown_ground_is_neither_green_nor_red(bare: Page, quiet: Running) -> None:
+    with quiet.client() as client:
         result = client.get("/sessions/current/plans/current").json()
     name = "unknown ground under the path"
     checks = [
@@ -166,7 +187,7 @@ def test_the_page_outlives_its_server(chromium: Browser, tmp_path: Path) -> None
         expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
         press(page, "STOP")
         expect(page.locator("#stop-state")).to_contain_text("NO ROVER IS CONNECTED", timeout=SLOW)
-        assert summary(second)["stop"]["latched"]
+        assert held(second)["stop"]["latched"]
         press(page, "Clear stop")
         expect(page.locator("#stop-state")).to_have_text(re.compile("Not a safety-rated stop"), timeout=SLOW)
         # a server that is there but does not answer is not shown as connected

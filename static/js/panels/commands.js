@@ -1,38 +1,40 @@
-// Commands: the sequence as an editable table, export, and sending through the command gate.
+// Commands: the sequence as an editable table, export, and sending through the command gate, whole or step by step.
 
 import { ROOT, once, post, request } from "../api.js";
+import { choices } from "../choices.js";
+import { act } from "../acts.js";
 import { $, attempt, element } from "../dom.js";
+import { edit, redo, undo } from "../edits.js";
 import { bind } from "../keys.js";
-import { refresh } from "../stream.js";
 import { known, subscribe } from "../store.js";
+import { kept } from "./conn.js";
+import { choose, chosenRow, onChoice } from "./row.js";
+import { rowStates } from "./run.js";
 
 let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
   $("make-sequence").addEventListener("click", make);
-  $("undo").addEventListener("click", undo);
   $("insert-wait").addEventListener("click", () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }));
   $("export").addEventListener("click", exportSequence);
   $("arm").addEventListener("click", arm);
   $("send").addEventListener("click", send);
   bind("S", "Make the command sequence", make);
   bind("E", "Export the sequence", exportSequence);
-  bind("Ctrl+Z", "Undo the last edit", undo);
+  act({ key: "Ctrl+Z", text: "Undo the last edit", button: "undo", run: undo, refusal: () => (known.sequence && known.summary?.can_undo ? "" : "There is no edit to undo.") });
+  act({ key: "Ctrl+Y", text: "Redo the edit that was undone", button: "redo", run: redo, refusal: () => (known.sequence && known.summary?.can_redo ? "" : "There is no undone edit to make again.") });
+  attempt(offerFormats);
+  onChoice(() => draw(known));
   subscribe(draw);
 }
 
+async function offerFormats() {
+  const { export_formats: formats } = await choices();
+  $("export-format").replaceChildren(...formats.map(({ format, title }) => element("option", { value: format, textContent: title })));
+}
+
 const make = () => attempt(() => post("/sessions/current/sequences", {}, once()));
-const undo = () => attempt(async () => {
-  await request("POST", `/sequences/${known.sequence.digest}/undo`, {}, { "If-Match": known.sequence.etag });
-  await refresh();
-});
-
-const edit = (change) => attempt(async () => {
-  await request("PATCH", `/sequences/${known.sequence.digest}`, { edit: change }, { "If-Match": known.sequence.etag });
-  await refresh();
-});
-
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
   const path = `${ROOT}/sequences/${known.sequence.digest}/export?format=${format}`;
@@ -56,7 +58,7 @@ const send = () => attempt(async () => {
   const { token, digest } = armed;
   armed = null;
   draw(known);
-  await post(`/sequences/${digest}/send`, { arming: token }, once());
+  await post(`/sequences/${digest}/send`, { arming: token, mode: $("by-steps").checked ? "steps" : "whole" }, once());
 });
 
 // What was armed is no longer what is shown, or may no longer be sent.
@@ -67,22 +69,24 @@ function draw({ summary, sequence }) {
   if (!summary) return;
   const there = Boolean(sequence);
   $("make-sequence").disabled = summary.plan.status !== "found";
-  $("undo").disabled = !there || !summary.can_undo;
   $("insert-wait").disabled = !there;
   $("export").disabled = !there || !sequence.valid;
   if (armed && lapsed(summary, sequence)) armed = null;
-  $("arm").disabled = !there || !sequence.valid || summary.gate?.state === "sending";
+  const against = kept();
+  $("arm").disabled = !there || !sequence.valid || summary.gate?.state === "sending" || Boolean(against);
+  $("arm").title = against;
   $("send").disabled = !armed;
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
-    : summary.gate?.state === "sending" ? `sending row ${(summary.gate.row ?? 0) + 1}` : "not armed";
+    : summary.gate?.state === "sending" ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1}` : "not armed";
   drawTable(summary, sequence);
 }
 
 function drawTable(summary, sequence) {
-  const states = new Map(summary.commands.filter((one) => one.sequence === sequence?.digest).map((one) => [one.row, one]));
-  const key = JSON.stringify([sequence?.digest, [...states.values()]]);
-  if (key === drawn || $("commands").contains(document.activeElement)) return;
+  const states = rowStates(summary, sequence);
+  const key = JSON.stringify([sequence?.digest, chosenRow(), [...states.values()]]);
+  const focused = $("commands").contains(document.activeElement) ? document.activeElement : null;
+  if (key === drawn || focused?.matches("input")) return; // not under the hands of somebody who types
   drawn = key;
   $("commands").hidden = !sequence;
   if (!sequence) {
@@ -94,6 +98,7 @@ function drawTable(summary, sequence) {
   $("sequence-text").textContent = `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
     + (sequence.valid ? "Every rule holds." : broken.map((rule) => rule.text).join(" "));
   $("commands").tBodies[0].replaceChildren(...sequence.commands.map((command, row) => tableRow(command, row, broken, states.get(row))));
+  if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
 }
 
 function tableRow(command, row, broken, state) {
@@ -108,14 +113,17 @@ function tableRow(command, row, broken, state) {
     },
   });
   return element("tr", { className: mine.length ? "failing" : state?.state === "started" ? "current" : "" },
-    element("td", { textContent: row + 1 }),
-    element("td", { textContent: command.name }),
-    element("td", { textContent: command.leg === null ? "–" : command.leg }),
+    element("td", {}, element("button", {
+      type: "button", textContent: row + 1, ariaLabel: `Row ${row + 1}`, ariaPressed: String(row === chosenRow()),
+      onclick: () => choose(row === chosenRow() ? null : row),
+    })),
+    element("td", { textContent: command.force === null ? command.name : `${command.name} until ${command.force} N more` }),
+    element("td", { textContent: command.leg ?? (command.joints ? "all" : "–") }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "yes", textContent: mine.map((rule) => rule.text).join(" ") }),
-    element("td", { textContent: state ? `${state.state}${state.reason ? `: ${state.reason}` : ""}` : "–" }),
+    element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
     element("td", {}, element("button", {
-      type: "button", textContent: "✕", ariaLabel: `Delete row ${row + 1}`, onclick: () => { drawn = ""; edit({ kind: "delete", row }); },
+      type: "button", textContent: "✕", ariaLabel: `Delete row ${row + 1}`, onclick: () => edit({ kind: "delete", row }),
     })));
 }

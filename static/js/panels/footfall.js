@@ -1,8 +1,9 @@
 // Footfall: the chosen place and what is known about it, in words.
 
+import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
-import { bind } from "../keys.js";
+import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 
 let drawn = "";
@@ -12,7 +13,7 @@ export function start() {
     event.preventDefault();
     choose(Number($("footfall-x").value), Number($("footfall-y").value));
   });
-  bind("F", "Type the footfall", () => $("footfall-x").focus());
+  act({ key: "F", text: "Type the footfall", run: () => { reveal("footfall"); $("footfall-x").focus(); } });
   subscribe(draw);
 }
 

@@ -1,8 +1,8 @@
 // Ground: images, terrain, the colouring for the chosen leg, and which layer is shown.
 
+import { act } from "../acts.js";
 import { ROOT, get, post, put } from "../api.js";
 import { $, age, attempt, element } from "../dom.js";
-import { bind } from "../keys.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -23,19 +23,17 @@ export function start() {
         `Leg ${leg}`, element("small", { textContent: `key ${leg + 1}` })),
     ),
   );
-  $("take-images").addEventListener("click", takeImages);
-  $("build-terrain").addEventListener("click", buildTerrain);
-  $("compute-maps").addEventListener("click", computeMaps);
   $("terrain-file").addEventListener("change", loadFile);
-  $("undo-terrain").addEventListener("click", undoTerrain);
-  $("clear-terrain").addEventListener("click", clearTerrain);
-  known.robot.legs.forEach((leg) => bind(`${leg + 1}`, `Choose leg ${leg}`, () => choose(leg)));
-  bind("I", "Take images", takeImages);
-  bind("T", "Build terrain from the images", buildTerrain);
-  bind("M", "Colour the ground for the leg", computeMaps);
-  bind("U", "Undo the latest change of the terrain", undoTerrain);
-  bind("C", "Clear the terrain around the footfall", clearTerrain);
-  bind("L", "Next layer", nextLayer);
+  known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => choose(leg) }));
+  act({ key: "I", text: "Take images", button: "take-images", run: takeImages });
+  act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain });
+  act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps });
+  act({
+    key: "U", text: "Undo the latest change of the terrain", button: "undo-terrain", run: undoTerrain,
+    refusal: () => (known.summary?.can_undo_terrain ? "" : "The terrain has not been changed."),
+  });
+  act({ key: "C", text: "Clear the terrain around the footfall", button: "clear-terrain", run: clearTerrain, refusal: notClearable });
+  act({ key: "L", text: "Next layer", run: nextLayer });
   subscribe(draw);
 }
 
@@ -45,16 +43,20 @@ const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { so
 
 const undoTerrain = () => attempt(() => post("/sessions/current/terrains/undo", {}));
 
+const notClearable = () => {
+  if (!known.summary?.terrain) return "There is no terrain yet.";
+  return known.summary.footfall ? "" : "Choose a footfall first: the ground around it is what is cleared.";
+};
+
 const clearTerrain = () => attempt(() => {
   const chosen = known.summary.footfall;
-  if (!chosen) throw new Error("Choose a footfall first: the ground around it is what is cleared.");
   return post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
 });
 
 const RADIANS = Math.PI / 180;
 
 // What balance is judged by. The tilt asks "what if the whole site were tilted so that it rises toward there" (0° east, 90° north).
-const balance = () => ({
+export const balance = () => ({
   friction: Number($("friction").value),
   gravity: Number($("gravity").value),
   payload_mass: $("payload").value === "" ? null : Number($("payload").value),
@@ -108,8 +110,6 @@ function draw({ summary }) {
 function drawGround(summary) {
   const terrain = summary.terrain;
   const box = $("status-ground");
-  $("undo-terrain").disabled = !summary.can_undo_terrain;
-  $("clear-terrain").disabled = !terrain || !summary.footfall;
   $("left-out").replaceChildren(...Object.entries(terrain?.left_out ?? {}).map(([pair, reason]) =>
     element("li", { className: "doubt", textContent: `${pair} left out: ${reason}` })));
   if (!terrain) {

@@ -1,9 +1,10 @@
 // Map: two layers side by side, seen from above, with what every layer says of the point under the pointer.
 
+import { act } from "../acts.js";
 import { ROOT, get, post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
-import { bind } from "../keys.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
+import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 
 const SIDES = ["left", "right"];
@@ -31,9 +32,14 @@ export function start() {
     $(`map-layer-${side}`).replaceChildren(...layerOptions());
     $(`map-layer-${side}`).value = shown;
   }));
-  bind("V", "Show the map from above", () => { $("panel-map").open = !$("panel-map").open; });
+  act({ key: "V", text: "Show the map from above", run: toggle });
   $("panel-map").addEventListener("toggle", () => draw(known));
   subscribe(draw);
+}
+
+function toggle() {
+  $("panel-map").open = !$("panel-map").open;
+  if ($("panel-map").open) reveal("footfall");
 }
 
 const chooseAt = ([x, y]) => attempt(() => post("/sessions/current/footfalls", { leg: known.summary.view.leg, x, y }));

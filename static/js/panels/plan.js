@@ -1,28 +1,53 @@
 // Plan: ask for it, follow it, cancel it, and read which checks held and by how much.
 
-import { post, request } from "../api.js";
+import { act } from "../acts.js";
+import { get, post, request } from "../api.js";
 import { $, attempt, element, fixed, toast } from "../dom.js";
-import { bind } from "../keys.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import * as alternatives from "./alternatives.js";
+import * as through from "./through.js";
 
-const NUMBERS = ["lift", "raise_terrain", "clearance", "least_margin", "radius", "milestones", "epsilon", "time_limit"];
+let served = { planners: {}, settings: {} }; // what a plan can be asked for with, as the server knows it
 
 export function start() {
-  $("plan").addEventListener("click", plan);
-  $("job-cancel").addEventListener("click", cancel);
-  bind("P", "Plan the step", plan);
-  bind("X", "Cancel the running job", cancel);
+  attempt(load);
+  $("planner").addEventListener("change", describe);
+  act({ text: "Settings of the plan as delivered", button: "plan-defaults", run: fill });
+  act({ key: "P", text: "Plan the step", button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first: click on the ground.") });
+  act({ key: "X", text: "Cancel the running job", button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No job is running.") });
   subscribe(draw);
+  through.start();
+  alternatives.start();
+}
+
+async function load() {
+  served = await get("/planners");
+  $("planner").replaceChildren(...Object.keys(served.planners).map((name) => element("option", { textContent: name })));
+  describe();
+  fill();
+}
+
+const describe = () => { $("planner-text").textContent = served.planners[$("planner").value] ?? ""; };
+
+const fields = () => [...$("plan-settings").querySelectorAll("input, select")];
+
+function fill() {
+  for (const field of fields()) field.value = served.settings[field.id.replace("set-", "")] ?? "";
+}
+
+// An empty field is no zero: it stands for what is delivered.
+function settings() {
+  const chosen = { planner: $("planner").value, seed: Number($("seed").value), conservative: $("conservative").checked };
+  for (const field of fields()) if (field.value !== "") chosen[field.id.replace("set-", "")] = Number(field.value);
+  return chosen;
 }
 
 const plan = () => attempt(async () => {
   const chosen = known.summary.footfall;
-  if (!chosen) throw new Error("Choose a footfall first: click on the ground.");
   await freeze();
-  const settings = { planner: $("planner").value, seed: Number($("seed").value), conservative: $("conservative").checked };
-  for (const name of NUMBERS) settings[name] = Number($(`set-${name}`).value);
-  await post("/sessions/current/plans", { leg: chosen.leg, target: [chosen.x, chosen.y], settings });
+  const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };
+  await post("/sessions/current/plans", order);
 });
 
 function runningJob() {
@@ -49,9 +74,10 @@ function draw({ summary, plan: result }) {
   const answer = $("plan-answer");
   if (!result) {
     $("plan-doubt").hidden = true;
-    answer.className = "";
-    answer.textContent = "";
+    answer.className = "hint";
+    answer.textContent = "No plan yet: choose a footfall, then plan the step.";
     $("checks").hidden = true;
+    $("decisions-box").hidden = true;
     return;
   }
   const found = result.status === "found";
@@ -70,6 +96,9 @@ function draw({ summary, plan: result }) {
         element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
         element("td", { textContent: check.where }))),
   );
+  $("decisions-box").hidden = result.decisions.length === 0;
+  $("decisions").replaceChildren(
+    ...result.decisions.map(({ taken, text }) => element("li", { className: taken ? "yes" : "no", textContent: text })));
 }
 
 // Ground that nobody has seen is no reason against a plan, and none for it either.

@@ -1,29 +1,42 @@
 // The status bar: link and age, mode, ground and its age, whether the plan still matches the rover, and stop.
 
-import { post, request } from "../api.js";
+import { post } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
+import { askToStop, keepLineOpen } from "../stopline.js";
 import { known, subscribe } from "../store.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
 const SILENT_AFTER = 5; // seconds
 const STOP_PATIENCE = 3000; // ms
+const STOP_AGAIN = 500; // ms
 
 let sent = ""; // "", or "sending", "failed": a stop request of this page that the summary does not show yet
+let asking = false;
 
+// Asks until the server has confirmed it: nobody should have to press twice. Stopping twice is as good as once.
 export async function stop() {
   sent = "sending";
   draw();
-  try {
-    await request("POST", "/stop", {}, {}, STOP_PATIENCE);
-  } catch (error) {
-    sent = "failed";
-    toast(`The stop request is not confirmed: ${error.message} Use another way to stop the rover.`);
+  if (asking) return;
+  asking = true;
+  while (asking) {
+    try {
+      await askToStop(STOP_PATIENCE);
+      asking = false;
+    } catch (error) {
+      if (sent !== "failed") toast(`The stop request is not confirmed: ${error.message} Use another way to stop the rover.`);
+      sent = "failed";
+      draw();
+      await new Promise((resolve) => setTimeout(resolve, STOP_AGAIN));
+    }
   }
+  if (sent === "failed") sent = "sending"; // confirmed at last; the summary will show it
   draw();
 }
 
 export function start() {
+  keepLineOpen();
   $("stop").addEventListener("click", stop);
   $("stop-clear").addEventListener("click", () => attempt(async () => {
     await post("/stop/clear", {});
@@ -54,20 +67,40 @@ function draw() {
 }
 
 function drawLink(summary, frame) {
-  if (!summary.link.connected) {
-    const silent = frame ? telemetryAge(frame) : summary.link.age_s;
-    mark("status-link", "bad", silent === null ? "no rover" : `LOST, last heard ${age(silent)} ago`);
+  const { link } = summary;
+  const old = frame ? telemetryAge(frame) : link.age_s;
+  const light = link.light_time.telemetry_s ? ` + ${age(link.light_time.telemetry_s)} on the way` : "";
+  if (!link.connected && frame && old <= STALE_AFTER) {
+    mark("status-link", "warn", `telemetry only, can't be commanded, ${age(old)} old${light}`);
+  } else if (!link.connected) {
+    mark("status-link", "bad", old === null ? "no rover" : `LOST, last heard ${age(old)} ago`);
   } else if (!frame) {
     mark("status-link", "warn", "no telemetry yet");
   } else {
-    const old = telemetryAge(frame);
-    const counted = ["gaps", "late", "restarts"].filter((one) => summary.link[one]).map((one) => `, ${summary.link[one]} ${one}`);
-    mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${counted.join("")}`);
+    const counted = ["gaps", "late", "restarts", "faults"].filter((one) => link[one]).map((one) => `, ${link[one]} ${one}`);
+    mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${light}${counted.join("")}`);
   }
-  $("status-link").title = summary.link.fault ? `${summary.link.faults} faults, the latest: ${summary.link.fault}` : "";
+  $("status-link").title = linkDetails(link);
   // what the rover was when it was last heard is not what it is
   const fresh = frame && isFresh(summary, frame);
   mark("status-mode", frame && !fresh ? "stale" : "none", !frame ? "–" : fresh ? frame.mode : `was ${frame.mode}`);
+}
+
+function linkDetails({ fault, faults, faults_by_kind: kinds, light_time: light }) {
+  const lines = [];
+  if (light.round_trip_s) lines.push(`Light time: telemetry ${light.telemetry_s} s, commands ${light.commands_s} s.`);
+  if (fault) lines.push(`${faults} faults (${Object.entries(kinds).map(([kind, count]) => `${kind}: ${count}`).join(", ")}), the latest: ${fault}`);
+  return lines.join("\n");
+}
+
+// What is known of the latest message of a type that can't have been answered yet; null where there is none.
+function onItsWay(summary, type) {
+  const passed = (performance.now() - summary.heardAt) / 1000;
+  const message = summary.link.on_the_way.findLast((one) => one.type === type);
+  if (!message || message.answer_in_s <= passed) return null;
+  const arrives = message.arrives_in_s - passed;
+  return `${arrives > 0 ? `reaches the rover in ${age(arrives)}, ` : "should be there, "}`
+    + `acknowledgement in ${age(message.answer_in_s - passed)} at the earliest`;
 }
 
 const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
@@ -79,15 +112,20 @@ export function telemetryAge(frame) {
 function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;
   if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
-  else if (summary.gate.state === "sending") mark("status-match", "warn", `executing row ${(summary.gate.row ?? 0) + 1}`);
+  else if (summary.gate.state === "sending") mark("status-match", "warn", `${summary.gate.waiting ? "waiting before" : "executing"} row ${(summary.gate.row ?? 0) + 1}${wayOf(summary)}`);
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
   else mark("status-match", "bad", match.reason);
 }
 
+function wayOf(summary) {
+  const way = onItsWay(summary, "command");
+  return way ? `: ${way}` : "";
+}
+
 const STOP_TEXT = {
   sending: "Stop request is being sent…",
-  failed: "STOP NOT CONFIRMED: the server did not answer. Use another way to stop the rover.",
+  failed: "STOP NOT CONFIRMED: the server did not answer, the page goes on asking. Use another way to stop the rover.",
 };
 
 function drawStop(summary, frame) {
@@ -97,15 +135,17 @@ function drawStop(summary, frame) {
   const standing = frame?.mode === "stopped"; // by another session or another operator, perhaps
   button.dataset.sent = String(Boolean(sent) || latched);
   $("stop-clear").hidden = !latched && !standing;
-  $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(latched, acknowledged, summary.link.connected, standing);
+  $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(summary, latched, acknowledged, standing);
 }
 
-function stopText(latched, acknowledged, connected, standing) {
+function stopText(summary, latched, acknowledged, standing) {
   if (!latched) {
     return standing ? "The rover is STOPPED; clear the stop to move it." : "Stop request. Not a safety-rated stop.";
   }
   if (acknowledged) return "STOPPED: sent and acknowledged by the rover. Not a safety-rated stop.";
-  return connected
+  const way = onItsWay(summary, "stop");
+  if (way) return `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;
+  return summary.link.connected
     ? "Stop sent, NOT YET ACKNOWLEDGED by the rover."
     : "Stop in force, but NO ROVER IS CONNECTED: it is told when it connects.";
 }

@@ -1,29 +1,21 @@
 // Suggested footfalls: the best places on the current maps, ranked, each with its reasons; the weights are the operator's.
 
+import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
-import { bind } from "../keys.js";
+import { factors, subscribeToLayers } from "../layers.js";
 import { known, subscribe } from "../store.js";
-
-const WEIGHTS = {
-  slope: 1, roughness: 1, step: 1, support: 2, limit_margin: 1, margin: 2, certainty: 0.5, age: 0.25, height_sd: 0.5, advance: 1,
-};
-const NAMES = {
-  slope: "Slope", roughness: "Roughness", step: "Step", support: "Support under the wheel", limit_margin: "Joint limits",
-  margin: "Stability", certainty: "Ground known", age: "Age", height_sd: "Certainty", advance: "Advance",
-};
 
 let shownFor = ""; // the maps that the list is about
 
 export function start() {
-  $("weights").append(...Object.entries(WEIGHTS).map(([name, weight]) =>
-    element("label", { textContent: NAMES[name] }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) }))));
-  $("suggest").addEventListener("click", suggest);
-  bind("G", "Suggest footfalls", suggest);
+  subscribeToLayers(() => $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
+    element("label", { textContent: title }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) })))));
+  act({ key: "G", text: "Suggest footfalls", button: "suggest", run: suggest });
   subscribe(draw);
 }
 
-export const weights = () => Object.fromEntries(Object.keys(WEIGHTS).map((name) => [name, Number($(`weight-${name}`).value)]));
+export const weights = () => Object.fromEntries(factors().map(({ name }) => [name, Number($(`weight-${name}`).value)]));
 
 function towards() {
   const degrees = $("suggest-towards").value;

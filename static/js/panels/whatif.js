@@ -1,8 +1,9 @@
 // What if the chassis stood elsewhere over the same feet: shown as the state that is planned from, and marked as such.
 
-import { get, post, put, request } from "../api.js";
+import { act } from "../acts.js";
+import { get, once, post, put, request } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
-import { bind } from "../keys.js";
+import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { computeMaps } from "./ground.js";
@@ -23,12 +24,19 @@ export function start() {
   });
   // once a what-if is shown, it follows the fields
   $("what-if-fields").addEventListener("change", () => { if (known.summary.what_if) show(); });
-  $("what-if-end").addEventListener("click", end);
-  $("find-shift").addEventListener("click", find);
-  $("plan-body-move").addEventListener("click", check);
-  bind("W", "What if the chassis stood elsewhere", () => { $("panel-what-if").open = !$("panel-what-if").open; });
-  bind("H", "Find a chassis shift for the footfall", find);
+  act({ key: "W", text: "What if the chassis stood elsewhere", run: toggle });
+  act({
+    key: "H", text: "Find a chassis shift for the footfall", button: "find-shift", run: find,
+    refusal: () => (known.summary?.footfall ? "" : "Choose the footfall first that a shift is to make possible."),
+  });
+  act({ text: "Check the move of the chassis", button: "plan-body-move", run: check });
+  act({ text: "End the what-if: back to the rover", button: "what-if-end", run: end, refusal: () => (known.summary?.what_if ? "" : "There is no what-if.") });
   subscribe(draw);
+}
+
+function toggle() {
+  $("panel-what-if").open = !$("panel-what-if").open;
+  if ($("panel-what-if").open) reveal("footfall");
 }
 
 const shift = () => Object.fromEntries(FIELDS.map(([name, , unit]) => [name, Number($(`shift-${name}`).value) * unit]));
@@ -59,13 +67,18 @@ const end = () => attempt(async () => {
 
 const find = () => attempt(async () => {
   const chosen = known.summary.footfall;
-  if (!chosen) throw new Error("Choose the footfall first that a shift is to make possible.");
   $("panel-what-if").open = true;
   say("Looking for a shift…");
   await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y] });
 });
 
 const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift() }));
+
+// commands of a checked move of the chassis: they start from how the rover stands, not from the what-if
+const make = (digest) => attempt(async () => {
+  await post("/sessions/current/sequences", { plan: digest }, once());
+  await refresh();
+});
 
 function say(text, className = "") {
   $("what-if-answer").replaceChildren(element("p", { className, textContent: text }));
@@ -76,9 +89,8 @@ const told = (wanted) => FIELDS.filter(([name]) => Math.abs(wanted[name]) > 1e-6
 
 async function draw({ summary }) {
   if (!summary) return;
-  $("what-if-end").disabled = !summary.what_if;
   $("status-what-if-box").hidden = !summary.what_if;
-  if (summary.what_if) $("status-what-if").textContent = `chassis ${told(summary.what_if) || "unmoved"}`;
+  if (summary.what_if) $("status-what-if").textContent = summary.after ? "after the planned step" : `chassis ${told(summary.what_if) || "unmoved"}`;
   if (summary.shift && summary.shift !== answered.shift) {
     answered.shift = summary.shift;
     const answer = await get(`/sessions/current/shifts/${summary.shift}`);
@@ -101,5 +113,6 @@ function showAnswer(answer, text) {
       className: one.holds ? "yes" : "no",
       textContent: `${one.name}${one.margin === null ? "" : ` ${fixed(one.margin)} ${one.unit}`} ${one.where}`,
     }))),
+    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: "Make commands", onclick: () => make(answer.digest) })] : []),
   );
 }

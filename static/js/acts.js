@@ -1,0 +1,47 @@
+// Everything that the operator can do, each once: its name, its key, its button, and what stands against it at the moment.
+// Buttons, keys and the palette all go through here.
+
+import { $, toast } from "./dom.js";
+import { lacking } from "./rights.js";
+import { subscribe } from "./store.js";
+
+const acts = [];
+const listeners = [];
+
+// text: what it does, for people. key: as keys.js writes them. button: id of its button. refusal: says why it can't be done
+// now, "" where it can. quiet: neither key list nor palette needs it twice.
+export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false }) {
+  const taken = key && acts.find((one) => one.key === key);
+  if (taken) throw new Error(`The key ${key} is for "${taken.text}" already.`);
+  const made = { text, key, run, refusal: () => lacking($(button)) || refusal(), quiet };
+  acts.push(made);
+  if (button) wire($(button), made);
+  listeners.forEach((listener) => listener());
+  return made;
+}
+
+function wire(button, made) {
+  const about = button.title || made.text;
+  button.addEventListener("click", () => perform(made));
+  const draw = () => {
+    const against = made.refusal();
+    button.disabled = Boolean(against);
+    button.title = against || (made.key ? `${about} (${told(made.key)})` : about);
+  };
+  if (made.key) button.setAttribute("aria-keyshortcuts", made.key === " " ? "Space" : made.key.replace("Ctrl", "Control"));
+  subscribe(draw);
+  draw();
+}
+
+// What can't be done is said with its reason, whichever way it was asked for.
+export function perform(made) {
+  const against = made.refusal();
+  if (against) toast(`${made.text}: ${against}`);
+  else made.run();
+}
+
+export const listed = () => acts;
+
+export const actOfKey = (key) => acts.find((one) => one.key === key);
+
+export const told = (key) => (key === " " ? "Space" : key);

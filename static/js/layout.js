@@ -1,0 +1,97 @@
+// Which work areas are in sight: named layouts, each remembered as the operator leaves it.
+
+import { act } from "./acts.js";
+import { $, element } from "./dom.js";
+import { changed } from "./store.js";
+
+const KEPT_AS = "footfall.layout";
+const LAYOUTS = {
+  "plan a step": { key: "7", shown: ["ground", "footfall", "plan", "execution", "commands"] },
+  execute: { key: "8", shown: ["legs", "telemetry", "commands"] },
+  review: { key: "9", shown: ["legs", "telemetry", "sessions", "record"] },
+};
+
+let kept = { chosen: "plan a step", shown: {} }; // shown: layout → names of panels, where they differ from the delivered
+
+const panels = () => [...document.querySelectorAll(".panel")];
+const nameOf = (panel) => panel.id.replace("panel-", "");
+const titleOf = (panel) => panel.querySelector("h2").lastChild.textContent.trim();
+const shown = () => kept.shown[kept.chosen] ?? LAYOUTS[kept.chosen].shown;
+export const isShown = (name) => shown().includes(name);
+
+export function startLayout() {
+  try {
+    const found = JSON.parse(localStorage.getItem(KEPT_AS));
+    if (found?.chosen in LAYOUTS && typeof found.shown === "object") kept = found;
+  } catch { /* a layout that can't be read is no loss */ }
+  $("layout").append(...Object.keys(LAYOUTS).map((name) => element("option", { value: name, textContent: name })));
+  $("layout").addEventListener("change", () => choose($("layout").value));
+  for (const panel of panels()) {
+    const [name, title] = [nameOf(panel), titleOf(panel)];
+    const button = element("button", { type: "button", id: `area-${name}`, textContent: title, onclick: () => reveal(name) });
+    button.setAttribute("aria-controls", panel.id);
+    $("area-buttons").append(button);
+    const heading = panel.querySelector("h2");
+    heading.tabIndex = -1;
+    const hide = element("button", { type: "button", className: "hide", textContent: "–", title: `Hide ${title}`, onclick: () => conceal(name) });
+    hide.setAttribute("aria-label", `Hide ${title}`);
+    heading.after(hide);
+    act({ text: `Go to ${title}`, run: () => reveal(name) });
+  }
+  for (const [name, { key }] of Object.entries(LAYOUTS)) act({ key, text: `Layout: ${name}`, run: () => choose(name) });
+  act({ text: "Layout as delivered", run: restore });
+  act({ key: "F6", text: "Next work area", run: next });
+  draw();
+}
+
+function keep(names) {
+  kept.shown[kept.chosen] = names;
+  save();
+}
+
+function save() {
+  try {
+    localStorage.setItem(KEPT_AS, JSON.stringify(kept));
+  } catch { /* without storage the layout lasts as long as the page */ }
+  draw();
+  changed(); // panels that were out of sight draw what they hold
+}
+
+function choose(name) {
+  kept.chosen = name;
+  save();
+}
+
+function restore() {
+  delete kept.shown[kept.chosen];
+  save();
+}
+
+// Brings a panel into sight, wherever it was, and focus with it.
+export function reveal(name) {
+  if (!isShown(name)) keep([...shown(), name]);
+  const panel = $(`panel-${name}`);
+  panel.scrollIntoView({ block: "start" });
+  panel.querySelector("h2").focus({ preventScroll: true });
+}
+
+function conceal(name) {
+  keep(shown().filter((one) => one !== name));
+  $(`area-${name}`).focus();
+}
+
+function next() {
+  const inSight = panels().filter((panel) => !panel.hidden);
+  const at = inSight.findIndex((panel) => panel.contains(document.activeElement));
+  if (inSight.length) reveal(nameOf(inSight[(at + 1) % inSight.length]));
+}
+
+function draw() {
+  $("layout").value = kept.chosen;
+  for (const panel of panels()) {
+    panel.hidden = !isShown(nameOf(panel));
+    $(`area-${nameOf(panel)}`).setAttribute("aria-expanded", String(!panel.hidden));
+  }
+  $("side").hidden = panels().every((panel) => panel.hidden || !$("side").contains(panel));
+  $("dock").hidden = panels().every((panel) => panel.hidden || !$("dock").contains(panel));
+}

@@ -1,0 +1,36 @@
+// Logging in. All text goes in as text; the password goes nowhere but into the one request.
+
+import { ROOT } from "./api.js";
+import { $ } from "./dom.js";
+
+if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";
+
+// Who is logged in already, or need not, has nothing to do here.
+fetch(`${ROOT}/me`).then((answer) => { if (answer.ok) location.replace("/"); }, () => {});
+
+$("name").focus();
+$("form").addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const button = $("form").querySelector("button");
+  button.disabled = true;
+  $("answer").textContent = "";
+  const why = await logIn($("name").value, $("password").value);
+  button.disabled = false;
+  if (!why) return location.replace("/");
+  $("answer").textContent = why;
+  $("password").value = "";
+  $("password").focus();
+});
+
+// "" where it succeeded, else what stands against it
+async function logIn(name, password) {
+  try {
+    const headers = { "Content-Type": "application/json" };
+    const answer = await fetch(`${ROOT}/login`, { method: "POST", headers, body: JSON.stringify({ name, password }) });
+    if (answer.ok) return "";
+    const { detail } = await answer.json();
+    return `${detail[0].toUpperCase()}${detail.slice(1)}.`;
+  } catch {
+    return "The server does not answer.";
+  }
+}

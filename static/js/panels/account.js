@@ -1,0 +1,49 @@
+// Who is logged in, with which role, and logging out. What the role does not allow is marked, and says so when pressed.
+
+import { act } from "../acts.js";
+import { get, post } from "../api.js";
+import { $, age, attempt, toast } from "../dom.js";
+import { lacking } from "../rights.js";
+import { known, subscribe } from "../store.js";
+
+const SOON = 15 * 60; // seconds before its end that a login warns
+const CONTROLS = "[data-needs] :is(button, select, input)";
+
+export async function start() {
+  known.me = await get("/me");
+  act({ text: "Log out", button: "log-out", run: logOut, refusal: () => (known.me.accounts ? "" : "Nobody has to log in here.") });
+  $("log-out").hidden = !known.me.accounts;
+  for (const kind of ["click", "submit", "change"]) document.addEventListener(kind, holdBack, true);
+  subscribe(draw);
+}
+
+function draw() {
+  const { name, role, accounts, notice, ends } = known.me;
+  const left = ends ? ends - Date.now() / 1000 : Infinity;
+  const ending = left < SOON ? `, login ends in ${age(Math.max(0, left))}` : "";
+  $("status-user").dataset.state = !accounts || ending ? "warn" : "none";
+  $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : notice;
+  $("status-user").title = $("status-user").textContent;
+  queueMicrotask(mark); // after the panels, which know nothing of roles
+}
+
+function mark() {
+  for (const one of document.querySelectorAll(CONTROLS)) {
+    const against = lacking(one);
+    if (against) Object.assign(one, { disabled: true, title: against });
+  }
+}
+
+// What came to be enabled since it was drawn, and forms that are sent from the keyboard.
+function holdBack(event) {
+  const against = event.target.closest?.(CONTROLS) || event.type === "submit" ? lacking(event.target) : "";
+  if (!against) return;
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  toast(against);
+}
+
+const logOut = () => attempt(async () => {
+  await post("/logout", {});
+  location.assign("/login.html");
+});

@@ -1,0 +1,61 @@
+// The conn: which page may move the rover, taking it, handing it on. Arming takes it where nobody holds it.
+
+import { act } from "../acts.js";
+import { PAGE, post } from "../api.js";
+import { $, attempt, toast } from "../dom.js";
+import { refresh } from "../stream.js";
+import { known, subscribe } from "../store.js";
+
+const HEARTBEAT = 15_000; // ms; the server waits for six of them
+
+let asked = ""; // whose request has been told
+
+export function start() {
+  act({ text: "Take the conn", button: "conn-take", run: () => ask("take"), refusal: () => (holder() ? "Somebody holds it." : "") });
+  act({ text: "Release the conn", button: "conn-release", run: () => ask("release"), refusal: notMine });
+  act({ text: "Request the conn", button: "conn-request", run: () => ask("request"), refusal: () => (!holder() || mine() ? "Nobody else holds it." : "") });
+  act({ text: "Grant the conn to who asks", button: "conn-grant", run: () => ask("grant"), refusal: unasked });
+  act({ text: "Keep the conn", button: "conn-deny", run: () => ask("deny"), refusal: unasked });
+  setInterval(() => {
+    if (mine()) post("/sessions/current/conn/heartbeat", {}).catch(() => {}); // what is lost shows in the next summary
+  }, HEARTBEAT);
+  subscribe(draw);
+}
+
+const holder = () => known.summary?.conn.holder ?? null;
+export const mine = () => Boolean(holder()) && holder().page === PAGE;
+const notMine = () => (mine() ? "" : "This page does not hold the conn.");
+const unasked = () => notMine() || (known.summary.conn.request ? "" : "Nobody asks for it.");
+
+// Why this page may not steer what is being sent; "" where it may. What nobody holds is taken by the act itself.
+export const kept = () => (!holder() || mine() ? "" : `${name(holder())} holds the conn: request it first.`);
+
+const ask = (what) => attempt(async () => {
+  await post(`/sessions/current/conn/${what}`, {});
+  await refresh();
+});
+
+// Two pages of one account are told apart by where they are.
+const name = (who) => (who.page === PAGE ? "this page" : `${who.name} (${who.client || "on the server"}${who.page ? `, page ${who.page.slice(0, 4)}` : ""})`);
+
+function draw({ summary }) {
+  if (!summary) return;
+  const { request } = summary.conn;
+  const asks = request && mine();
+  const status = $("status-conn");
+  status.dataset.state = asks ? "warn" : mine() ? "good" : "none";
+  status.textContent = !holder() ? "nobody" : asks ? `${name(request.by)} asks for it` : name(holder());
+  status.title = status.textContent;
+  $("conn-text").textContent = text(request);
+  for (const [id, shown] of [["take", !holder()], ["release", mine()], ["request", holder() && !mine()], ["grant", asks], ["deny", asks]]) {
+    $(`conn-${id}`).hidden = !shown;
+  }
+  if (asks && asked !== JSON.stringify(request.by)) toast(`${name(request.by)} asks for the conn: grant it or keep it in the Commands panel.`);
+  asked = asks ? JSON.stringify(request.by) : "";
+}
+
+function text(request) {
+  if (!holder()) return "Conn: nobody. Arming takes it.";
+  const wait = request ? ` ${name(request.by)} asks for it and has it in ${Math.max(0, Math.ceil(request.granted_in))} s.` : "";
+  return `Conn: ${name(holder())}.${wait}`;
+}

@@ -1,0 +1,87 @@
+// Legs: which stand, what each bears, how near its worst joint is to its torque limit, and how far it is from the footfall.
+
+import { element, fixed, $ } from "../dom.js";
+import { isShown } from "../layout.js";
+import { known, subscribe } from "../store.js";
+import { telemetryAge } from "./status.js";
+
+const MOVES = 0.002; // rad between two frames; more is no noise of a sensor
+const HIGH = 0.8; // share of a torque limit from which on it is marked
+const STALE_AFTER = 2; // s
+
+let before = null; // the frame before the shown one
+let shown = null;
+
+export function start() {
+  subscribe(draw);
+}
+
+function draw({ frame, summary, robot }) {
+  if (!isShown("legs")) return;
+  $("legs-table").hidden = !frame;
+  if (!frame) {
+    $("legs-note").textContent = "No telemetry yet: no rover is connected.";
+    return;
+  }
+  const stale = telemetryAge(frame) > STALE_AFTER;
+  $("legs-note").textContent = stale ? "Stale: this is how it was when the rover was last heard." : "";
+  $("legs-note").className = stale ? "doubt" : "";
+  $("legs-table").classList.toggle("stale", stale);
+  if (frame === shown) return;
+  before = shown ?? frame;
+  shown = frame;
+  const up = frame.wheel_forces.map((force) => force[2]);
+  const weight = up.reduce((sum, one) => sum + one, 0);
+  const most = Math.max(weight / 2, ...up, 1);
+  $("legs-table").tBodies[0].replaceChildren(...robot.legs.map((leg) => row(leg, up[leg], weight, most, frame, summary)));
+}
+
+function row(leg, force, weight, most, frame, summary) {
+  const share = weight > 0 ? force / weight : 0;
+  const worst = worstTorque(leg, frame);
+  const chosen = summary?.view.leg === leg;
+  const state = stateOf(leg, share, frame);
+  return element("tr", { className: chosen ? "current" : "" },
+    element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}` }),
+    element("td", { textContent: state }),
+    element("td", {}, bar(force / most), element("span", { textContent: `${fixed(force, 0)}, ${fixed(100 * share, 0)} %` })),
+    element("td", { className: worst.share >= 1 ? "no" : worst.share >= HIGH ? "doubt" : "" },
+      bar(worst.share, worst.share >= 1 ? "bad" : worst.share >= HIGH ? "warn" : "good"),
+      element("span", { textContent: `${fixed(100 * worst.share, 0)} % ${worst.joint}`, title: `${fixed(worst.torque, 0)} of ${fixed(worst.limit, 0)} N·m` })),
+    element("td", { textContent: toFootfall(leg, frame, summary), title: `from the hip; the leg is ${fixed(known.robot.leg_lengths[leg], 2)} m long` }));
+}
+
+function stateOf(leg, share, frame) {
+  const turned = Array.from({ length: 6 }, (_, j) => Math.abs(frame.posture[6 * leg + j] - before.posture[6 * leg + j]));
+  const moves = Math.max(...turned) > MOVES;
+  const [sign, words] = share < known.robot.least_load ? ["▽", "in air"] : ["▬", "stands"];
+  return `${sign} ${words}${moves ? ", moves" : ""}`;
+}
+
+function worstTorque(leg, frame) {
+  const { torque_limits: limits, joint_names: names } = known.robot;
+  const joints = Array.from({ length: 6 }, (_, j) => 6 * leg + j);
+  const worst = joints.reduce((a, b) => (Math.abs(frame.joint_torques[b]) / limits[b] > Math.abs(frame.joint_torques[a]) / limits[a] ? b : a));
+  const torque = Math.abs(frame.joint_torques[worst]);
+  return { share: torque / limits[worst], torque, limit: limits[worst], joint: shortName(names[worst]) };
+}
+
+// "leg2_hip_yaw" says its leg again
+export const shortName = (name) => name.replace(/^leg\d+_|_joint$/g, "").replaceAll("_", " ");
+
+function toFootfall(leg, { T_site_base: T }, summary) {
+  const answer = summary?.footfall_answer;
+  if (!answer || typeof answer.z !== "number") return "–";
+  const { T_base_hips: hips, leg_lengths: lengths } = known.robot;
+  const hip = [0, 1, 2].map((i) => T[i][3] + [0, 1, 2].reduce((sum, j) => sum + T[i][j] * hips[leg][j][3], 0));
+  const away = Math.hypot(hip[0] - answer.x, hip[1] - answer.y, hip[2] - answer.z);
+  return `${away > lengths[leg] ? "✕" : "✓"} ${fixed(away, 2)}`;
+}
+
+function bar(share, state = "") {
+  const fill = element("i");
+  fill.style.width = `${100 * Math.min(1, Math.max(0, share))}%`;
+  const made = element("span", { className: "bar", ariaHidden: "true" }, fill);
+  if (state) made.dataset.level = state;
+  return made;
+}

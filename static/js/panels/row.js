@@ -1,0 +1,71 @@
+// One row of the commands, chosen in the list: its joints, its place, split in two, a pause before it, deleted.
+
+import { act } from "../acts.js";
+import { $, element } from "../dom.js";
+import { edit } from "../edits.js";
+import { known, subscribe } from "../store.js";
+import { shortName } from "./legs.js";
+
+const listeners = [];
+let chosen = null; // row, from 0
+let drawn = "";
+
+export function start() {
+  const last = () => known.sequence.commands.length - 1;
+  act({ text: "Move the chosen row up", button: "row-up", run: () => move(-1), refusal: () => none() || (chosen > 0 ? "" : "It is the first row.") });
+  act({ text: "Move the chosen row down", button: "row-down", run: () => move(1), refusal: () => none() || (chosen < last() ? "" : "It is the last row.") });
+  act({ text: "Split the chosen row in two halves", button: "row-split", run: () => edit({ kind: "split", row: chosen }), refusal: none });
+  act({ text: "Insert a wait before the chosen row", button: "row-wait", run: () => edit({ kind: "insert", row: chosen, command: { name: "WAIT", duration: 1.0 } }), refusal: none });
+  act({ text: "Delete the chosen row", button: "row-delete", run: () => edit({ kind: "delete", row: chosen }), refusal: none });
+  subscribe(draw);
+}
+
+const none = () => (chosenRow() === null ? "Choose a row first, by its number in the list." : "");
+
+// The row that is worked with, null where there is none.
+export function chosenRow() {
+  return chosen !== null && chosen < (known.sequence?.commands.length ?? 0) ? chosen : null;
+}
+
+// row: from 0, or null.
+export function choose(row) {
+  chosen = row;
+  listeners.forEach((listener) => listener());
+  draw();
+}
+
+// Called when another row is chosen.
+export const onChoice = (listener) => listeners.push(listener);
+
+async function move(by) {
+  const from = chosen;
+  if (await edit({ kind: "move", row: from, to: from + by })) choose(from + by);
+}
+
+function draw() {
+  const row = chosenRow();
+  $("row-edit").hidden = row === null;
+  const key = JSON.stringify([known.sequence?.digest, row]);
+  // not under the hands of somebody who types
+  if (row === null || key === drawn || $("row-joints").contains(document.activeElement)) return;
+  drawn = key;
+  const command = known.sequence.commands[row];
+  $("row-title").textContent = `Row ${row + 1}: ${command.name}${command.leg === null ? "" : ` leg ${command.leg}`}${command.phase ? `, ${command.phase}` : ""}`;
+  $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(command, row, joint, angle)));
+}
+
+function jointField(command, row, joint, angle) {
+  const { joint_names: names, lower, upper } = known.robot;
+  const whole = command.leg === null ? joint : 6 * command.leg + joint;
+  const name = command.leg === null ? `${Math.floor(joint / 6)} ${shortName(names[whole])}` : shortName(names[whole]);
+  return element("label", { textContent: `${name} `, title: `${lower[whole].toFixed(3)} … ${upper[whole].toFixed(3)} rad` },
+    element("input", {
+      type: "number", step: "any", value: angle.toFixed(4), ariaLabel: `${name} of row ${row + 1} [rad]`,
+      onchange: (event) => {
+        const number = Number(event.target.value);
+        event.target.blur();
+        drawn = "";
+        edit({ kind: "joint", row, joint, number });
+      },
+    }));
+}

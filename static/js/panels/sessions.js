@@ -1,0 +1,139 @@
+// Sessions: open, check by replay, compare two, take away as a bundle or as a page that plays alone, bring in.
+
+import { ROOT, get, once, post, request } from "../api.js";
+import { act } from "../acts.js";
+import { $, attempt, element } from "../dom.js";
+import { reveal } from "../layout.js";
+import { changed, known, subscribe } from "../store.js";
+
+const LOOK_PERIOD = 400; // ms, while a check runs
+const RUNNING = ["queued", "running"];
+
+let listed = null;
+let checking = false;
+const chosen = new Set(); // ids of the sessions to compare
+
+export function start() {
+  act({ text: "Open the chosen sample", button: "open-sample", run: () => open({ sample: $("samples").value }), refusal: () => ($("samples").value ? "" : "There are no samples.") });
+  act({ text: "Compare two sessions", button: "compare-sessions", run: compare, refusal: () => (chosen.size === 2 ? "" : "Choose two sessions in the list first.") });
+  act({ text: "Check this session by replay", run: () => { reveal("sessions"); check(known.summary.id); }, refusal: () => (checking ? "A check is running." : "") });
+  $("import-session").addEventListener("change", bringIn);
+  subscribe(({ summary }) => {
+    if (!summary) return;
+    const address = `${ROOT}/recordings/${encodeURIComponent(summary.id)}`;
+    $("download-bundle").href = `${address}.zip`;
+    $("download-page").href = `${address}.html`;
+  });
+  list();
+}
+
+const open = (which) => attempt(async () => {
+  await post("/sessions", which, once());
+  location.reload(); // every panel starts anew on the session that is now current
+});
+
+const bringIn = () => attempt(async () => {
+  const file = $("import-session").files[0];
+  if (!file) return;
+  const form = new FormData();
+  form.append("file", file);
+  $("sessions-note").textContent = `Reading ${file.name}…`;
+  try {
+    await post("/recordings", form, once());
+    location.reload();
+  } finally {
+    $("import-session").value = "";
+    $("sessions-note").textContent = "";
+  }
+});
+
+async function list() {
+  try {
+    listed = await get("/sessions");
+  } catch (error) {
+    $("sessions-note").className = "doubt";
+    $("sessions-note").textContent = `The list could not be read: ${error.message}`;
+    setTimeout(list, 5000);
+    return;
+  }
+  $("samples").replaceChildren(...listed.samples.map((name) => element("option", { value: name, textContent: name })));
+  draw();
+  changed();
+}
+
+function draw() {
+  const { sessions, current } = listed;
+  $("sessions").hidden = sessions.length === 0;
+  $("sessions-note").className = "";
+  $("sessions-note").textContent = sessions.length ? "" : "No session is kept here yet: open a sample, or import one.";
+  $("sessions").tBodies[0].replaceChildren(...sessions.map((one) => row(one, one.id === current)));
+}
+
+function row(one, current) {
+  const when = one.created === null ? "" : new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " ");
+  const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${one.name}` }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
+  if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
+  const button = (text, run, disabled = false) => {
+    const made = element("button", { type: "button", textContent: text, disabled, onclick: run });
+    made.setAttribute("aria-label", `${text}: ${one.name}, ${one.id}`);
+    return made;
+  };
+  const box = element("input", {
+    type: "checkbox", checked: chosen.has(one.id), ariaLabel: `Compare ${one.name}, ${one.id}`,
+    onchange: (event) => {
+      if (event.target.checked) chosen.add(one.id);
+      else chosen.delete(one.id);
+      changed();
+    },
+  });
+  return element("tr", { className: current ? "current" : "" }, name,
+    element("td", { textContent: one.events ?? "–" }),
+    element("td", { className: "acts" }, button("Open", () => open({ session: one.id }), current), button("Check", () => check(one.id), checking)),
+    element("td", {}, element("label", { className: "touch" }, box)));
+}
+
+function say(...parts) {
+  $("sessions-answer").replaceChildren(...parts);
+}
+
+const line = (className, textContent) => element("p", { className, textContent });
+
+// Recomputes everything that the session recorded, in a worker; commands, telemetry and stop go on meanwhile.
+const check = (id) => attempt(async () => {
+  if (checking) return;
+  checking = true;
+  draw();
+  try {
+    let job = await post(`/recordings/${encodeURIComponent(id)}/check`, {});
+    const cancel = element("button", { type: "button", textContent: "Cancel the check", onclick: () => attempt(() => request("DELETE", `/jobs/${job.id}`)) });
+    while (RUNNING.includes(job.state)) {
+      say(line("", `Checking ${id}: ${job.text}`), element("progress", { max: 1, value: job.fraction, ariaLabel: "Progress of the check" }), cancel);
+      await new Promise((resolve) => setTimeout(resolve, LOOK_PERIOD));
+      job = await get(`/jobs/${job.id}`);
+    }
+    if (job.state === "done") tellCheck(await get(`/recordings/${encodeURIComponent(id)}/check`));
+    else say(line("no", `${id} was not checked: ${job.error?.message ?? job.state}`));
+  } finally {
+    checking = false;
+    draw();
+  }
+});
+
+function tellCheck({ ok, name, products, problems }) {
+  const bad = products.filter(({ verdict }) => !["same", "equal_within", "not_reproducible", "unchecked"].includes(verdict));
+  say(line(ok ? "yes" : "no", ok ? `${name}: all ${products.length} products came out as recorded.` : `${name} did NOT come out as recorded.`),
+    element("ul", {}, ...problems.map((text) => element("li", { className: "no", textContent: text })),
+      ...(bad.length ? bad : products).map(({ kind, verdict, text }) => element("li", {
+        className: bad.length ? "no" : "yes", textContent: `${kind}: ${verdict.replaceAll("_", " ")}${text ? `, ${text}` : ""}`,
+      }))));
+}
+
+const compare = () => attempt(async () => {
+  const [one, other] = chosen;
+  const { names, rows } = await get(`/sessions/${encodeURIComponent(one)}/comparison/${encodeURIComponent(other)}`);
+  say(element("table", {}, element("caption", { textContent: "Compared: what differs is marked ≠" }),
+    element("thead", {}, element("tr", {}, ...["", "", ...names].map((text) => element("th", { scope: "col", textContent: text })))),
+    element("tbody", {}, ...rows.map(({ what, told, same, text }) => element("tr", { className: same ? "" : "differs" },
+      element("td", { textContent: same ? "=" : "≠" }), element("th", { scope: "row", textContent: what }),
+      element("td", { textContent: told[0] }), element("td", {}, element("span", { textContent: told[1] }), text ? element("small", { textContent: text }) : null))))));
+});

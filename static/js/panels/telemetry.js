@@ -1,0 +1,229 @@
+// Telemetry: any channel over time, with its limits; what is stale is hatched; a click sets the moment that all panels share.
+
+import uPlot from "../../vendor/uplot/uPlot.esm.js";
+import { act } from "../acts.js";
+import { followCursor, moment, point } from "../cursor.js";
+import { $, element, fixed } from "../dom.js";
+import { isShown, reveal } from "../layout.js";
+import { channelsOf, heardFrom, QUANTITIES, since } from "../samples.js";
+import { known, subscribe } from "../store.js";
+import { shortName } from "./legs.js";
+
+const STALE_AFTER = 2; // s
+const NEAR = 0.8; // share of a limit from which on a number is marked
+const HEIGHT = 130;
+const PERIOD = 190; // ms; faster than five times a second nobody reads
+const LINES = [["#7cc4ff", []], ["#ffc94d", [8, 4]], ["#58d68d", [2, 3]], ["#ff9bd2", [12, 3, 2, 3]], ["#e8edf3", [5, 2]], ["#c3a6ff", [14, 6]]];
+
+let drawnAt = 0;
+let plot = null;
+let drawnFor = ""; // what the plot is of
+let held = null; // [start, end] of what is held still
+let hidden = new Set(); // names of channels that are switched off
+let newest = null;
+
+export function start() {
+  $("plot-quantity").append(...Object.entries(QUANTITIES).map(([value, { title }]) => element("option", { value, textContent: title })));
+  $("plot-leg").append(element("option", { value: "", textContent: "chosen leg" }),
+    ...known.robot.legs.map((leg) => element("option", { value: String(leg), textContent: `leg ${leg}` })));
+  for (const id of ["plot-quantity", "plot-leg", "plot-span"]) $(id).addEventListener("change", () => draw(known));
+  act({ key: "Q", text: "Hold the telemetry plot", button: "plot-hold", run: hold });
+  for (const [quantity, { title }] of Object.entries(QUANTITIES)) {
+    act({ text: `Plot: ${title}`, run: () => { $("plot-quantity").value = quantity; reveal("telemetry"); draw(known); } });
+  }
+  new ResizeObserver(resize).observe($("plot"));
+  followCursor(() => plot?.redraw(false));
+  subscribe((state) => {
+    if (performance.now() - drawnAt > PERIOD) draw(state);
+  });
+}
+
+const now = () => Date.now() / 1000;
+const wanted = () => {
+  const quantity = $("plot-quantity").value;
+  const leg = $("plot-leg").value === "" ? known.summary?.view.leg ?? 0 : Number($("plot-leg").value);
+  return { quantity, channels: channelsOf(quantity, leg) };
+};
+
+function hold() {
+  held = held ? null : [now() - Number($("plot-span").value), now()];
+  $("plot-hold").setAttribute("aria-pressed", String(Boolean(held)));
+  $("plot-hold").textContent = held ? "Go on" : "Hold";
+  draw(known);
+}
+
+function draw({ frame }) {
+  if (!isShown("telemetry")) return;
+  drawnAt = performance.now();
+  $("plot-leg").disabled = !QUANTITIES[$("plot-quantity").value].ofLeg;
+  const start = held ? held[0] : now() - Number($("plot-span").value);
+  const { quantity, channels } = wanted();
+  const data = since(start, channels);
+  const end = held ? held[1] : now();
+  if (held) while (data[0].length && data[0].at(-1) > end) data.forEach((column) => column.pop());
+  const silent = data[0].length ? end - data[0].at(-1) : Infinity;
+  $("plot-note").className = silent > STALE_AFTER ? "doubt" : "";
+  $("plot-note").textContent = !frame ? "No telemetry yet: no rover is connected."
+    : held ? "Held: new telemetry is kept and shown when you go on."
+      : silent > STALE_AFTER ? "Stale: nothing was heard in the hatched part." : "";
+  $("plot").hidden = $("plot-series").hidden = !frame;
+  if (!frame) return;
+  build(quantity, channels);
+  newest = { start, end };
+  plot.setData(withGaps(data), false);
+  plot.setScale("x", { min: start, max: end });
+  drawList(channels, data);
+}
+
+// A line must not lead over what was not heard.
+function withGaps(data) {
+  const gaps = data[0].flatMap((time, i) => (i > 0 && time - data[0][i - 1] > STALE_AFTER ? [i] : []));
+  if (!gaps.length) return data;
+  return data.map((column, j) => {
+    const parts = [];
+    let from = 0;
+    for (const i of gaps) {
+      parts.push(...column.slice(from, i), j === 0 ? column[i - 1] + 0.001 : null);
+      from = i;
+    }
+    return [...parts, ...column.slice(from)];
+  });
+}
+
+function build(quantity, channels) {
+  const key = JSON.stringify(channels.map(({ at }) => at));
+  if (plot && key === drawnFor) return;
+  drawnFor = key;
+  hidden = new Set();
+  plot?.destroy();
+  const axis = { stroke: "#a9b6c6", grid: { stroke: "#33415280", width: 1 }, ticks: { stroke: "#334152" }, font: "11px system-ui, sans-serif" };
+  plot = new uPlot({
+    width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
+    cursor: { drag: { x: false, y: false }, points: { show: false } },
+    scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
+    axes: [{ ...axis, size: 28 }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
+    series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: LINES[i % LINES.length][0], dash: LINES[i % LINES.length][1], width: 1.5 }))],
+    hooks: { drawAxes: [hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
+  }, [[], ...channels.map(() => [])], $("plot"));
+}
+
+// The limits are in sight where the numbers come near them; far ones would make flat lines of all.
+function range(channels, low, high) {
+  if (low === null || high === null) return [-1, 1];
+  const shown = channels.filter(({ name }) => !hidden.has(name));
+  const bounds = shown.flatMap((one) => [one.low, one.high]).filter((limit) => limit !== null);
+  const reach = Math.max(Math.abs(low), Math.abs(high)) * 2;
+  const near = bounds.filter((limit) => Math.abs(limit) <= reach);
+  const [least, most] = [Math.min(low, ...near), Math.max(high, ...near)];
+  const margin = Math.max((most - least) * 0.08, 1e-3);
+  return [least - margin, most + margin];
+}
+
+function inside(made, paint) {
+  const { left, top, width, height } = made.bbox;
+  made.ctx.save();
+  made.ctx.beginPath();
+  made.ctx.rect(left, top, width, height);
+  made.ctx.clip();
+  paint(made.ctx, made.bbox);
+  made.ctx.restore();
+}
+
+function hatch(made) {
+  const times = made.data[0];
+  if (!newest || !times.length) return;
+  // what was before this page heard anything is not known to it, and is left blank
+  const heard = [Math.max(newest.start, Math.min(heardFrom(), times[0])), ...times, newest.end];
+  inside(made, (pen, { top, height }) => {
+    pen.strokeStyle = "#ffc94d66";
+    pen.lineWidth = 1;
+    for (let i = 1; i < heard.length; i += 1) {
+      if (heard[i] - heard[i - 1] <= STALE_AFTER) continue;
+      const [from, to] = [heard[i - 1], heard[i]].map((time) => made.valToPos(time, "x", true));
+      pen.save();
+      pen.beginPath();
+      pen.rect(from, top, to - from, height);
+      pen.clip();
+      pen.beginPath();
+      for (let x = from - height; x < to; x += 10) {
+        pen.moveTo(x, top + height);
+        pen.lineTo(x + height, top);
+      }
+      pen.stroke();
+      pen.restore();
+    }
+  });
+}
+
+function limits(made) {
+  const { channels } = wanted();
+  inside(made, (pen, { left, width }) => {
+    pen.setLineDash([3, 5]);
+    pen.lineWidth = 1;
+    channels.forEach((channel, i) => {
+      if (hidden.has(channel.name)) return;
+      pen.strokeStyle = LINES[i % LINES.length][0];
+      for (const limit of [channel.low, channel.high]) {
+        if (limit === null) continue;
+        const y = made.valToPos(limit, "y", true);
+        pen.beginPath();
+        pen.moveTo(left, y);
+        pen.lineTo(left + width, y);
+        pen.stroke();
+      }
+    });
+  });
+}
+
+function cursor(made) {
+  if (moment() === null) return;
+  inside(made, (pen, { top, height }) => {
+    const x = made.valToPos(moment(), "x", true);
+    pen.strokeStyle = "#ffffff";
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.moveTo(x, top);
+    pen.lineTo(x, top + height);
+    pen.stroke();
+  });
+}
+
+// The numbers at the shared moment where it is in the plot, else the newest.
+function drawList(channels, data) {
+  const at = moment();
+  const inSight = at !== null && newest && at >= newest.start && at <= newest.end;
+  const i = inSight ? data[0].reduce((best, time, j) => (Math.abs(time - at) < Math.abs(data[0][best] - at) ? j : best), 0) : data[0].length - 1;
+  const list = $("plot-series");
+  if (list.dataset.of !== drawnFor) {
+    list.dataset.of = drawnFor;
+    list.replaceChildren(...channels.map(({ name }, j) => {
+      const box = element("input", { type: "checkbox", checked: true, onchange: () => toggle(name, j) });
+      const line = element("span", { className: "line", ariaHidden: "true" });
+      line.style.background = LINES[j % LINES.length][0];
+      return element("li", {}, element("label", {}, box, line, element("span", { textContent: `${shortName(name)} ` }), element("b")));
+    }));
+  }
+  channels.forEach((channel, j) => {
+    const share = shareOf(channel, data[j + 1][i]);
+    const box = list.children[j].querySelector("b");
+    box.className = share >= 1 ? "no" : share >= NEAR ? "doubt" : "";
+    box.textContent = `${fixed(data[j + 1][i], channel.unit === "m" ? 3 : 1)}${share >= NEAR ? `, ${fixed(100 * share, 0)} % to limit` : ""}`;
+  });
+}
+
+// How far from the middle of what is allowed towards its end.
+function shareOf({ low, high }, number) {
+  if (low === null || number === undefined) return 0;
+  return Math.abs(number - (low + high) / 2) / ((high - low) / 2);
+}
+
+function toggle(name, j) {
+  if (hidden.has(name)) hidden.delete(name);
+  else hidden.add(name);
+  plot.setSeries(j + 1, { show: !hidden.has(name) });
+}
+
+function resize() {
+  const width = $("plot").clientWidth;
+  if (plot && width > 0) plot.setSize({ width, height: HEIGHT });
+}

@@ -1,0 +1,167 @@
+// Timeline: the whole session on one line, to scrub through; what was planned, seen, sent and noted can be looked at again.
+
+import { ROOT, get, once, post } from "../api.js";
+import { act } from "../acts.js";
+import { followCursor, moment, point } from "../cursor.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { clock, describe, events, subscribeToEvents } from "../events.js";
+import { known } from "../store.js";
+import { timeAxis } from "../timeaxis.js";
+
+// kind → sign, colour, height on the line (0 top … 2)
+const SIGNS = {
+  plan: ["◆", "#7cc4ff", 0], execution: ["◇", "#7cc4ff", 0], sequence: ["≡", "#7cc4ff", 0], export: ["⇪", "#7cc4ff", 0],
+  snapshot: ["◉", "#e8edf3", 1], terrain: ["▦", "#e8edf3", 1], maps: ["▩", "#e8edf3", 1], footfall: ["✚", "#e8edf3", 1],
+  command: ["▸", "#58d68d", 2], stop: ["■", "#ff7b6e", 2], fault: ["▲", "#ffc94d", 2], note: ["✎", "#ffc94d", 0],
+};
+const KINDS = { edit: "sequence", photographs: "terrain", blend: "terrain", clear: "terrain", shift: "plan", body_move: "plan" };
+const RANGE = 10000; // steps of the slider
+const NEAR = 0.012; // of the line: a click this close to a sign means that event
+
+let axis = null;
+let at = -1; // index of the event that is read out, -1: none
+let now = true; // the line's end is shown, and goes on as events come
+
+export function start() {
+  $("timeline-scrub").addEventListener("input", () => scrub(Number($("timeline-scrub").value) / RANGE));
+  $("timeline-scrub").addEventListener("click", () => { if (at >= 0 && !now && nearSign() && canShow(events[at])) show(events[at]); });
+  const some = () => (events.length ? "" : "There are no events yet.");
+  act({ key: ",", text: "Timeline: event before", button: "timeline-back", run: () => step(-1), refusal: some });
+  act({ key: ".", text: "Timeline: event after", button: "timeline-on", run: () => step(1), refusal: some });
+  act({ text: "Timeline: show what it was", button: "timeline-show", run: () => show(events[at]), refusal: () => (at >= 0 && canShow(events[at]) ? "" : "Choose an event on the timeline first.") });
+  act({ text: "Timeline: back to now", button: "timeline-now", run: toNow, refusal: () => (now ? "The timeline shows now." : "") });
+  act({ key: "Y", text: "Write a note", button: "note-open", run: openNote });
+  $("note-form").addEventListener("submit", (event) => {
+    event.preventDefault();
+    writeNote();
+  });
+  $("note-cancel").addEventListener("click", () => $("note").close());
+  subscribeToEvents(() => { lay(); });
+  followCursor((time) => { if (time !== null) paint(); });
+  new ResizeObserver(paint).observe($("timeline-canvas").parentElement);
+}
+
+function lay() {
+  axis = timeAxis(events.map(({ time }) => time));
+  $("timeline-scrub").disabled = events.length === 0;
+  if (now) {
+    toNow();
+    return;
+  }
+  $("timeline-scrub").value = String(Math.round(axis.placeOf(moment()) * RANGE));
+  paint();
+}
+
+function signOf({ type, payload }) {
+  if (type === "product") return SIGNS[KINDS[payload.kind] ?? payload.kind];
+  if (type === "snapshot_taken") return SIGNS.snapshot;
+  if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
+  if (type === "footfall_chosen") return SIGNS.footfall;
+  if (type === "note") return SIGNS.note;
+  if (type.startsWith("command_")) return SIGNS.command;
+  if (type.startsWith("stop_")) return SIGNS.stop;
+  return /fault|lost|failed/.test(type) ? SIGNS.fault : null;
+}
+
+function scrub(place) {
+  now = place >= 1;
+  const nearest = events.findLastIndex((_, i) => axis.placeOfKnot(i) <= place + NEAR / 2);
+  read(Math.max(0, nearest));
+  point(now ? null : axis.timeAt(place));
+}
+
+function step(by) {
+  const next = Math.min(events.length - 1, Math.max(0, (at < 0 ? events.length : at) + by));
+  now = false;
+  $("timeline-scrub").value = String(Math.round(axis.placeOfKnot(next) * RANGE));
+  read(next);
+  point(events[next].time);
+}
+
+function toNow() {
+  now = true;
+  $("timeline-scrub").value = String(RANGE);
+  read(events.length - 1);
+  point(null);
+  paint();
+}
+
+function read(index) {
+  at = index;
+  const event = events[index];
+  $("timeline-text").textContent = event ? `${now ? "Now. Latest: " : ""}${clock(event.time)} ${describe(event)}` : "No events yet.";
+  $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
+  $("timeline-text").title = $("timeline-text").textContent;
+  $("timeline-now").disabled = now;
+  $("timeline-show").disabled = !event || !canShow(event);
+}
+
+const nearSign = () => Math.abs(axis.placeOfKnot(at) - Number($("timeline-scrub").value) / RANGE) < NEAR;
+
+function paint() {
+  const canvas = $("timeline-canvas");
+  const { clientWidth: width, clientHeight: height } = canvas;
+  if (!axis || !width) return;
+  const scale = window.devicePixelRatio || 1;
+  canvas.width = width * scale;
+  canvas.height = height * scale;
+  const pen = canvas.getContext("2d");
+  pen.scale(scale, scale);
+  const place = (share) => 8 + share * (width - 16); // the slider's thumb has 16 px
+  pen.fillStyle = "#0b0f15";
+  pen.fillRect(0, 0, width, height);
+  pen.fillStyle = "#52657d";
+  pen.font = "11px system-ui, sans-serif";
+  pen.textAlign = "center";
+  for (const pause of axis.pauses) pen.fillText("//", place(pause), height / 2 + 4);
+  events.forEach((event, i) => {
+    const sign = signOf(event);
+    if (!sign) return;
+    pen.fillStyle = event.payload.status && event.payload.status !== "found" ? "#ff7b6e" : sign[1];
+    pen.fillText(event.payload.status && event.payload.status !== "found" ? "✕" : sign[0], place(axis.placeOfKnot(i)), 12 + sign[2] * 11);
+  });
+  const shared = moment();
+  const x = place(shared === null ? 1 : axis.placeOf(shared));
+  pen.fillStyle = "#ffffff";
+  pen.fillRect(x - 1, 0, 2, height);
+}
+
+// -- what it was -----------------------------------------------------------------------------
+
+const canShow = ({ type, payload }) => type === "note" || type === "snapshot_taken" || (type === "product" && ["plan", "execution"].includes(payload.kind));
+
+const show = (event) => attempt(async () => {
+  const { type, payload } = event;
+  const body = type === "note" ? [element("p", { textContent: payload.text })]
+    : type === "snapshot_taken" ? snapshot(payload)
+      : answer(await get(`/sessions/current/${payload.kind}s/${payload.digest}`));
+  $("shown-title").textContent = `${clock(event.time)} ${describe(event)}`;
+  $("shown-body").replaceChildren(...body);
+  $("shown").show();
+  $("shown").focus();
+});
+
+const snapshot = ({ digest, pairs }) => [element("ul", { className: "thumbs" }, ...pairs.map((pair) => element("li", {}, element("figure", {},
+  element("img", { alt: `${pair}, left camera`, src: `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/images/${encodeURIComponent(pair)}/left.png?of=${digest}` }),
+  element("figcaption", { textContent: pair })))))];
+
+const answer = ({ status, reason, checks }) => [
+  element("p", { className: status === "found" ? "yes" : "no", textContent: `${status.replaceAll("_", " ")}. ${reason}` }),
+  element("table", {}, element("caption", { textContent: "Checks" }), element("tbody", {}, ...checks.map((check) => element("tr", {},
+    element("td", { className: check.holds ? "yes" : "no", textContent: check.name }),
+    element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
+    element("td", { textContent: check.where }))))),
+];
+
+// -- notes -----------------------------------------------------------------------------------
+
+function openNote() {
+  $("note").show();
+  $("note-text").focus();
+}
+
+const writeNote = () => attempt(async () => {
+  await post("/sessions/current/notes", { text: $("note-text").value }, once());
+  $("note-text").value = "";
+  $("note").close();
+});

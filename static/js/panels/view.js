@@ -1,0 +1,56 @@
+// What the scene shows beside rover and ground, and where it is looked at from: the session's, so the same on every page.
+
+import { act } from "../acts.js";
+import { put } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { lacking } from "../rights.js";
+import { known, subscribe } from "../store.js";
+
+const SWITCHES = {
+  torques: "joint torques", forces: "wheel forces", support: "support and margin", suggestions: "suggested footfalls",
+  predicted: "predicted rover in a run", cameras: "camera views", swept: "swept volume", tape: "measuring tape",
+};
+const LOOKS = { top: "From above", leg: "Along the leg", wheel: "At its wheel", follow: "Follow chassis" };
+const KEYS = { tape: "Z" };
+
+export function start() {
+  $("view-looks").append(...Object.entries(LOOKS).map(([look, text]) => element("button", { type: "button", id: `look-${look}`, textContent: text })));
+  for (const [look, text] of Object.entries(LOOKS)) act({ text: `Look: ${text.toLowerCase()}`, button: `look-${look}`, run: () => change({ look }) });
+  for (const [name, text] of Object.entries(SWITCHES)) {
+    const box = element("input", { type: "checkbox", id: `shown-${name}`, onchange: () => set(name, box.checked) });
+    $("view-shown").append(element("label", {}, box, text));
+    act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !known.summary.view.shown[name]), refusal: () => lacking(box) });
+  }
+  act({ key: "0", text: "What the scene shows", run: toggle });
+  subscribe(draw);
+}
+
+const change = (view) => attempt(() => put("/sessions/current/view", view));
+
+// A tape that is put away is empty when it is taken out again.
+const set = (name, on) => change({ shown: { [name]: on }, ...(name === "tape" ? { tape: [] } : {}) });
+
+function toggle() {
+  $("view").open = !$("view").open;
+  if ($("view").open) $("view").querySelector("summary").focus();
+}
+
+function draw({ summary }) {
+  if (!summary) return;
+  const { shown, look, tape } = summary.view;
+  for (const name of Object.keys(SWITCHES)) {
+    const box = $(`shown-${name}`);
+    box.checked = shown[name];
+    box.disabled = Boolean(lacking(box));
+    box.title = lacking(box);
+  }
+  for (const name of Object.keys(LOOKS)) $(`look-${name}`).setAttribute("aria-pressed", String(look === name));
+  $("view-tape").hidden = !shown.tape;
+  $("view-tape").textContent = measured(tape);
+}
+
+function measured(points) {
+  if (points.length < 2) return points.length ? "Click on the other end." : "Click on two points of the ground.";
+  const [x, y, z] = [0, 1, 2].map((i) => points[1][i] - points[0][i]);
+  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${z < 0 ? "" : "+"}${fixed(z)} m`;
+}

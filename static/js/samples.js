@@ -1,0 +1,83 @@
+// What the rover said in the last ten minutes, number by number, in rings of fixed size.
+
+import { subscribe } from "./store.js";
+
+export const KEPT = 600; // s
+const CAPACITY = 6200; // ten a second
+const DEGREES = 180 / Math.PI;
+
+let channels = []; // { quantity, leg, name, unit, low, high } each; low and high are null where nothing limits them
+let times = new Float64Array(0);
+let numbers = []; // one ring for each channel
+let count = 0; // ever taken
+let last = null;
+
+export const QUANTITIES = {
+  torque: { title: "Joint torques", unit: "N·m", ofLeg: true },
+  position: { title: "Joint positions", unit: "°", ofLeg: true },
+  error: { title: "Commanded − measured", unit: "°", ofLeg: true },
+  force: { title: "Wheel forces, up", unit: "N", ofLeg: false },
+  place: { title: "Chassis: place", unit: "m", ofLeg: false },
+  lean: { title: "Chassis: roll, pitch, yaw", unit: "°", ofLeg: false },
+};
+
+export function startSamples(robot) {
+  const joints = robot.joint_names.map((name, i) => ({ i, leg: Math.floor(i / 6), name }));
+  const limited = (quantity, low, high) => joints.map((one) => ({ ...one, quantity, low: low(one.i), high: high(one.i) }));
+  channels = [
+    ...limited("torque", (i) => -robot.torque_limits[i], (i) => robot.torque_limits[i]),
+    ...limited("position", (i) => robot.lower[i] * DEGREES, (i) => robot.upper[i] * DEGREES),
+    ...limited("error", () => null, () => null),
+    ...robot.legs.map((leg) => free("force", `leg ${leg}`)),
+    ...["x east", "y north", "z up"].map((name) => free("place", name)),
+    ...["roll", "pitch", "yaw"].map((name) => free("lean", name)),
+  ].map((channel, at) => ({ ...channel, at, unit: QUANTITIES[channel.quantity].unit }));
+  times = new Float64Array(CAPACITY);
+  numbers = channels.map(() => new Float32Array(CAPACITY));
+  subscribe(({ frame }) => { if (frame && frame !== last) take(frame); });
+}
+
+const free = (quantity, name) => ({ quantity, leg: null, name, low: null, high: null });
+
+function take(frame) {
+  last = frame;
+  const slot = count % CAPACITY;
+  times[slot] = Date.now() / 1000 - (frame.age_s ?? 0); // when it was so, by this page's clock
+  rowOf(frame).forEach((number, i) => { numbers[i][slot] = number; });
+  count += 1;
+}
+
+function rowOf({ posture, commanded, joint_torques: torques, wheel_forces: forces, T_site_base: T }) {
+  const lean = [Math.atan2(T[2][1], T[2][2]), Math.asin(Math.max(-1, Math.min(1, -T[2][0]))), Math.atan2(T[1][0], T[0][0])];
+  return [
+    ...torques, ...posture.map((q) => q * DEGREES), ...posture.map((q, i) => (commanded[i] - q) * DEGREES),
+    ...forces.map((force) => force[2]), T[0][3], T[1][3], T[2][3], ...lean.map((angle) => angle * DEGREES),
+  ];
+}
+
+export const channelsOf = (quantity, leg) => channels.filter((one) => one.quantity === quantity && (one.leg === null || one.leg === leg));
+
+// When the first of what is kept was heard.
+export const heardFrom = () => times[count > CAPACITY ? count % CAPACITY : 0];
+
+// Times and numbers of some channels since a moment, oldest first. A column is plain numbers.
+export function since(start, wanted) {
+  const found = [[], ...wanted.map(() => [])];
+  for (let i = Math.max(0, count - CAPACITY); i < count; i += 1) {
+    const slot = i % CAPACITY;
+    if (times[slot] < start) continue;
+    found[0].push(times[slot]);
+    wanted.forEach((channel, j) => found[j + 1].push(numbers[channel.at][slot]));
+  }
+  return found;
+}
+
+// The measured joint angles at a moment [rad], or null where none were heard within a second of it.
+export function postureAt(time) {
+  let nearest = -1;
+  for (let i = Math.max(0, count - CAPACITY); i < count; i += 1) {
+    if (nearest < 0 || Math.abs(times[i % CAPACITY] - time) < Math.abs(times[nearest] - time)) nearest = i % CAPACITY;
+  }
+  if (nearest < 0 || Math.abs(times[nearest] - time) > 1) return null;
+  return channels.filter(({ quantity }) => quantity === "position").map(({ at }) => numbers[at][nearest] / DEGREES);
+}

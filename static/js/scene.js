@@ -1,0 +1,77 @@
+// The scene in its frame. It may be switched off, fail, or die: the rest of the page does not need it, and says so.
+
+import { act } from "./acts.js";
+import { get } from "./api.js";
+import { $, element } from "./dom.js";
+import { subscribe } from "./store.js";
+
+const GOES_ON = "Commands, telemetry and stop go on without it.";
+const LOOK_PERIOD = 20000; // ms
+
+// viser's own panel and notices are hidden: the page has its own, and they would cover the ground.
+const STYLE = "[data-floating-window], .mantine-Notifications-root { display: none !important; }";
+
+let wanted = true;
+let lookedAt = 0;
+
+export function startScene() {
+  const frame = $("scene");
+  wanted = new URLSearchParams(location.search).get("scene") !== "off";
+  frame.addEventListener("load", loaded);
+  act({ text: "Load the scene again", button: "scene-again", run: load, refusal: () => (wanted ? "" : "The page was opened with ?scene=off.") });
+  subscribe(look);
+  if (wanted) load();
+  else note(`The scene is off (?scene=off). ${GOES_ON}`);
+}
+
+async function load() {
+  note("The scene is loading.");
+  const reason = await unavailable();
+  if (reason) note(`The scene can't be shown: ${reason}. ${GOES_ON}`, true);
+  // ?fixedDpr=0.5 keeps software rendering bearable; viser reads it from the frame's address.
+  else $("scene").src = `/scene/${location.search}`;
+}
+
+async function unavailable() {
+  try {
+    const { scene } = await get("/info");
+    return scene?.available === false ? scene.reason || "the server has none" : "";
+  } catch (error) {
+    return error.message;
+  }
+}
+
+function loaded() {
+  const inside = $("scene").contentDocument;
+  if (!inside || inside.URL === "about:blank") return;
+  inside.head.append(element("style", { textContent: STYLE }));
+  inside.addEventListener("webglcontextlost", () => note(`The scene has lost its graphics. ${GOES_ON}`, true), true);
+  note("");
+}
+
+// The frame can't tell that its server has gone; asking for the page that it shows can.
+async function look() {
+  if (!wanted || $("scene-note").textContent || performance.now() - lookedAt < LOOK_PERIOD) return;
+  lookedAt = performance.now();
+  const there = await answers("/scene/");
+  if (!there && !$("scene-note").textContent) note(`The scene does not answer any more. ${GOES_ON}`, true);
+}
+
+// The page behind an address is large: its head is enough.
+async function answers(address) {
+  const end = new AbortController();
+  try {
+    return (await fetch(address, { signal: end.signal })).ok;
+  } catch {
+    return false;
+  } finally {
+    end.abort();
+  }
+}
+
+function note(text, failed = false) {
+  $("scene-note").textContent = text;
+  $("scene-note").hidden = !text;
+  $("scene-note").className = failed ? "doubt" : "";
+  $("scene-again").hidden = !failed;
+}

@@ -1,0 +1,239 @@
+"""The page as a console: layouts, palette, legs, plots, timeline and notes, sessions, and a page that plays alone."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.support.page_steps import SLOW, held
+from tests.support.server import Running, until
+from tests.support.spoken import current, say
+
+pytestmark = pytest.mark.browser
+Keep = Callable[[str], None]
+HOSTILE = "<img src=x onerror=document.title='owned'>"
+
+
+def find_act(page: Page, typed: str) -> None:
+    page.keyboard.press("Control+k")
+    page.locator("#palette-input").fill(typed)
+
+
+def test_a_layout_is_reached_by_a_key_and_kept(console: Page, look: Keep) -> None:
+    expect(console.locator("#panel-plan")).to_be_visible()
+    expect(console.locator("#panel-legs")).to_be_hidden()
+    console.keyboard.press("8")
+    for shown in ("#panel-legs", "#panel-telemetry", "#panel-commands"):
+        expect(console.locator(shown)).to_be_visible()
+    expect(console.locator("#panel-plan")).to_be_hidden()
+    console.get_by_role("button", name="Hide Telemetry").click()
+    console.get_by_role("button", name="Plan", exact=True).click()
+    expect(console.locator("#h-plan")).to_be_focused()
+    look("changed")
+    console.reload()
+    expect(console.locator("#panel-plan")).to_be_visible()
+    expect(console.locator("#panel-telemetry")).to_be_hidden()
+    expect(console.locator("#layout")).to_have_value("execute")
+    console.keyboard.press("F6")
+    expect(console.locator("#h-legs")).to_be_focused()
+    find_act(console, "layout as del")
+    console.keyboard.press("Enter")
+    expect(console.locator("#panel-plan")).to_be_hidden()
+    expect(console.locator("#panel-telemetry")).to_be_visible()
+
+
+def test_the_palette_does_what_can_be_done_and_says_why_not(console: Page, quiet: Running, look: Keep) -> None:
+    console.locator("#footfall-x").focus()
+    find_act(console, "chleg4")
+    first = console.locator("#palette-list li").first
+    expect(first).to_contain_text("Choose leg 4")
+    expect(first).to_contain_text("5")
+    console.keyboard.press("Enter")
+    until(lambda: held(quiet)["view"]["leg"] == 4, "leg 4")
+    expect(console.locator("#footfall-x")).to_be_focused()
+    find_act(console, "make commands for sag")
+    expect(first).to_have_attribute("aria-disabled", "true")
+    expect(first).to_contain_text("command the present plan for sag first")
+    look("refused")
+    console.keyboard.press("Enter")
+    expect(console.locator("#palette")).to_be_visible()
+    console.locator("#palette-input").fill("no such act")
+    expect(console.locator("#palette-note")).to_have_text("No act has such a name.")
+    console.keyboard.press("Escape")
+    expect(console.locator("#palette")).to_be_hidden()
+    # a key says the same as the palette and the button
+    console.locator("#h-ground").click()
+    console.keyboard.press("r")
+    expect(console.locator("#toast")).to_contain_text("command the present plan for sag first")
+    expect(console.locator("#make-execution")).to_have_attribute("title", re.compile("present plan for sag first"))
+
+
+def test_a_page_without_its_scene_goes_on(console: Page, quiet: Running, look: Keep) -> None:
+    expect(console.locator("#scene-note")).to_contain_text("The scene is off")
+    console.goto(quiet.url)  # of a server without a scene
+    expect(console.locator("#scene-note")).to_contain_text("it was switched off. Commands, telemetry and stop go on")
+    look("none")
+    # a scene that comes, and dies
+    console.route("**/scene/", lambda route: route.fulfill(content_type="text/html", body="<canvas></canvas>"))
+    console.route("**/info", lambda route: route.fulfill(json={"scene": {"available": True, "reason": ""}}))
+    console.get_by_role("button", name="Load the scene again").click()
+    expect(console.locator("#scene-note")).to_be_hidden()
+    canvas = console.frame_locator("#scene").locator("canvas")
+    canvas.evaluate("canvas => canvas.dispatchEvent(new Event('webglcontextlost'))")
+    expect(console.locator("#scene-note")).to_contain_text("lost its graphics. Commands, telemetry and stop go on")
+    console.keyboard.press("Control+.")
+    until(lambda: held(quiet)["stop"]["latched"], "the stop")
+    expect(console.get_by_role("button", name="Load the scene again")).to_be_visible()
+
+
+def test_legs_show_load_and_the_joint_that_is_nearest_its_limit(
+    console: Page, quiet: Running, athlete, look: Keep
+) -> None:
+    console.keyboard.press("8")
+    expect(console.locator("#legs-note")).to_contain_text("No telemetry yet")
+    forces = np.zeros((6, 3))
+    forces[:, 2] = [4000, 0, 1000, 1000, 1000, 1000]
+    torques = np.zeros(36)
+    torques[6 * 2 + 1] = 0.9 * athlete.torque_limits[6 * 2 + 1]
+    torques[6 * 3 + 2] = -1.1 * athlete.torque_limits[6 * 3 + 2]
+    state = say(quiet, 1, wheel_forces=forces, joint_torques=torques)
+    rows = console.locator("#legs-table tbody tr")
+    expect(rows).to_have_count(6)
+    expect(rows.nth(0)).to_contain_text("stands")
+    expect(rows.nth(0)).to_contain_text("50 %")
+    expect(rows.nth(1)).to_contain_text("in air")
+    expect(rows.nth(2).locator("td.doubt")).to_contain_text("90 % hip pitch")
+    expect(rows.nth(3).locator("td.no")).to_contain_text("110 % knee pitch")
+    footfall = held(quiet)["footfall_answer"]
+    hip = state.T_site_base @ athlete.description.legs[2].T_base_hip[:, 3]
+    away = np.linalg.norm(hip[:3] - [footfall["x"], footfall["y"], footfall["z"]])
+    expect(rows.nth(2)).to_contain_text(f"✓ {away:.2f}")
+    posture = state.posture.copy()
+    posture[6 * 1] += 0.05
+    say(quiet, 2, wheel_forces=forces, joint_torques=torques, posture=posture)
+    expect(rows.nth(1)).to_contain_text("in air, moves")
+    look("legs")
+
+
+def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: Running, athlete, look: Keep) -> None:
+    console.keyboard.press("8")
+    torques = np.zeros(36)
+    torques[6 * 2 + 1] = 0.95 * athlete.torque_limits[6 * 2 + 1]
+    for number in range(1, 6):
+        say(quiet, number, joint_torques=torques * number / 5)
+    listed = console.locator("#plot-series li")
+    expect(listed.nth(1)).to_contain_text(f"{torques[13]:.1f}, 95 % to limit")
+    console.locator("#plot-quantity").select_option("place")
+    live = current(quiet)
+    assert live.frame is not None
+    for i in range(3):
+        expect(listed.nth(i)).to_contain_text(f"{live.frame.state.T_site_base[i, 3]:.3f}")
+    assert console.locator("#plot canvas").count() == 1
+    expect(console.locator("#plot-note")).to_contain_text("Stale")
+    expect(console.locator("#legs-note")).to_contain_text("Stale")
+    look("stale")
+    console.keyboard.press("q")
+    expect(console.locator("#plot-note")).to_contain_text("Held")
+
+
+def test_the_timeline_leads_back_to_what_was_planned_and_takes_notes(console: Page, quiet: Running, look: Keep) -> None:
+    text = console.locator("#timeline-text")
+    log = held(quiet, "/sessions/current/log")["events"]
+    expect(text).to_contain_text("Now. Latest:")
+    planned = next(i for i, event in enumerate(log) if event["payload"].get("kind") == "plan")
+    for _ in range(len(log) - 1 - planned):
+        console.keyboard.press(",")
+    expect(text).to_contain_text("plan, leg 2, found")
+    console.get_by_role("button", name="Show", exact=True).click()
+    checks = held(quiet, "/sessions/current/plans/current")["checks"]
+    expect(console.locator("#shown tbody tr")).to_have_count(len(checks))
+    look("plan")
+    console.keyboard.press("Escape")
+    # the slider reaches the same event: a place on the line stands for a moment
+    expect(console.locator("#timeline-scrub")).not_to_have_value("10000")
+    console.locator("#timeline-scrub").fill("0")
+    expect(text).to_contain_text("session created")
+    console.locator("#h-ground").click()
+    console.keyboard.press("y")
+    console.locator("#note-text").fill(HOSTILE)
+    console.get_by_role("button", name="Write it down").click()
+    expect(console.locator("#log li").first).to_contain_text(HOSTILE)
+    assert held(quiet)["notes"][-1]["text"] == HOSTILE
+    console.get_by_role("button", name="Now", exact=True).click()
+    expect(text).to_contain_text(HOSTILE)
+    console.get_by_role("button", name="Show", exact=True).click()
+    expect(console.locator("#shown-body")).to_have_text(HOSTILE)
+    assert console.locator("img[src=x]").count() == 0
+    assert console.title() == "FootFall"
+
+
+def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> None:
+    plan = held(quiet, "/sessions/current/plans/current")["plan"]
+    travel = [np.abs(np.subtract(b, a)).max() for a, b in zip(plan["waypoints"], plan["waypoints"][1:], strict=False)]
+    i = len(travel) // 2
+    say(quiet, 1, posture=plan["waypoints"][i])
+    console.wait_for_function("async () => (await import('/js/samples.js')).heardFrom() > 0")
+    console.evaluate(
+        """async () => {
+            const { heardFrom } = await import("/js/samples.js");
+            (await import("/js/cursor.js")).point(heardFrom());
+        }"""
+    )
+    share = sum(travel[:i]) / sum(travel)
+    until(lambda: abs(held(quiet)["view"]["scrub"] - share) < 1e-3, "the ghost's place")
+
+
+def test_sessions_are_compared_and_checked(console: Page, quiet: Running, look: Keep) -> None:
+    with quiet.client() as client:
+        rock = client.get("/sessions/current").json()["id"]
+        client.post("/sessions", json={"name": HOSTILE}).raise_for_status()
+    console.get_by_text(HOSTILE, exact=True).first.wait_for()
+    console.keyboard.press("9")
+    rows = console.locator("#sessions tbody tr")
+    expect(rows).to_have_count(2)
+    for box in console.locator("#sessions input[type=checkbox]").all():
+        box.check()
+    console.get_by_role("button", name="Compare the two").click()
+    expect(console.locator("#sessions-answer tbody tr", has_text="plan").first).to_contain_text("only one of the two")
+    look("compared")
+    console.get_by_role("button", name=f"Check: {HOSTILE}", exact=False).click()
+    expect(console.locator("#sessions-answer .yes").first).to_contain_text("came out as recorded", timeout=SLOW)
+    console.get_by_role("button", name=re.compile(f"^Open: .*{rock}$")).click()
+    console.get_by_text("Stepping over a rock", exact=True).first.wait_for()
+    assert console.locator("img[src=x]").count() == 0
+
+
+def test_an_exported_page_plays_without_a_server(
+    chromium: Browser, quiet: Running, tmp_path: Path, look_at: Callable[[Page, str], None]
+) -> None:
+    current(quiet).add_note(HOSTILE)
+    with quiet.client() as client:
+        session = client.get("/sessions/current").json()
+        written = tmp_path / "session.html"
+        written.write_bytes(client.get(f"/recordings/{session['id']}.html").content)
+        plan = client.get("/sessions/current/plans/current").json()
+    context = chromium.new_context(viewport={"width": 1280, "height": 900}, offline=True)
+    page = context.new_page()
+    faults: list[str] = []
+    asked: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+    page.on("request", lambda request: asked.append(request.url.split(":")[0]))
+    page.goto(written.as_uri())
+    expect(page.locator("#events li")).to_have_count(session["events"])
+    expect(page.locator("#events li").last).to_contain_text(HOSTILE)
+    expect(page.locator("#checks tbody tr")).to_have_count(len(plan["checks"]))
+    expect(page.locator("#commands tbody tr")).to_have_count(len(held(quiet, "/sequences/current")["commands"]))
+    before = page.locator("#beside").evaluate("canvas => canvas.toDataURL()")
+    page.locator("#scrub").fill("500")
+    expect(page.locator("#scrub-read")).to_have_text("50 %")
+    assert page.locator("#beside").evaluate("canvas => canvas.toDataURL()") != before
+    page.get_by_role("button", name="Event before").click()
+    expect(page.locator("#event")).not_to_contain_text(HOSTILE)
+    look_at(page, "player")
+    context.close()
+    assert not faults
+    assert set(asked) <= {"file", "data"}

@@ -1,0 +1,163 @@
+"""Commanding for sag on the page: the order, what is predicted, refusals, out-of-date answers, commands and ghost."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.support.page_steps import SLOW, commanded, held, planned, press, sequenced
+from tests.support.server import Running, until
+
+Keep = Callable[[str], None]
+
+
+@pytest.fixture
+def plan(page: Page, served: Running) -> dict:
+    """A step as it is planned with what the server calls its defaults."""
+    return planned(page, served, lambda: press(page, "Plan step"))
+
+
+def figure(page: Page, name: str) -> Locator:
+    return page.locator("#execution-figures tr", has_text=name).locator("td")
+
+
+def in_view(page: Page) -> None:
+    page.locator("#panel-execution").evaluate("panel => panel.scrollIntoView()")
+
+
+def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: Running, plan: dict, look: Keep) -> None:
+    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    assert answer["status"] == "found", answer["reason"]
+    assert answer["settings"]["mode"] == "droop_aware"
+    assert answer["parents"]["plan"] == plan["plan"]["digest"]
+    done, figures = answer["execution"], answer["figures"]
+    expect(page.locator("#execution-lift")).to_have_class("yes")
+    expect(figure(page, "Lowest in the swing")).to_have_text(
+        f"{figures['clearance']:.3f} m above the ground, "
+        f"{figures['clearance_uncertainty']:.3f} m less with springs 20 % softer"
+    )
+    expect(figure(page, "Commanded lift")).to_have_text(f"{plan['plan']['provenance']['settings']['lift']:.3f} m")
+    expect(figure(page, "Touch-down")).to_have_text(f"{figures['touch_down_offset']:.3f} m from the planned contact")
+    expect(figure(page, "Friction used")).to_have_text(f"{100 * figures['friction_use']:.1f} % at most")
+    expect(figure(page, "It takes")).to_have_text(f"{figures['seconds']:.1f} s")
+    # the lean of the chassis by a second way: the angle of the turn that takes its first up to the others
+    ups = np.array(done["Ts_site_base"])[:, :3, 2]
+    lean = np.degrees(np.arctan2(np.linalg.norm(np.cross(ups[0], ups), axis=1), ups @ ups[0]).max())
+    expect(figure(page, "Chassis")).to_have_text(f"sags {max(figures['sag']):.3f} m, tilts {lean:.2f}° at most")
+    loads = np.array(done["loads"])
+    rows = page.locator("#execution-loads tbody tr")
+    expect(rows).to_have_count(loads.shape[1])
+    for leg, row in enumerate(rows.all()):
+        told = [
+            f"{leg} moves" if leg == done["leg"] else f"{leg}",
+            f"{loads[:, leg].min():.0f}",
+            f"{loads[:, leg].max():.0f}",
+        ]
+        assert row.locator("th, td:not(.load)").all_inner_texts() == told
+        bar, box = row.locator("i").bounding_box(), row.locator(".load").bounding_box()
+        assert bar is not None
+        assert box is not None
+        share = (loads[:, leg].max() - loads[:, leg].min()) / loads.max()
+        assert bar["width"] == pytest.approx(max(2.0, share * box["width"]), abs=2.0)
+    in_view(page)
+    look("predicted")
+    page.get_by_text("Checks of the prediction", exact=True).click()
+    checks = page.locator("#execution-checks tbody tr")
+    expect(checks).to_have_count(len(answer["checks"]))
+    for row, check in zip(checks.all(), answer["checks"], strict=True):
+        cells = row.locator("td").all_inner_texts()
+        assert cells == [check["name"], f"{check['margin']:.3f} {check['unit']}", check["where"]]
+
+    sequence = sequenced(served, lambda: press(page, "Make commands for sag"))
+    assert sequence["parents"]["execution"] == done["digest"]
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    expect(page.locator("#sequence-text")).to_contain_text("Every rule holds.")
+    page.locator("#scrub").fill("600")
+    expect(page.locator("#scrub-read")).to_contain_text("60 % of the commands", timeout=SLOW)
+    until(lambda: held(served)["view"]["scrub"] == 0.6, "the ghost's place")
+    look("commands")
+
+
+def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, plan: dict, look: Keep) -> None:
+    page.locator("#execution-settings-box summary").click()
+    page.locator("#sag-least_clearance").fill("0.5")
+    page.locator("#execution-mode").select_option("pose_held")
+    expect(page.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
+    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    assert (answer["status"], answer["settings"]["mode"]) == ("no_path", "pose_held")
+    assert answer["settings"]["least_clearance"] == 0.5
+    said = page.locator("#execution-answer")
+    expect(said).to_have_class("no")
+    expect(said).to_have_text(f"Not to be sent, pose held: {answer['reason']}")
+    assert "ask for a higher lift" in answer["reason"]
+    # the check that failed is in sight without another click, and what is predicted is there to be looked at
+    failed = page.locator("#execution-checks td.no")
+    expect(failed).to_have_text(["wheel clearance"])
+    expect(failed).to_be_visible()
+    expect(page.locator("#execution-figures")).to_be_visible()
+    expect(page.locator("#make-execution")).to_be_disabled()
+    in_view(page)
+    look("refused")
+    # what makes no sense is refused in words, and the answer stays
+    page.locator("#sag-joint_scale").fill("0")
+    press(page, "Command for sag")
+    expect(page.locator("#toast")).to_contain_text("joint_scale must be between", timeout=SLOW)
+    assert held(served)["execution"]["digest"] == answer["digest"]
+
+
+def test_a_wheel_that_will_not_leave_the_ground_is_told(page: Page, served: Running, look: Keep) -> None:
+    page.get_by_text("Settings", exact=True).click()
+    page.locator("#set-lift").fill("0.1")
+    page.locator("#set-raise_terrain").fill("0.02")
+    planned(page, served, lambda: press(page, "Plan step"))
+    page.locator("#execution-settings-box summary").click()
+    page.locator("#sag-joint_scale").fill("0.35")
+    page.locator("#sag-most_lift").fill("0.1")
+    page.locator("#execution-mode").select_option("as_commanded")
+    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    assert answer["settings"]["compliance"]["joint_scale"] == 0.35
+    lacking = -answer["figures"]["clearance"]
+    assert lacking > 0
+    told = page.locator("#execution-lift")
+    expect(told).to_have_class("no")
+    expect(told).to_have_text(
+        f"The wheel will not leave the ground: lifted by 0.100 m, it is still {lacking:.3f} m too low."
+    )
+    expect(page.locator("#make-execution")).to_be_disabled()
+    in_view(page)
+    look("too-soft")
+
+
+def test_by_keyboard_alone_and_out_of_date_after_another_plan(page: Page, served: Running, look: Keep) -> None:
+    page.locator("#h-plan").click()  # focus away from fields
+    page.keyboard.press("r")
+    expect(page.locator("#toast")).to_contain_text("There is nothing to make commands of", timeout=SLOW)
+    planned(page, served, lambda: page.keyboard.press("p"))
+    first = commanded(page, served, lambda: page.keyboard.press("b"))
+    assert first["status"] == "found", first["reason"]
+    for _ in range(20):
+        page.keyboard.press("[")
+    until(lambda: held(served)["view"]["scrub"] == pytest.approx(0.6), "the ghost's place")
+    before = held(served)["sequence"]
+    page.keyboard.press("r")
+    until(lambda: held(served)["sequence"] != before, "the commands", 60)
+    assert (
+        held(served, f"/sequences/{held(served)['sequence']}")["parents"]["execution"] == first["execution"]["digest"]
+    )
+    # the mode by keys too
+    page.locator("#execution-mode").focus()
+    page.keyboard.press("ArrowDown")
+    expect(page.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
+    # another plan: what is shown is for the one before, and no commands are made of it
+    page.locator("#seed").fill("2")
+    page.locator("#h-plan").click()
+    another = planned(page, served, lambda: page.keyboard.press("p"))
+    assert another["plan"]["digest"] != first["parents"]["plan"]
+    expect(page.locator("#execution-doubt")).to_contain_text("Out of date: this is for another plan", timeout=SLOW)
+    expect(page.locator("#make-execution")).to_be_disabled()
+    in_view(page)
+    look("out-of-date")
+    second = commanded(page, served, lambda: page.keyboard.press("b"))
+    assert second["settings"]["mode"] == "pose_held"
+    expect(page.locator("#execution-doubt")).to_be_hidden(timeout=SLOW)

@@ -1,0 +1,57 @@
+"""Rows of the command list: chosen, moved, split, joints turned; every edit is checked at once and can be undone."""
+
+from playwright.sync_api import Page, expect
+
+from tests.support.server import Running, until
+
+
+def commands(quiet: Running) -> list[dict]:
+    with quiet.client() as client:
+        return client.get("/sequences/current").json()["commands"]
+
+
+def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
+    before = commands(quiet)
+    expect(console.locator("#row-edit")).to_be_hidden()
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    expect(console.locator("#row-title")).to_have_text(f"Row 3: {before[2]['name']} leg 2, {before[2]['phase']}")
+    console.get_by_role("button", name="Split", exact=True).click()
+    until(lambda: len(commands(quiet)) == len(before) + 1, "two halves")
+    halves = commands(quiet)[2:4]
+    assert [one["duration"] for one in halves] == [before[2]["duration"] / 2] * 2
+    assert halves[1]["joints"] == before[2]["joints"]
+    console.get_by_role("button", name="Wait before", exact=True).click()
+    until(lambda: commands(quiet)[2]["name"] == "WAIT", "a pause")
+    console.get_by_role("button", name="Down", exact=True).click()
+    until(lambda: commands(quiet)[3]["name"] == "WAIT", "the pause between the halves")
+    expect(console.get_by_role("button", name="Row 4", exact=True)).to_have_attribute("aria-pressed", "true")
+    console.get_by_role("button", name="Delete", exact=True).click()
+    until(lambda: len(commands(quiet)) == len(before) + 1, "no pause")
+    for _ in range(4):
+        held = commands(quiet)
+        console.get_by_role("button", name="Undo", exact=True).click()
+        until(lambda held=held: commands(quiet) != held, "one edit undone")
+    assert commands(quiet) == before
+    console.locator("#h-commands").click()  # focus away from buttons
+    console.keyboard.press("Control+y")
+    until(lambda: len(commands(quiet)) == len(before) + 1, "the first edit again")
+    expect(console.locator("#commands tbody tr")).to_have_count(len(before) + 1)
+    console.keyboard.press("Control+z")
+    until(lambda: commands(quiet) == before, "without it")
+
+
+def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> None:
+    before = commands(quiet)
+    console.get_by_role("button", name="Row 2", exact=True).click()
+    field = console.get_by_label("knee pitch of row 2 [rad]", exact=True)
+    expect(field).to_have_value(f"{before[1]['joints'][2]:.4f}")
+    field.fill("9")
+    field.press("Enter")
+    until(lambda: commands(quiet)[1]["joints"][2] == 9, "the edit")
+    row = console.locator("#commands tbody tr").nth(1)
+    expect(row).to_have_class("failing")
+    expect(row).to_contain_text("knee_pitch")
+    expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
+    console.get_by_role("button", name="Undo", exact=True).click()
+    until(lambda: commands(quiet) == before, "what was there first")
+    expect(field).to_have_value(f"{before[1]['joints'][2]:.4f}")

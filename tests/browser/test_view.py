@@ -1,0 +1,48 @@
+"""The view menu: what the scene shows and where it is looked at from, by mouse, key and palette."""
+
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from tests.support.server import Running, until
+
+
+def view(quiet: Running) -> dict:
+    with quiet.client() as client:
+        return client.get("/sessions/current/view").json()
+
+
+def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
+    menu, cameras = console.locator("#view"), console.get_by_role("checkbox", name="camera views")
+    expect(cameras).to_be_hidden()
+    console.keyboard.press("0")
+    expect(cameras).not_to_be_checked()
+    expect(console.get_by_role("checkbox", name="joint torques")).to_be_checked()
+    cameras.check()
+    until(lambda: view(quiet)["shown"]["cameras"], "the switch")
+    console.get_by_role("button", name="Along the leg", exact=True).click()
+    until(lambda: view(quiet)["look"] == "leg", "the look")
+    expect(console.locator("#look-leg")).to_have_attribute("aria-pressed", "true")
+    # another page's change is seen here
+    with quiet.client() as client:
+        client.put("/sessions/current/view", json={"shown": {"cameras": False}, "look": "top"})
+    expect(cameras).not_to_be_checked()
+    expect(console.locator("#look-top")).to_have_attribute("aria-pressed", "true")
+
+    console.keyboard.press("z")
+    tape = console.locator("#view-tape")
+    expect(tape).to_have_text("Click on two points of the ground.")
+    with quiet.client() as client:
+        client.put("/sessions/current/view", json={"tape": [[0, 0, 0], [3, 4, -12]]})
+    expect(tape).to_have_text("13.000 m, level 5.000 m, height -12.000 m")
+    look("menu")
+    console.keyboard.press("z")
+    until(lambda: view(quiet)["shown"]["tape"] is False and view(quiet)["tape"] == [], "the tape put away")
+    expect(tape).to_be_hidden()
+
+    console.keyboard.press("Control+k")
+    console.locator("#palette-input").fill("swept volume")
+    console.keyboard.press("Enter")
+    until(lambda: view(quiet)["shown"]["swept"], "the switch by the palette")
+    console.keyboard.press("0")
+    expect(menu).not_to_have_attribute("open", "")
