@@ -1,4 +1,4 @@
-"""Ground and stances for the tests of chassis moves."""
+"""Ground and stances for the tests of steps and of chassis moves."""
 
 import numpy as np
 
@@ -8,11 +8,13 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.from_arrays import from_heights
 
 
-def wavy(rocks=(), hole=None, half=4.5, resolution=0.1):
-    """Gentle waves; rocks: (x, y, radius, height) domes; hole: (x, y, radius) unknown."""
+def wavy(rocks=(), hole=None, half=4.5, resolution=0.1, seed=None):
+    """Gentle waves; rocks: (x, y, radius, height) domes; hole: (x, y, radius) unknown; seed: of 2 cm of roughness."""
     x = np.arange(-half, half + resolution / 2, resolution)
     X, Y = np.meshgrid(x, x)
     heights = 0.01 * np.sin(2 * X) * np.cos(1.7 * Y)
+    if seed is not None:
+        heights += np.random.default_rng(seed).uniform(0.0, 0.02, heights.shape)
     for east, north, radius, height in rocks:
         dome = np.sqrt(np.maximum(0.0, 1 - ((X - east) ** 2 + (Y - north) ** 2) / radius**2))
         heights = np.maximum(heights, height * dome)

@@ -10,9 +10,11 @@ from typing import Any
 
 import httpx
 
+from footfall.session.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import PATH
-from footfall_ui.app import Server, address_of, create_app, listen
+from footfall_ui.app import Server, create_app
+from footfall_ui.listening import address_of, listen
 from footfall_ui.rover_process import RoverProcess
 
 
@@ -35,16 +37,27 @@ class Running:
 
 @contextmanager
 def running_server(
-    folder: Path, *, scene: bool = False, prepare: Callable[[Sessions], Any] | None = None, port: int = 0
+    folder: Path,
+    *,
+    scene: bool = False,
+    prepare: Callable[[Sessions], Any] | None = None,
+    port: int = 0,
+    accounts: Accounts | None = None,
 ) -> Iterator[Running]:
-    """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover."""
+    """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover.
+
+    accounts: who may come in; None: everybody.
+    """
     with closing(listen("127.0.0.1", port)) as listening, Sessions(folder) as sessions:
         if prepare is not None:
             prepare(sessions)
         url = address_of(listening)
-        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}")
+        token = None if accounts is None else accounts.own_rover()
+        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", token=token)
         ready = threading.Event()
-        server = Server(create_app(sessions, scene=scene, rover=rover), listening, lambda _: ready.set())
+        server = Server(
+            create_app(sessions, scene=scene, rover=rover, accounts=accounts), listening, lambda _: ready.set()
+        )
         thread = threading.Thread(target=server.run, name="server")
         thread.start()
         try:

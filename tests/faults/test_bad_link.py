@@ -1,0 +1,168 @@
+"""A link that cuts, delays, repeats, reorders and loses half of all: at most once, and nothing after a stop."""
+
+import asyncio
+import json
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+from footfall.planning.stance.stand import stand
+from footfall.robot.ik import contact_point
+from footfall.sequence.commands import Command
+from footfall.sequence.edit import Edit
+from footfall.session.commanding import STOP_AGAIN_AFTER
+from footfall.session.jobs import InlineJobs
+from footfall.session.registry import Sessions
+from footfall.sim.imager import Imager
+from footfall.sim.process import RoverClient
+from footfall.sim.rover import SimulatedRover
+from footfall.telemetry.link import PATH
+from footfall.terrain.generate import plane
+from tests.support.bad_link import BadLink, Badness
+from tests.support.server import running_server, until
+
+SESSION = "/sessions/current"
+BAD = {
+    "cut": Badness(cut_every=1.5),
+    "delayed": Badness(delay=0.1),
+    "repeated": Badness(repeat=0.5),
+    "reordered": Badness(delay=0.3, reorder=True),
+    "half lost": Badness(lose=0.5),
+    "all at once": Badness(lose=0.3, repeat=0.3, delay=0.2, reorder=True, cut_every=4.0),
+}
+
+
+class WatchedRover(SimulatedRover):
+    """A simulated rover that remembers what it set out on."""
+
+    def __init__(self, *about):
+        super().__init__(*about)
+        self.begun = []
+
+    def _begin(self, command):
+        self.begun.append(command.id)
+        return super()._begin(command)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory, athlete):
+    """A server with a sequence of three waits, and where the rover stands."""
+    dem = plane(size=8.0, resolution=0.1)
+    state = stand(athlete, dem)
+
+    def prepare(sessions):
+        live = sessions.create("bad link")
+        live.load_terrain(dem, "made for the tests")
+        live.set_state(state)
+        x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
+        live.plan_step(2, (float(x), float(y) + 0.05)).finish(120)
+        digest = live.make_sequence()
+        rows = len(live.get(digest).commands)
+        for _ in range(3):
+            digest = live.edit_sequence(digest, Edit("insert", 0, Command("WAIT", None, None, 0.15)))
+        for _ in range(rows):
+            digest = live.edit_sequence(digest, Edit("delete", 3))
+
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as server, server.client() as client:
+        yield server, client, dem, state
+
+
+@contextmanager
+def rover_over(server, badness, rover, imager):
+    """The rover's client and the bad link, in a thread and a loop of their own."""
+    ended, loop, links = threading.Event(), asyncio.new_event_loop(), []
+
+    async def run():
+        async with BadLink(f"ws{server.url.removeprefix('http')}{PATH}", badness, 20081) as link:
+            links.append(link)
+            client = asyncio.create_task(RoverClient(link.url, rover, imager).run())
+            await asyncio.to_thread(ended.wait)
+            client.cancel()
+            await asyncio.gather(client, return_exceptions=True)
+
+    thread = threading.Thread(target=loop.run_until_complete, args=(run(),))
+    thread.start()
+    try:
+        until(lambda: links, "the link")
+        yield links[0]
+    finally:
+        ended.set()
+        thread.join(20)
+        loop.close()
+
+
+def sent_run(client):
+    """Arm and send as soon as the link lets it; the number of the run."""
+    digest = client.get(SESSION).json()["sequence"]
+
+    def sent():
+        armed = client.post(f"/sequences/{digest}/arm")
+        if armed.status_code != 200:
+            return None
+        answer = client.post(f"/sequences/{digest}/send", json={"arming": armed.json()["token"]})
+        return answer.json()["run"] if answer.status_code == 202 else None
+
+    return until(sent, "a run sent", 30)
+
+
+def run_of(client, number):
+    run = client.get(f"{SESSION}/run").json()
+    return run if run["number"] == number else None
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
+    server, client, dem, state = served
+    rover = WatchedRover(athlete, dem, state)
+    link_before = client.get(SESSION).json()["link"]
+    with rover_over(server, BAD[name], rover, Imager(athlete, dem, 0)) as link:
+        until(lambda: client.get(SESSION).json()["link"]["connected"], "the link")
+        # a run has an end that the log tells, whatever the line does
+        first = sent_run(client)
+        ended = until(lambda: (run := run_of(client, first)) and run["ended"] and run, "the end of the run", 40)
+        assert ended["outcome"] in ("done", "overdue", "link_lost", "refused")
+        assert {row["state"] for row in ended["rows"]} <= {"done", "refused", "unknown", "unsent"}
+        log = client.get(f"{SESSION}/log?limit=1000").json()["events"]
+        assert [e["payload"]["outcome"] for e in log if e["type"] == "run_ended"][-1] == ended["outcome"]
+        # a stop in the middle of another one: it gets through, and nothing begins after the rover's word
+        sent_run(client)
+        assert client.post("/stop").json()["stopped"]
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop", 40)
+        begun = list(rover.begun)
+        assert rover.mode == "stopped"
+        threading.Event().wait(0.6)  # whatever was delayed arrives
+        assert rover.begun == begun
+        # cleared: the operator clears again where the line lost it
+        until(lambda: client.post("/stop/clear").status_code == 200 and rover.mode == "idle", "clearing", 40, 0.5)
+        assert rover.begun == begun
+    assert len(set(rover.begun)) == len(rover.begun)
+    told = [
+        e["payload"] for e in client.get(f"{SESSION}/log?limit=1000").json()["events"] if e["type"] == "command_sent"
+    ]
+    assert set(rover.begun) <= {one["id"] for one in told}
+    assert len({one["id"] for one in told}) == len(told)
+    link_now = client.get(SESSION).json()["link"]
+    counted = {kind: link_now[kind] - link_before[kind] for kind in ("gaps", "late", "repeated")}
+    assert (counted["gaps"] > 0) >= (BAD[name].lose > 0), counted
+    assert (counted["repeated"] > 0) >= (BAD[name].repeat > 0 and not BAD[name].reorder), counted
+    assert (counted["late"] > 0) >= BAD[name].reorder, counted
+    assert link.done["carried"] > 20
+    assert (link.done["lost"] > 0) == (BAD[name].lose > 0)
+    assert (link.done["cut"] > 0) == (BAD[name].cut_every > 0)
+
+
+def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
+    sent = []
+    with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
+        live = sessions.create("lost stops")
+        live.rover_connected(sent.append)
+        live.stop("lost on the way")
+        until(lambda: len(sent) >= 3, "the stop told again", 20)
+        (told,) = {json.loads(text)["id"] for text in sent}
+        assert {json.loads(text)["type"] for text in sent} == {"stop"}
+        live.take_stop_acknowledgement(told)
+        count = len(sent)
+        threading.Event().wait(1.5 * STOP_AGAIN_AFTER)
+        assert len(sent) == count
+        assert [event.type for event in live.events()].count("stop_requested") == 1

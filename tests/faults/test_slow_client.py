@@ -1,0 +1,75 @@
+"""A client that connects to the events and never reads: the server stays small, and others hear at once."""
+
+import base64
+import json
+import os
+import socket
+import threading
+import time
+from collections import deque
+from itertools import takewhile
+from pathlib import Path
+
+from websockets.sync.client import connect
+
+from footfall.api import streams
+from tests.support.server import running_server, until
+
+BACKLOG = 200
+MESSAGES, LONG = 2000, 32_000
+LINE = "/api/v1/sessions/current/events/line?rate=50"
+
+
+def memory():
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def deaf(port):
+    """A WebSocket that was opened and is never read."""
+    line = socket.socket()
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    line.connect(("127.0.0.1", port))
+    key = base64.b64encode(bytes(16)).decode()
+    wanted = {"Host": f"127.0.0.1:{port}", "Upgrade": "websocket", "Connection": "Upgrade"}
+    wanted |= {"Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13"}
+    headers = "".join(f"{name}: {content}\r\n" for name, content in wanted.items())
+    line.sendall(f"GET {LINE} HTTP/1.1\r\n{headers}\r\n".encode())
+    assert line.recv(12) == b"HTTP/1.1 101"
+    return line
+
+
+def test_who_never_reads_costs_the_server_and_others_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(streams, "LONGEST_BACKLOG", BACKLOG)
+    with (
+        running_server(tmp_path, prepare=lambda sessions: sessions.create("slow")) as server,
+        server.client() as client,
+    ):
+        live = server.sessions.current
+        assert live is not None
+        port = int(server.url.rpartition(":")[2])
+        with deaf(port), connect(f"ws://127.0.0.1:{port}{LINE}", proxy=None) as line:
+            until(lambda: len(client.get("/sessions/current/listeners").json()["listeners"]) == 2, "both listeners")
+            hearing = threading.Thread(target=lambda: deque(takewhile(is_no_event, map(json.loads, line)), 0))
+            hearing.start()
+            before = memory()
+            for number in range(MESSAGES):
+                live._journal.tell("link", link={"number": number, "padding": f"{number:08d}" * (LONG // 8)})
+                if number % 50 == 0:
+                    until(lambda: waiting(client)[1] < BACKLOG / 2, "the other listener", period=0.01)
+            told = time.monotonic()
+            client.post("/sessions/current/notes", json={"text": "heard by who listens"})
+            hearing.join(20)
+            assert time.monotonic() - told < 10
+            assert not hearing.is_alive()
+            assert 0 < waiting(client)[0] <= BACKLOG + 1
+            assert client.get("/sessions/current/listeners").json()["listeners"][0]["slow"]
+            # what was said in all is three times as much
+            assert memory() - before < MESSAGES * LONG / 3
+
+
+def is_no_event(message):
+    return message["type"] != "event"
+
+
+def waiting(client):
+    return [one["waiting"] for one in client.get("/sessions/current/listeners").json()["listeners"]]

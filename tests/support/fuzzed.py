@@ -1,0 +1,147 @@
+"""The whole REST interface under schemathesis, in this process, over a session that has something of everything."""
+
+import zlib
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import schemathesis
+from fastapi import FastAPI
+from schemathesis.config import SchemathesisConfig
+from schemathesis.engine import events, from_schema
+
+from footfall.api.access import BASE
+from footfall.api.assemble import assemble
+from footfall.api.limits import Limits
+from footfall.api.lineage import head_of
+from footfall.session.job import Job
+from footfall.session.jobs import Jobs
+from footfall.session.registry import Sessions
+from footfall.terrain.generate import rock_field
+
+CONFIG = """
+seed = 20081
+base-url = "http://127.0.0.1"
+continue-on-failure = true
+workers = 1
+max-stream-events = 20
+
+[generation]
+max-examples = {examples}
+no-shrink = true
+deterministic = true
+database = "none"
+
+[phases.coverage]
+unexpected-methods = ["put", "delete"]
+
+[phases.stateful]
+enabled = false
+
+# 412: no schema can know the ETag of the present version.
+# 422: what is well-formed may still ask for what this robot or this ground does not have; `semantic_refusals` below
+# holds that the server then says so by name, and never that the request is malformed.
+[checks.positive_data_acceptance]
+expected-statuses = ["2xx", "401", "403", "404", "409", "412", "422"]
+
+# 428: what a request without If-Match is refused with (RFC 6585).
+[checks.missing_required_header]
+expected-statuses = ["400", "401", "403", "422", "428"]
+"""
+
+
+class CancelledAtOnce(Jobs):
+    """A real pool whose long jobs are cancelled as soon as they are accepted; what a request waits for is made."""
+
+    def submit(self, *args: Any, urgent: bool = False, **named: Any) -> Job:
+        job = super().submit(*args, urgent=urgent, **named)
+        if not urgent:
+            job.cancel()
+        return job
+
+
+@dataclass
+class Found:
+    """What a run found. cases: requests sent; statuses: how they were answered; faults: one line for each kind."""
+
+    cases: int = 0
+    statuses: Counter[int] = field(default_factory=Counter)
+    operations: set[str] = field(default_factory=set)
+    faults: dict[str, str] = field(default_factory=dict)
+
+
+@contextmanager
+def fuzzed_app(folder: Path) -> Iterator[tuple[FastAPI, dict[str, str]]]:
+    """The interface over the sample that has plans and a sequence, and what its paths may name."""
+    with Sessions(folder, CancelledAtOnce(workers=1)) as sessions:
+        live = sessions.open_sample("rock-step")
+        state = live.state
+        known = {
+            "session": live.id,
+            "sequence": head_of(live).id,
+            "maps": next(iter(state.maps.values())),
+            "plans": str(state.plan),
+        }
+        # a small one: files of terrains are written hundreds of times
+        live.load_terrain(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
+        known["terrains"] = str(live.state.dem)
+        app = assemble(sessions, limits=Limits(requests_per_second=1e6, request_burst=10**6))
+        app.state.streams.close()  # event streams end after what is recorded
+        yield app, known
+
+
+def fuzz(app: FastAPI, known: dict[str, str], examples: int) -> Found:
+    """Every operation, every check; four of five path parameters name something that is there."""
+    config = SchemathesisConfig.from_str(CONFIG.format(examples=examples))
+    local = {"host": "127.0.0.1"}
+    schema = schemathesis.openapi.from_asgi(f"{BASE}/openapi.json", app, config=config, headers=local)
+
+    @schema.hook
+    def map_path_parameters(context: Any, path_parameters: dict[str, Any] | None) -> dict[str, Any] | None:
+        if not path_parameters:
+            return path_parameters
+        folders = context.operation.path.split("/")
+        named = dict(path_parameters)
+        for name, given in path_parameters.items():
+            chosen = known.get(name) or (known.get(folders[5]) if name == "digest" and len(folders) > 5 else None)
+            if chosen is not None and zlib.crc32(str(given).encode()) % 5:
+                named[name] = chosen
+        return named
+
+    found = Found()
+    for event in from_schema(schema).execute():
+        if isinstance(event, events.ScenarioFinished):
+            found.operations.add(event.recorder.label)
+            _count(found, event.recorder)
+        elif isinstance(event, (events.NonFatalError, events.FatalError)):
+            error = event.value if isinstance(event, events.NonFatalError) else event.exception
+            found.faults[f"{type(event).__name__}: {error}"] = ""
+    return found
+
+
+def _count(found: Found, recorder: Any) -> None:
+    for case, sent in recorder.interactions.items():
+        found.cases += 1
+        if sent.response is None:
+            continue
+        found.statuses[sent.response.status_code] += 1
+        semantic_refusals(found, recorder.label, recorder.cases[case].value, sent.response)
+    for case, checks in recorder.checks.items():
+        for check in checks:
+            if check.failure_info is not None:
+                failure = check.failure_info.failure
+                answer = recorder.interactions[case].response if case in recorder.interactions else None
+                shown = "" if answer is None else answer.content[:300].decode(errors="replace")
+                key = f"{recorder.label}: {check.name}: {failure.title}: {failure.message[:200]}"
+                found.faults.setdefault(key, f"{check.failure_info.code_sample[:600]}\n{shown}")
+
+
+def semantic_refusals(found: Found, label: str, case: Any, answer: Any) -> None:
+    """A request that keeps to the schema is never called malformed."""
+    positive = case.meta is not None and case.meta.generation.mode.is_positive
+    if positive and answer.status_code == 422 and b"/problems/validation" in answer.content:
+        shown = answer.content[:400].decode(errors="replace")
+        found.faults.setdefault(f"{label}: keeps to the schema, and is called malformed", shown)

@@ -1,0 +1,64 @@
+"""What the tests of the operator's page do alike: press, wait for jobs, plan, command for sag."""
+
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from tests.support.server import Running, until
+
+SLOW = 90_000
+"""[ms]; software rendering draws one or two frames a second."""
+SESSION = "/sessions/current"
+
+
+def held(served: Running, path: str = SESSION):
+    """What the API holds there."""
+    with served.client() as client:
+        return client.get(path).json()
+
+
+def press(page: Page, name: str) -> None:
+    """Click the button of that name."""
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def made(served: Running, kind: str, act: Callable[[], None]) -> None:
+    """Do what orders a job of this kind, and wait for its end."""
+    before = {job["id"] for job in held(served)["jobs"]}
+    act()
+
+    def done() -> bool:
+        jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == kind]
+        return bool(jobs) and jobs[-1]["state"] == "done"
+
+    until(done, f"the {kind}", 90)
+
+
+def planned(page: Page, served: Running, act: Callable[[], None]) -> dict:
+    """Plan a step; the new result, which the page knows."""
+    made(served, "plan", act)
+    answer = held(served, f"{SESSION}/plans/current")
+    assert answer["status"] == "found", answer["reason"]
+    page.wait_for_function(
+        "async digest => (await import('/js/store.js')).known.summary.plan.digest === digest",
+        arg=answer["digest"],
+        timeout=SLOW,
+    )
+    return answer
+
+
+def commanded(page: Page, served: Running, act: Callable[[], None]) -> dict:
+    """Order an execution; the new one, which the page shows."""
+    made(served, "execution", act)
+    answer = held(served, f"{SESSION}/executions/current")
+    words = "Can be commanded" if answer["status"] == "found" else answer["reason"]
+    expect(page.locator("#execution-answer")).to_contain_text(words, timeout=SLOW)
+    return answer
+
+
+def sequenced(served: Running, act: Callable[[], None]) -> dict:
+    """Make commands; the new sequence."""
+    before = held(served)["sequence"]
+    act()
+    until(lambda: held(served)["sequence"] != before, "the commands", 60)
+    return held(served, f"/sequences/{held(served)['sequence']}")

@@ -1,0 +1,26 @@
+"""Telemetry that a test says itself, in place of a rover."""
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from footfall.session.live import LiveSession
+from footfall.telemetry.state import RobotState, TelemetryFrame
+from tests.support.server import Running
+
+
+def current(served: Running) -> LiveSession:
+    live = served.sessions.current
+    assert live is not None
+    return live
+
+
+def say(served: Running, number: int, **changes: Any) -> RobotState:
+    """Telemetry as of the state that the session plans from, but for ``changes`` of it."""
+    live = current(served)
+    assert live.state.state is not None
+    before = cast(RobotState, live.get(live.state.state))
+    state = replace(before, **{name: np.asarray(item, float) for name, item in changes.items()})
+    live.take_telemetry(TelemetryFrame(number, state, before.posture))
+    return state
