@@ -6,7 +6,7 @@ with the leg lifted, and a third lies where the answer turns from certified to u
 proof has least to spare, so there it would be wrong first.
 """
 
-import math
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import random_stance
 from benchmarks.timing import SEED, Figure
-from footfall.robot.clearance import LegClearance, clearance_ground, leg_reach
+from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
 from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
+from footfall.robot.leg_clearance_kernel import leg_stays_clear
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
@@ -62,11 +63,11 @@ class Case:
         return np.concatenate([uniform, near, edge])
 
 
-def cases(count: int) -> Iterator[Case]:
+def cases() -> Iterator[Case]:
     """Stances in turn on the benchmark's rocks and on random ground; every leg's turn, every other one with payload."""
     rng = np.random.default_rng(SEED)
     loaded = Robot(with_payload(robot().description, 200.0))
-    for number in range(count):
+    for number in itertools.count():
         rover = loaded if number % 2 else robot()
         stance = None if number % 3 == 0 else random_stance(SEED + number)
         state, dem = (standing(), rocks()) if stance is None else (stance.true, stance.world)
@@ -99,7 +100,9 @@ def with_holes(dem: Dem, rng: np.random.Generator, holes: int = 40) -> Dem:
 def false_free(total: int) -> tuple[int, int, int]:
     """Joint vectors asked about, how many of them were certified, and how many of those the exact check refuses."""
     asked = certified = wrong = 0
-    for case in cases(math.ceil(total / (len(GROUND_MODES) * _AT_ONCE))):
+    for case in cases():
+        if asked >= total:
+            break
         for mode in GROUND_MODES:
             qs = case.joints(_AT_ONCE, mode)
             sure = qs[case.compiled.certified(qs, mode)]
@@ -109,10 +112,33 @@ def false_free(total: int) -> tuple[int, int, int]:
     return asked, certified, wrong
 
 
+def false_whole(total: int) -> tuple[int, int, int]:
+    """Joint vectors with ranges asked about, how many were called clear throughout, and how many of those were not.
+
+    Of each, a corner of the range and a place in it are asked of the exact check.
+    """
+    asked = whole = wrong = 0
+    for case in cases():
+        if asked >= total:
+            break
+        for mode in GROUND_MODES:
+            qs = case.joints(_AT_ONCE // 10, mode)
+            turns = case.rng.uniform(0.0, case.rng.choice([0.003, 0.01, 0.05], (len(qs), 1)), qs.shape)
+            asked += len(qs)
+            for q, turn in zip(qs, turns, strict=True):
+                if leg_stays_clear(q, turn, case.compiled.tables, MODES[mode]):
+                    whole += 1
+                    beside = turn * case.rng.choice([-1.0, 1.0], 6)
+                    wrong += case.exact.collides(q + beside, mode) or case.exact.collides(
+                        q + beside * case.rng.uniform(0.0, 1.0, 6), mode
+                    )
+    return asked, whole, wrong
+
+
 def certified_share(count: int, stances: int) -> tuple[float, ...]:
     """Of the free joint vectors, uniform and near, how many are certified; one figure for each stance."""
     shares = []
-    for case in cases(stances):
+    for case in itertools.islice(cases(), stances):
         qs = case.joints(count, "raised")[: 2 * (count // 3)]
         free = np.array([not case.exact.collides(q, "raised") for q in qs])
         shares.append(float(case.compiled.certified(qs[free], "raised").mean()))
@@ -165,3 +191,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     yield Figure("clearance.asked", (float(asked),), "count")
     yield Figure("clearance.certified", (float(certified),), "count")
     yield Figure("clearance.false_free", (float(wrong),), "count", 0.0)
+    asked, whole, wrong = false_whole(2_000 if quick else 50_000)
+    yield Figure("clearance.ranges_asked", (float(asked),), "count")
+    yield Figure("clearance.ranges_certified", (float(whole),), "count")
+    yield Figure("clearance.ranges_false_free", (float(wrong),), "count", 0.0)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator
 
-from benchmarks import balance, clearance, reach, stance, traversability
+from benchmarks import balance, reach, stance, traversability
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import Figure, seconds
 from footfall.maps.layers import MapSettings
@@ -16,7 +16,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     yield Figure("maps.one_leg", seconds(lambda: _maps(2, MapSettings()), n), "s", 1.0)
     yield Figure("maps.six_legs", seconds(_six_legs, 1 if quick else 5), "s", 5.0)
     yield Figure("maps.one_leg_with_friction", seconds(lambda: _maps(2, MapSettings(friction=True)), n), "s", 3.0)
-    for area in (reach, clearance, balance, traversability, stance):
+    for area in (reach, balance, traversability, stance):
         yield from area.figures(quick)
 
 

@@ -15,7 +15,7 @@ from benchmarks.timing import SEED, Figure, seconds
 from footfall.core.frames import apply, inverse
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.maps.leg_collisions import LegCollisions, leg_collisions
+from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.reach import reach
 from footfall.maps.reach_classes import UNSURE
 from footfall.terrain.dem import Dem
@@ -57,7 +57,7 @@ def figures(quick: bool) -> Iterator[Figure]:
 @cache
 def collisions() -> LegCollisions:
     """Of the shared scene, built once."""
-    return leg_collisions(robot(), standing(), LEG, rocks())
+    return LegCollisions(robot(), standing(), LEG, rocks()).with_certificate()
 
 
 def _searched(cells: int) -> Iterator[Figure]:

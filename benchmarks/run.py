@@ -3,13 +3,20 @@
 import json
 from collections.abc import Callable, Iterator
 
-from benchmarks import maps, step, terrain
+from benchmarks import clearance, compliance, console, heuristics, maps, operations, physics, referee, step, terrain
 from benchmarks.timing import Figure, machine
 
 AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "terrain": terrain.figures,
     "maps": maps.figures,
+    "clearance": clearance.figures,
     "step": step.figures,
+    "heuristics": heuristics.figures,
+    "compliance": compliance.figures,
+    "physics": physics.figures,
+    "referee": referee.figures,
+    "console": console.figures,
+    "operations": operations.figures,
 }
 
 

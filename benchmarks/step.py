@@ -1,4 +1,5 @@
-"""Planning one step: open ground, obstructed steps by every planner on the same problems, and preparing for them.
+"""Planning one step: open ground, obstructed steps by every planner on the same problems, and preparing for them;
+then the problem set with its peers, and the recheck of accepted paths (benchmarks/steps).
 
 Times are processor time on one thread: other programs add little to them. Plans are of a stance and a ground that
 were planned on before; what that saves is in the rows of new scenes.
@@ -13,6 +14,8 @@ import numpy as np
 
 import footfall
 from benchmarks.scenes import robot, rocks, standing
+from benchmarks.steps import figures as problem_set
+from benchmarks.steps import recheck
 from benchmarks.timing import SEED, Figure
 from footfall.core.frames import apply, transform
 from footfall.maps.layers import REACHABLE_STABLE
@@ -131,6 +134,8 @@ def figures(quick: bool) -> Iterator[Figure]:
     stances, worlds = scenes(rocks(), standing(), count)
     yield Figure("step.scene_new_stance", stances, "s", 0.03)
     yield Figure("step.scene_new_world", worlds, "s", 0.5)
+    yield from problem_set.figures(quick)
+    yield from recheck.figures(quick)
     numba.set_num_threads(threads)
 
 

@@ -20,6 +20,7 @@ LIBRARIES = (
     "opencv-python-headless",
     "numba",
     "highspy",
+    "mujoco-core",
     "trimesh",
     "embreex",
 )

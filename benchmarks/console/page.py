@@ -1,0 +1,95 @@
+"""The page in a real Chromium: how heavy it is, how soon it is of use, how fast the ghost follows the hand."""
+
+import gzip
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from playwright.sync_api import Browser, Page, Response, sync_playwright
+
+from benchmarks.console.apart import Apart, served_apart
+from benchmarks.timing import Figure
+
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+USEFUL = """() => new Promise((done) => {
+  const look = () => {
+    const shown = document.getElementById("status-session")?.textContent ?? "–";
+    if (shown === "–") setTimeout(look, 5); else done(performance.now() / 1000);
+  };
+  look();
+})"""
+SCRUB = """(seconds) => new Promise((done) => {
+  const slider = document.getElementById("scrub");
+  const end = performance.now() + seconds * 1000;
+  const move = () => {
+    if (performance.now() > end) return done();
+    slider.value = String((Number(slider.value) + 7) % 1000);
+    slider.dispatchEvent(new Event("input"));
+    setTimeout(move, 10);
+  };
+  move();
+})"""
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """The distribution's Chromium, drawing in software."""
+    path = next((found for name in ("chromium", "chromium-browser") if (found := shutil.which(name))), None)
+    if path is None:
+        raise RuntimeError("these figures need Chromium; `make test` installs it")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+def figures(quick: bool) -> Iterator[Figure]:
+    times = 3 if quick else 10
+    with served_apart() as served, chromium() as browser:
+        opened = [first_use(browser, served) for _ in range(times)]
+        yield Figure("console.page_weight_gzip", tuple(float(weight) for weight, _ in opened), "bytes", 2.0**20)
+        yield Figure("console.first_useful_paint", tuple(seconds for _, seconds in opened), "s", 1.5)
+        yield Figure("console.scrub_updates", tuple(scrubs(browser, served, times)), "1/s", 25.0, at_most=False)
+
+
+def first_use(browser: Browser, served: Apart) -> tuple[int, float]:
+    """(bytes of all that the page loads but the scene, gzipped; seconds until its status bar tells the session)."""
+    page = browser.new_page(viewport={"width": 1280, "height": 720})
+    loaded: list[Response] = []
+    page.on("response", lambda answer: loaded.append(answer) if is_ours(answer.url) else None)
+    page.goto(f"{served.url}/?scene=off")
+    seconds = page.evaluate(USEFUL)
+    weight = sum(len(gzip.compress(answer.body())) for answer in loaded if answer.ok)
+    page.close()
+    return weight, seconds
+
+
+def is_ours(url: str) -> bool:
+    """Whether an address is of the page itself: neither the scene nor what the interface answers."""
+    return "/scene/" not in url and "/api/" not in url
+
+
+def scrubs(browser: Browser, served: Apart, times: int) -> Iterator[float]:
+    """Updates of the ghost that the page sends a second while its slider is dragged, the scene drawn beside it."""
+    page = browser.new_page(viewport={"width": 1280, "height": 720})
+    page.goto(f"{served.url}/?fixedDpr=0.5")
+    page.wait_for_function("!document.getElementById('scrub').disabled")
+    for _ in range(times):
+        yield updates(page, 3.0)
+    page.close()
+
+
+def updates(page: Page, seconds: float) -> float:
+    answered: list[str] = []
+
+    def heard(answer: Response) -> None:
+        if answer.url.endswith("/view") and answer.request.method == "PUT" and answer.ok:
+            answered.append(answer.url)
+
+    page.on("response", heard)
+    begin = time.perf_counter()
+    page.evaluate(SCRUB, seconds)
+    rate = len(answered) / (time.perf_counter() - begin)
+    page.remove_listener("response", heard)
+    return rate

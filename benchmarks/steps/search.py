@@ -1,0 +1,151 @@
+"""Whether a problem has a solution: a long search by other means than the planners that are measured.
+
+Every goal posture is tried, not the best few; OMPL's RRTConnect runs from many seeds and with several ranges, without
+smoothing; what it finds counts only if the recheck of whole paths accepts it.
+"""
+
+import itertools
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.steps.problem import Scene, StepProblem
+from footfall.planning.step import with_ompl
+from footfall.planning.step.edges import Space, samples
+from footfall.planning.step.fast import searched
+from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.ground import Contact, Nearby, footfall_contact
+from footfall.planning.step.lift import branch_of, vertical
+from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
+from footfall.planning.step.target import candidates
+from footfall.planning.step.verify import recheck
+from footfall.robot.collision import CollisionScene
+
+Array = NDArray[np.float64]
+RANGES = (0.6, 0.25, 1.2)
+"""Largest extensions of RRTConnect's trees, in turn [rad]."""
+ITERATIONS = 3000
+"""Of one run, before the next goal, seed and range."""
+_NEAREST = 3
+"""Goals that a straight swing is tried to, as many as planning hands to its planners."""
+_NEAR = 0.1
+"""[m]"""
+_CHECKED = 0.01
+"""Largest change of a joint between checked postures of lift and lower [rad]."""
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A problem that is one: the leg can be lifted, and lowered onto at least one goal.
+
+    up: (n, 6) the lift; downs: for each goal its way up, (m, 6) each, nearest goal first.
+    """
+
+    scene: Scene
+    leg: int
+    situation: Situation
+    contact: Contact
+    up: Array
+    downs: tuple[Array, ...]
+
+    def space(self, terrain: str) -> Space:
+        return _space(self.situation, terrain)
+
+    @property
+    def line_is_free(self) -> bool:
+        """Whether a straight swing is free to any of the goals that planning considers."""
+        return any(self.space(RAISED).edge_is_free(self.up[-1], down[-1]) for down in self.downs[:_NEAREST])
+
+    @property
+    def a_leg_is_near(self) -> bool:
+        """Whether at the nearest goal, or above it, another leg is nearer than ``_NEAR`` beyond its δ."""
+        state = self.scene.state
+        scene = CollisionScene(self.scene.robot, state.posture, self.leg, state.T_site_base, None, _NEAR)
+        hits = scene.contacts(self.downs[0][0], NO_GROUND) + scene.contacts(self.downs[0][-1], NO_GROUND)
+        own = f"leg{self.leg}_"
+        return any(hit.link_b.startswith("leg") and not hit.link_b.startswith(own) for hit in hits)
+
+
+def pose(problem: StepProblem, scene: Scene) -> Posed | str:
+    """The problem with its start and goals, or why it is none."""
+    robot, dem, state, leg = scene.robot, scene.dem, scene.state, problem.leg
+    contact = footfall_contact(robot, dem, *problem.target)
+    if not isinstance(contact, Contact):
+        return contact.reason
+    stance = Stance(robot, dem, state, leg)
+    objection = impossible(stance)
+    if objection:
+        return objection
+    situation = situation_of(problem, scene)
+    q = np.array(state.leg(leg))
+    up = vertical(robot, leg, situation.T_site_base, q, situation.settings.lift)
+    if isinstance(up, str) or not _passes(situation, up):
+        return "the wheel can't be lifted"
+    downs = []
+    for one in candidates(robot, leg, contact, situation.T_site_base, up[-1], branch_of(robot, leg, up[-1])):
+        way = vertical(robot, leg, situation.T_site_base, one.q, situation.settings.lift)
+        if not isinstance(way, str) and _passes(situation, way):
+            downs.append(way)
+    if not downs:
+        return "the leg can't stand at the target or be lowered onto it"
+    return Posed(scene, leg, situation, contact, up, tuple(downs))
+
+
+def situation_of(problem: StepProblem, scene: Scene) -> Situation:
+    """The tests of the moving leg's postures, with the usual settings. Raises RuntimeError where no ground is known."""
+    ground = ground_near(Stance(scene.robot, scene.dem, scene.state, problem.leg))
+    if not isinstance(ground, Nearby):
+        raise RuntimeError(f"{problem.name}: {ground.reason}")
+    return Situation(scene.robot, scene.dem, scene.state, problem.leg, ground, StepSettings())
+
+
+def raw_search(situation: Situation, start: Array, goal: Array, seed: int) -> float | None:
+    """Seconds of processor time of our compiled search alone, between two sure postures; None if it found nothing."""
+    settings, certificate = situation.settings, situation.footing.certificate
+    space, rng = _space(situation, RAISED), np.random.default_rng(seed)
+    begin = time.process_time()
+    path = searched(space, certificate, start, goal, rng, settings.radius, settings.milestones)
+    return None if path is None else time.process_time() - begin
+
+
+def solved(posed: Posed, limit: float) -> str | None:
+    """By what a certified motion was found within ``limit`` [s of processor time], or None."""
+    end = time.process_time() + limit
+    for seed, radius in itertools.product(range(1000, 2000), RANGES):
+        for number, down in enumerate(posed.downs):
+            if time.process_time() > end:
+                return None
+            path = with_ompl.rrtconnect(
+                posed.space(RAISED), posed.up[-1], down[-1], radius=radius, milestones=ITERATIONS, seed=seed
+            )
+            if path is not None and _holds(posed, path, down):
+                return f"rrtconnect goal {number} of {len(posed.downs)} range {radius:g} seed {seed}"
+    return None
+
+
+def _holds(posed: Posed, path: Array, down: Array) -> bool:
+    q = np.concatenate([posed.up, path[1:], down[::-1][1:]])
+    phases = ("lift",) * len(posed.up) + ("swing",) * (len(path) - 1) + ("lower",) * (len(down) - 1)
+    waypoints = np.tile(np.asarray(posed.scene.state.posture), (len(q), 1))
+    waypoints[:, 6 * posed.leg : 6 * posed.leg + 6] = q
+    return all(check.holds for check in recheck(posed.situation, posed.scene.dem, waypoints, phases))
+
+
+def _space(situation: Situation, terrain: str) -> Space:
+    return Space(
+        situation.lower,
+        situation.upper,
+        lambda q: situation.free(q, terrain),
+        situation.settings.epsilon,
+        first_unsure=lambda qs: situation.first_unsure(qs, terrain),
+    )
+
+
+def _passes(situation: Situation, up: Array) -> bool:
+    """Whether a vertical move is free over the ground, and its upper end over the raised ground."""
+    return situation.free(up[-1], RAISED) and all(
+        situation.free(q, TRUE) for a, b in itertools.pairwise(up) for _, q in samples(a, b, _CHECKED)
+    )
