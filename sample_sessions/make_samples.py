@@ -4,9 +4,11 @@ Each is a whole session done by script, with the same jobs as in the browser. Th
 generated ground, and its images are ray-cast. Needed after a change that alters recorded products on purpose.
 """
 
+import io
 import shutil
 import sys
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -138,13 +140,12 @@ SAMPLES: dict[str, tuple[str, Callable[[LiveSession], None]]] = {
 def main(names: list[str]) -> None:
     for name in names or list(SAMPLES):
         title, script = SAMPLES[name]
-        with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs()) as sessions:
+        with tempfile.TemporaryDirectory() as work, Sessions(Path(work), jobs=InlineJobs(), recording=None) as sessions:
             session = sessions.create(title)
             script(session)
-            folder = Path(work) / session.id
-            session.close()
+            bundle = session.export_bundle()
             shutil.rmtree(HERE / name, ignore_errors=True)
-            shutil.copytree(folder, HERE / name)
+            zipfile.ZipFile(io.BytesIO(bundle)).extractall(HERE / name)
         size = sum(file.stat().st_size for file in (HERE / name).rglob("*") if file.is_file())
         print(f"{name}: {size / 1e6:.2f} MB")
 
