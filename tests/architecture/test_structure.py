@@ -10,7 +10,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 BACKEND = ROOT / "backend" / "footfall"
 PURE = ("core", "telemetry", "robot", "balance", "terrain", "maps", "planning", "sequence")
-OWNERS = {"cv2": "backend/footfall/terrain", "ompl": "backend/footfall/planning", "viser": "footfall_ui"}
+OWNERS = {
+    "cv2": "backend/footfall/terrain",
+    "mujoco": "backend/footfall/sim/physics",
+    "ompl": "backend/footfall/planning",
+    "viser": "footfall_ui",
+}
 MAX_LINES = 400
 VAGUE = {"data", "manager", "handler", "util", "utils", "helper", "helpers", "node", "common", "misc"}
 
