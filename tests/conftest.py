@@ -32,10 +32,14 @@ def pytest_report_header() -> str:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What needs Chromium runs apart: it draws in software, and Playwright's loop suffers no other in its process."""
+    """What needs Chromium runs apart: it draws in software, and Playwright's loop suffers no other in its process.
+
+    Files that take minutes come first: begun last, they would keep one core busy while the others idle.
+    """
     for item in items:
         if "chromium" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.browser)
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
 @pytest.fixture
@@ -50,6 +54,19 @@ def athlete():
     from footfall.io.robot_files import load_robot
 
     return load_robot("athlete")
+
+
+@pytest.fixture(scope="session")
+def postgres():
+    """A PostgreSQL server for the tests of this process; skips where none is installed."""
+    from tests.support.postgres import Postgres, installed
+
+    programs = installed()
+    if programs is None:
+        pytest.skip("no PostgreSQL server on this machine")
+    server = Postgres(programs)
+    yield server
+    server.end()
 
 
 @pytest.fixture(scope="session")

@@ -2,11 +2,14 @@
 
 import sys
 
+import pytest
+
 from tests.support.fuzzed import fuzz, fuzzed_app
 
 LEAST_CASES = 2000
 
 
+@pytest.mark.long
 def test_schemathesis_finds_nothing(tmp_path, capsys):
     with fuzzed_app(tmp_path) as (app, known):
         operations = sum(len(methods) for methods in app.openapi()["paths"].values())

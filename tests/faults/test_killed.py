@@ -2,12 +2,15 @@
 
 from random import Random
 
+import pytest
+
 from benchmarks.soak.cycles import Soak
 from footfall.session.storage.verify import verify
 
 KILLS = ["server"] * 10 + ["rover"] * 7 + ["worker"] * 3
 
 
+@pytest.mark.long
 def test_no_kill_loses_or_doubles_what_was_acknowledged(tmp_path):
     Random(20081).shuffle(kills := list(KILLS))
     with Soak(tmp_path, seed=20081, light=True, hurry=5.0) as soak:
