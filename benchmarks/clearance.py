@@ -21,7 +21,9 @@ from benchmarks.timing import SEED, Figure
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
 from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
-from footfall.robot.leg_clearance_kernel import leg_stays_clear
+from footfall.robot.leg_clearance_kernel import leg_stays_clear, place_leg
+from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.leg_span_kernel import UNSURE, WORK, clear_span, line_bends
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
@@ -135,6 +137,32 @@ def false_whole(total: int) -> tuple[int, int, int]:
     return asked, whole, wrong
 
 
+def false_spans(total: int) -> tuple[int, int, int]:
+    """Lines asked about, of how many a piece was called clear, and how many of those pieces were not.
+
+    Of each, both ends of the piece and a place in it are asked of the exact check.
+    """
+    asked = whole = wrong = 0
+    work = np.empty(WORK)
+    for case in cases():
+        if asked >= total:
+            break
+        tables = case.compiled.tables
+        for mode in GROUND_MODES:
+            qs = case.joints(_AT_ONCE // 10, mode)
+            asked += len(qs)
+            for q in qs:
+                d, poses = case.rng.uniform(-1.0, 1.0, 6), np.empty((PART_COUNT, 3, 4))
+                place_leg(q, tables.T_site_hip, tables.lengths, poses)
+                most = float(case.rng.choice([0.01, 0.05, 0.2]))
+                half = clear_span(poses, d, *line_bends(d, tables), most, tables, MODES[mode], work)
+                if half != UNSURE:
+                    whole += 1
+                    places = half * np.array([-1.0, 1.0, case.rng.uniform(-1.0, 1.0)])
+                    wrong += any(case.exact.collides(q + s * d, mode) for s in places)
+    return asked, whole, wrong
+
+
 def certified_share(count: int, stances: int) -> tuple[float, ...]:
     """Of the free joint vectors, uniform and near, how many are certified; one figure for each stance."""
     shares = []
@@ -195,3 +223,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     yield Figure("clearance.ranges_asked", (float(asked),), "count")
     yield Figure("clearance.ranges_certified", (float(whole),), "count")
     yield Figure("clearance.ranges_false_free", (float(wrong),), "count", 0.0)
+    asked, whole, wrong = false_spans(2_000 if quick else 50_000)
+    yield Figure("clearance.spans_asked", (float(asked),), "count")
+    yield Figure("clearance.spans_certified", (float(whole),), "count")
+    yield Figure("clearance.spans_false_free", (float(wrong),), "count", 0.0)

@@ -14,9 +14,9 @@ from footfall.balance.moving_leg import centers_of_mass
 from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.settings import SIDES, BalanceSettings
 from footfall.balance.torque_candidates import (
+    StandingLegs,
     torque_ratios_for_postures,
     torque_ratios_in_the_air,
-    worst_torque_in_the_air,
 )
 from footfall.balance.torque_kernel import hull_rows
 from footfall.balance.torques import contact_points, holding_torques, torque_check, torque_margin
@@ -337,9 +337,8 @@ def test_the_worst_torque_in_the_air_is_the_largest_of_all(athlete, rng, frictio
     for _ in range(6):
         ends = start + rng.normal(0, 0.5, (4, 6))
         qs = np.concatenate([a + np.linspace(0, 1, 25)[:, None] * (b - a) for a, b in itertools.pairwise(ends)])
-        arguments = (athlete, posture, np.eye(4), standing, normals, 2, qs, settings)
-        ratios = torque_ratios_in_the_air(*arguments)
-        at, worst = worst_torque_in_the_air(*arguments)
+        ratios = torque_ratios_in_the_air(athlete, posture, np.eye(4), standing, normals, 2, qs, settings)
+        at, worst = StandingLegs(athlete, posture, np.eye(4), standing, normals, 2, settings).worst(qs)
         assert worst == pytest.approx(ratios.max(), rel=1e-9)
         assert ratios[at] == pytest.approx(worst, rel=1e-9)
 

@@ -23,13 +23,22 @@ def centers_of_mass(robot: Robot, posture: ArrayLike, leg: int, qs_leg: ArrayLik
 
     Rows with NaN give NaN. The other legs, the chassis and the payload stay as in ``posture``.
     """
+    return centers_with(robot, leg, moment_without(robot, posture, leg), qs_leg)
+
+
+def moment_without(robot: Robot, posture: ArrayLike, leg: int) -> Array:
+    """Σ mass × position in base of all but one leg, (3,) [kg·m]."""
     posture = robot.require_posture(posture)
     leg = robot.require_leg(leg)
+    own = posture[None, 6 * leg : 6 * leg + 6]
+    return robot.mass * center_of_mass(robot, posture) - _first_moments(robot, leg, own)[0]
+
+
+def centers_with(robot: Robot, leg: int, rest: Array, qs_leg: ArrayLike) -> Array:
+    """:func:`centers_of_mass` where all but the leg has the moment ``rest`` of :func:`moment_without`."""
     qs = np.asarray(qs_leg, float)
     if qs.ndim != 2 or qs.shape[1] != 6:
         raise InvalidInput("the postures of a leg need n × 6 angles [rad]", shape=list(qs.shape))
-    own = posture[None, 6 * leg : 6 * leg + 6]
-    rest = robot.mass * center_of_mass(robot, posture) - _first_moments(robot, leg, own)[0]
     return (rest + _first_moments(robot, leg, qs)) / robot.mass
 
 

@@ -182,10 +182,14 @@ def margins(contacts: ArrayLike, coms_xy: ArrayLike, conservative: bool = False)
     coms = np.asarray(coms_xy, float)
     if coms.ndim != 2 or coms.shape[1] != 2 or not np.isfinite(coms).all():
         raise InvalidInput("centres of mass need n × 2 finite numbers [m]", shape=list(coms.shape))
-    normals, offsets = half_planes(contacts, conservative)
+    return margins_inside(*half_planes(contacts, conservative), coms)
+
+
+def margins_inside(normals: Array, offsets: Array, coms_xy: Array) -> Array:
+    """:func:`margins` (n,) of places (n, 2) to a polygon that is known by its :func:`half_planes`."""
     if len(offsets) == 0:
-        return np.full(len(coms), -np.inf)
-    return (offsets - coms @ normals.T).min(axis=1)
+        return np.full(len(coms_xy), -np.inf)
+    return (offsets - coms_xy @ normals.T).min(axis=1)
 
 
 def margins_for_candidates(

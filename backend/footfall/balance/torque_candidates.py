@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import facets, unit_normals
-from footfall.balance.moving_leg import centers_of_mass, gravity_torques, joint_axes, leg_links
+from footfall.balance.moving_leg import centers_with, gravity_torques, joint_axes, leg_links, moment_without
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics, lowest_rim_points
 from footfall.balance.settings import BalanceSettings
@@ -44,7 +44,7 @@ def torque_ratios_for_postures(
     if qs.ndim != 2 or qs.shape[1] != 6 or toward.shape != (len(qs), 3):
         raise InvalidInput("each posture of the leg needs six angles and one normal", shape=list(qs.shape))
     T_site_base = require_transform(T_site_base, "T_site_base")
-    others = _Others(robot, posture, T_site_base, legs, normals, leg, qs, settings)
+    others = StandingLegs(robot, posture, T_site_base, legs, normals, leg, settings)
     R_level_base, limits = others.R_level_base, robot.torque_limits.reshape(-1, 6)
     with np.errstate(invalid="ignore", divide="ignore"):
         own_unit = toward / np.linalg.norm(toward, axis=1, keepdims=True)
@@ -66,7 +66,7 @@ def torque_ratios_for_postures(
         level_unit,
         _effect(R_level_base, own_J, limits[leg], others.weight),
         own_share,
-        others.coms,
+        others.centers(qs),
         others.size,
         settings.friction,
         ratios,
@@ -93,75 +93,56 @@ def torque_ratios_in_the_air(
     legs don't fit.
     """
     qs = np.asarray(qs_leg, float)
-    others = _Others(robot, posture, require_transform(T_site_base, "T_site_base"), legs, normals, leg, qs, settings)
-    return np.maximum(others.ratios(others.coms), others.hanging(robot, leg, qs, settings))
+    others = StandingLegs(robot, posture, T_site_base, legs, normals, leg, settings)
+    return np.maximum(others.ratios(others.centers(qs)), others.hanging(qs))
 
 
-def worst_torque_in_the_air(
-    robot: Robot,
-    posture: ArrayLike,
-    T_site_base: ArrayLike,
-    legs: Sequence[int],
-    normals: ArrayLike,
-    leg: int,
-    qs_leg: ArrayLike,
-    settings: BalanceSettings,
-) -> tuple[int, float]:
-    """Which of the ratios of :func:`torque_ratios_in_the_air` is largest, and that ratio.
+class StandingLegs:
+    """What the legs that stand besides ``leg`` put into the programs of all its postures; read only.
 
-    What the standing legs need is the value of a linear program whose right-hand side is linear in the horizontal
-    place of the centre of mass: its height adds no moment to a vertical weight. Such a value is convex (S. Boyd,
-    L. Vandenberghe, *Convex Optimization*, 2004, §5.6.1), so it is largest at a corner of the places' convex hull,
-    and only those are solved.
-    """
-    qs = np.asarray(qs_leg, float)
-    others = _Others(robot, posture, require_transform(T_site_base, "T_site_base"), legs, normals, leg, qs, settings)
-    places = others.coms[:, :2]
-    corners = hull_rows(places, np.lexsort((places[:, 1], places[:, 0])))
-    ratios = others.hanging(robot, leg, qs, settings)
-    ratios[corners] = np.maximum(ratios[corners], others.ratios(others.coms[corners]))
-    worst = int(np.argmax(ratios))
-    return worst, float(ratios[worst])
-
-
-class _Others:
-    """What the legs that stand besides ``leg`` put into each of n programs.
-
-    contacts: (k, 3) and coms: (n, 3), of the rover, in base turned level [m]; faces, effect, constant: see least_ratio.
-    weight: of the loaded rover [N]. idle: the largest ratio of the legs that neither stand nor are ``leg``.
+    R_level_base: (3, 3), base turned level; contacts: (k, 3) there [m]; faces, effect, constant: see least_ratio.
+    weight: of the loaded rover [N]; size: of the stance [m]; idle: the largest ratio of the legs that neither stand nor
+    are ``leg``. Raises InvalidInput where the legs don't fit.
     """
 
     def __init__(
         self,
         robot: Robot,
         posture: ArrayLike,
-        T_site_base: Array,
+        T_site_base: ArrayLike,
         legs: Sequence[int],
         normals: ArrayLike,
         leg: int,
-        qs: Array,
         settings: BalanceSettings,
     ) -> None:
+        T_site_base = require_transform(T_site_base, "T_site_base")
         leg, standing = robot.require_leg(leg), [robot.require_leg(one) for one in legs]
         if len({leg, *standing}) != len(standing) + 1:
             raise InvalidInput("a leg stands only once among the supporting legs", legs=[*standing, leg])
         unit = unit_normals(np.asarray(normals, float).reshape(-1, 3))
         if len(unit) != len(standing):
             raise InvalidInput("each supporting leg needs one normal", legs=len(standing), normals=len(unit))
+        self._robot, self._leg, self._settings = robot, leg, settings
+        self._rest = moment_without(robot, posture, leg)
         statics = PostureStatics(robot, posture)
         self.R_level_base = settings.R_level_site @ T_site_base[:3, :3]
         limits = robot.torque_limits.reshape(-1, 6)
-        mass, coms = loaded(robot, centers_of_mass(robot, posture, leg, qs), settings)
+        mass, _ = loaded(robot, statics.com, settings)
         self.weight = mass * settings.gravity
         contacts_base = apply(inverse(T_site_base), statics.contacts(standing, unit, T_site_base))
         shares = statics.gravity_torques(self.R_level_base[2], settings.gravity).reshape(-1, 6) / limits
         J = statics.contact_jacobians(standing, contacts_base)
-        self.contacts, self.coms = contacts_base @ self.R_level_base.T, coms @ self.R_level_base.T
+        self.contacts = contacts_base @ self.R_level_base.T
         self.faces = facets(settings.level(unit), settings.friction, settings.sides)
         self.effect, self.constant = _effect(self.R_level_base, J, limits[standing], self.weight), shares[standing]
         self.size = max(float(np.abs(contacts_base - statics.com).max(initial=0.0)), 1.0)
         in_the_air = [other for other in robot.legs if other not in (leg, *standing)]
         self.idle = float(np.abs(shares[in_the_air]).max(initial=0.0))
+
+    def centers(self, qs: Array) -> Array:
+        """Centres of mass of the loaded rover with the leg at qs (n, 6) [rad], in base turned level, (n, 3) [m]."""
+        _, coms = loaded(self._robot, centers_with(self._robot, self._leg, self._rest, qs), self._settings)
+        return coms @ self.R_level_base.T
 
     def ratios(self, coms: Array) -> Array:
         """Least ratios (k,) of the standing legs alone for centres of mass (k, 3); inf where no forces hold them."""
@@ -170,10 +151,27 @@ class _Others:
             raise FootFallError("a torque program was not solved")
         return ratios
 
-    def hanging(self, robot: Robot, leg: int, qs: Array, settings: BalanceSettings) -> Array:
+    def hanging(self, qs: Array) -> Array:
         """Largest ratio of the legs in the air, the moving one at qs (n, 6) among them, (n,)."""
-        torques = gravity_torques(robot, leg, qs, self.R_level_base[2], settings.gravity)
-        return np.maximum(np.abs(torques / robot.torque_limits.reshape(-1, 6)[leg]).max(axis=1), self.idle)
+        torques = gravity_torques(self._robot, self._leg, qs, self.R_level_base[2], self._settings.gravity)
+        limits = self._robot.torque_limits.reshape(-1, 6)[self._leg]
+        return np.maximum(np.abs(torques / limits).max(axis=1), self.idle)
+
+    def worst(self, qs: Array) -> tuple[int, float]:
+        """Which of the ratios of :func:`torque_ratios_in_the_air` is largest at qs (n, 6), and that ratio.
+
+        What the standing legs need is the value of a linear program whose right-hand side is linear in the horizontal
+        place of the centre of mass: its height adds no moment to a vertical weight. Such a value is convex (S. Boyd,
+        L. Vandenberghe, *Convex Optimization*, 2004, §5.6.1), so it is largest at a corner of the places' convex hull,
+        and only those are solved.
+        """
+        coms = self.centers(qs)
+        places = coms[:, :2]
+        corners = hull_rows(places, np.lexsort((places[:, 1], places[:, 0])))
+        ratios = self.hanging(qs)
+        ratios[corners] = np.maximum(ratios[corners], self.ratios(coms[corners]))
+        worst = int(np.argmax(ratios))
+        return worst, float(ratios[worst])
 
 
 def _effect(R_level_base: Array, J: Array, limits: Array, weight: float) -> Array:

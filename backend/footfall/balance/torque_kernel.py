@@ -41,64 +41,16 @@ def least_ratio(arms, faces, effect, constant, forces):
     arms (k, 3): contacts from the centre of mass, in units of the stance's size; faces (k, sides, 3): inward normals of
     the friction pyramids; effect (k, 6, 3): of a foot's force on the ratios of its leg's six joints; constant (k, 6).
     """
-    feet, sides = faces.shape[0], faces.shape[1]
-    wide = 3 * feet
-    rows = np.zeros((6, wide + 1))
-    for foot in range(feet):
-        x, y, z = arms[foot, 0], arms[foot, 1], arms[foot, 2]
-        at = 3 * foot
-        rows[0, at] = rows[1, at + 1] = rows[2, at + 2] = 1.0
-        rows[3, at + 1], rows[3, at + 2] = -z, y
-        rows[4, at], rows[4, at + 2] = z, -x
-        rows[5, at], rows[5, at + 1] = -y, x
-    rows[2, wide] = 1.0
-    pivots = np.full(6, -1, np.int64)
-    rank = _eliminate(rows, pivots)
+    wide = 3 * faces.shape[0]
+    rows, rank, N, f0 = _balanced(arms)
     for r in range(rank, 6):
         if abs(rows[r, wide]) > _LEFT_OVER:
             return INFEASIBLE, np.inf
-    # f = f0 + N z: the columns without a pivot are z themselves
     free = wide - rank
-    N, f0 = np.zeros((wide, free)), np.zeros(wide)
-    is_pivot = np.zeros(wide, np.bool_)
-    for r in range(rank):
-        is_pivot[pivots[r]] = True
-        f0[pivots[r]] = rows[r, wide]
-    z = 0
-    for j in range(wide):
-        if not is_pivot[j]:
-            N[j, z] = 1.0
-            for r in range(rank):
-                N[pivots[r], z] = -rows[r, j]
-            z += 1
-    count = feet * (12 + sides)
-    columns, worth = np.zeros((free + 1, count)), np.empty(count)
-    at = 0
-    for foot in range(feet):
-        for joint in range(6):
-            level = constant[foot, joint]
-            for axis in range(3):
-                level += effect[foot, joint, axis] * f0[3 * foot + axis]
-            for c in range(free):
-                share = 0.0
-                for axis in range(3):
-                    share += effect[foot, joint, axis] * N[3 * foot + axis, c]
-                columns[c, at], columns[c, at + 1] = -share, share
-            columns[free, at] = columns[free, at + 1] = 1.0
-            worth[at], worth[at + 1] = level, -level
-            at += 2
-        for side in range(sides):
-            level = 0.0
-            for axis in range(3):
-                level += faces[foot, side, axis] * f0[3 * foot + axis]
-            for c in range(free):
-                share = 0.0
-                for axis in range(3):
-                    share += faces[foot, side, axis] * N[3 * foot + axis, c]
-                columns[c, at] = share
-            worth[at] = -level
-            at += 1
-    m = free + 1
+    columns = _columns(N, faces, effect)
+    m, count = columns.shape
+    worth = np.empty(count)
+    _fill_worth(f0[0], faces, effect, constant, worth)
     rhs, values, work = np.zeros(m), np.empty(m), np.empty(count + 2 * m)
     rhs[free] = 1.0
     basis, inverse = np.empty(m, np.int64), np.empty((m, m))
@@ -112,7 +64,7 @@ def least_ratio(arms, faces, effect, constant, forces):
     solution = np.empty(m)
     prices(columns, worth, basis, inverse, solution)
     for j in range(wide):
-        total = f0[j]
+        total = f0[0, j]
         for c in range(free):
             total += N[j, c] * solution[c]
         forces[j // 3, j % 3] = total
@@ -123,21 +75,130 @@ def least_ratio(arms, faces, effect, constant, forces):
 def ratios_for_centers(contacts, faces, effect, constant, coms, ratios):
     """:func:`least_ratio` for n centres of mass (n, 3) over the same feet; ratios (n,) is filled.
 
-    contacts (k, 3) and coms in one frame [m]. inf where no forces hold the rover; False where a program was not solved.
+    contacts (k, 3) and coms in one frame, z against gravity [m]. inf where no forces hold the rover; False where a
+    program was not solved. Of the programs only the worth of the columns depends on the centre, so the end of one is
+    the start of the next.
     """
     if ratios.size != coms.shape[0]:
         raise ValueError("each centre of mass needs a ratio")
-    forces = np.empty(contacts.shape)
+    if coms.shape[0] == 0:
+        return True
+    arms = contacts - coms[0]
+    size = max(np.abs(arms).max(), 1e-6)
+    wide = 3 * faces.shape[0]
+    rows, rank, N, f0 = _balanced(arms / size)
+    free = wide - rank
+    columns = _columns(N, faces, effect)
+    m, count = columns.shape
+    worth, forces, solution = np.empty(count), np.empty(wide), np.empty(m)
+    rhs, values, work = np.zeros(m), np.empty(m), np.empty(count + 2 * m)
+    rhs[free] = 1.0
+    basis, inverse = np.empty(m, np.int64), np.empty((m, m))
+    ready = False
     for i in range(coms.shape[0]):
-        arms = contacts - coms[i]
-        size = max(np.abs(arms).max(), 1e-6)
-        status, ratio = least_ratio(arms / size, faces, effect, constant, forces)
-        if status == INFEASIBLE:
-            ratio = np.inf
-        elif status != OPTIMAL:
+        x, y = (coms[i, 0] - coms[0, 0]) / size, (coms[i, 1] - coms[0, 1]) / size
+        ratios[i], balanced = np.inf, True
+        for r in range(rank, 6):
+            if not abs(rows[r, wide] + x * rows[r, wide + 1] + y * rows[r, wide + 2]) <= _LEFT_OVER:
+                balanced = False
+        if not balanced:
+            continue
+        for j in range(wide):
+            forces[j] = f0[0, j] + x * f0[1, j] + y * f0[2, j]
+        _fill_worth(forces, faces, effect, constant, worth)
+        if not ready and start(columns, rhs, basis, inverse, values, work) != OPTIMAL:
             return False
-        ratios[i] = ratio
+        status = improve(columns, rhs, worth, basis, inverse, values, work)
+        ready = status == OPTIMAL
+        if ready:
+            prices(columns, worth, basis, inverse, solution)
+            ratios[i] = solution[free]
+        elif status != UNBOUNDED:
+            return False
     return True
+
+
+@njit(cache=True)
+def _balanced(arms):
+    """Forces of contacts (k, 3) that balance a unit of weight: f = f0 + N z for every z.
+
+    Returns the eliminated rows (6, 3 k + 3), their rank, N (3 k, d) and f0 (3, 3 k): for a weight over the origin of
+    the arms, and what its x and its y add. The last three columns of rows past the rank tell what is left over.
+    """
+    feet = arms.shape[0]
+    wide = 3 * feet
+    rows = np.zeros((6, wide + 3))
+    for foot in range(feet):
+        x, y, z = arms[foot, 0], arms[foot, 1], arms[foot, 2]
+        at = 3 * foot
+        rows[0, at] = rows[1, at + 1] = rows[2, at + 2] = 1.0
+        rows[3, at + 1], rows[3, at + 2] = -z, y
+        rows[4, at], rows[4, at + 2] = z, -x
+        rows[5, at], rows[5, at + 1] = -y, x
+    rows[2, wide] = 1.0
+    # the moment of the weight: y about x, −x about y
+    rows[4, wide + 1], rows[3, wide + 2] = -1.0, 1.0
+    pivots = np.full(6, -1, np.int64)
+    rank = _eliminate(rows, wide, pivots)
+    # the columns without a pivot are z themselves
+    N, f0 = np.zeros((wide, wide - rank)), np.zeros((3, wide))
+    is_pivot = np.zeros(wide, np.bool_)
+    for r in range(rank):
+        is_pivot[pivots[r]] = True
+        for k in range(3):
+            f0[k, pivots[r]] = rows[r, wide + k]
+    z = 0
+    for j in range(wide):
+        if not is_pivot[j]:
+            N[j, z] = 1.0
+            for r in range(rank):
+                N[pivots[r], z] = -rows[r, j]
+            z += 1
+    return rows, rank, N, f0
+
+
+@njit(cache=True)
+def _columns(N, faces, effect):
+    """Columns of the dual (d + 1, k (12 + sides)): two for each joint's ratio, one for each face of the pyramids."""
+    feet, sides, free = faces.shape[0], faces.shape[1], N.shape[1]
+    columns = np.zeros((free + 1, feet * (12 + sides)))
+    at = 0
+    for foot in range(feet):
+        for joint in range(6):
+            for c in range(free):
+                share = 0.0
+                for axis in range(3):
+                    share += effect[foot, joint, axis] * N[3 * foot + axis, c]
+                columns[c, at], columns[c, at + 1] = -share, share
+            columns[free, at] = columns[free, at + 1] = 1.0
+            at += 2
+        for side in range(sides):
+            for c in range(free):
+                share = 0.0
+                for axis in range(3):
+                    share += faces[foot, side, axis] * N[3 * foot + axis, c]
+                columns[c, at] = share
+            at += 1
+    return columns
+
+
+@njit(cache=True)
+def _fill_worth(forces, faces, effect, constant, worth):
+    """What the columns of :func:`_columns` are worth where forces (3 k,) take the place of f0."""
+    at = 0
+    for foot in range(faces.shape[0]):
+        for joint in range(6):
+            level = constant[foot, joint]
+            for axis in range(3):
+                level += effect[foot, joint, axis] * forces[3 * foot + axis]
+            worth[at], worth[at + 1] = level, -level
+            at += 2
+        for side in range(faces.shape[1]):
+            level = 0.0
+            for axis in range(3):
+                level += faces[foot, side, axis] * forces[3 * foot + axis]
+            worth[at] = -level
+            at += 1
 
 
 @njit(cache=True)
@@ -166,9 +227,9 @@ def hull_rows(points, order):
 
 
 @njit(cache=True)
-def _eliminate(rows, pivots):
-    """Gauss–Jordan with full pivots on all columns but the last, in place; returns the rank."""
-    height, wide = rows.shape[0], rows.shape[1] - 1
+def _eliminate(rows, wide, pivots):
+    """Gauss–Jordan with full pivots on the first ``wide`` columns, in place; returns the rank."""
+    height = rows.shape[0]
     for r in range(height):
         top, column, most = -1, -1, _SMALLEST_PIVOT
         for i in range(r, height):
@@ -178,7 +239,7 @@ def _eliminate(rows, pivots):
         if top < 0:
             return r
         pivot = rows[top, column]
-        for j in range(wide + 1):
+        for j in range(rows.shape[1]):
             swapped = rows[r, j]
             rows[r, j] = rows[top, j] / pivot
             if top != r:
@@ -186,7 +247,7 @@ def _eliminate(rows, pivots):
         for i in range(height):
             if i != r:
                 share = rows[i, column]
-                for j in range(wide + 1):
+                for j in range(rows.shape[1]):
                     rows[i, j] -= share * rows[r, j]
         pivots[r] = column
     return height

@@ -25,6 +25,10 @@ proven, not sampled:
    apart as required. A ball of radius ρ + δ moved by at most m stays inside the ball of radius ρ + δ + m around where
    it was; where that is clear of the ground with none above, so is the moved one, and 2 and 3 hold at the other joint
    vector as well.
+   Tables exist for some radii only. Let the middle be too low by e > 0 for the next larger one, R: every point of the
+   ground within R of it, seen from above, is at z ≤ p_z + e − √(R² − d²). For r ≤ R and d ≤ r, √(R² − d²) − √(r² − d²)
+   is least at d = 0, where it is R − r. So where e ≤ R − r the ground is at z ≤ p_z − √(r² − d²): the ball of radius
+   r is clear, with none above. What a table of larger balls says of smaller ones is used for motion alone.
 
 5. *Lines.* ``clear_span`` says how far along a straight line q + s d the leg is clear. A point x that joints with axes
    a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's middle and

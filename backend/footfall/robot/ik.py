@@ -65,20 +65,13 @@ def wheel_pose_for_contact(
     """
     contact, normal, heading = np.asarray(contact, float), np.asarray(normal, float), np.asarray(heading, float)
     shape = np.broadcast_shapes(contact.shape[:-1], normal.shape[:-1], heading.shape)
-    up = np.broadcast_to(normal, (*shape, 3))
-    length = np.linalg.norm(up, axis=-1, keepdims=True)
-    forward = np.broadcast_to(np.stack([np.cos(heading), np.sin(heading), np.zeros_like(heading)], -1), (*shape, 3))
-    axle = np.cross(up, forward)
-    size = np.linalg.norm(axle, axis=-1, keepdims=True)
-    if (length < 1e-9).any() or (size < 1e-9).any():
-        raise InvalidInput("a wheel stands on a ground whose normal is not zero and not along its heading")
-    up, axle = up / length, axle / size
+    count = math.prod(shape)
+    points, up = (np.broadcast_to(one, (*shape, 3)).reshape(count, 3) for one in (contact, normal))
+    forward = np.empty((count, 2))
+    forward[:, 0], forward[:, 1] = (turn(np.broadcast_to(heading, shape).ravel()) for turn in (np.cos, np.sin))
     T_site_wheel = np.zeros((*shape, 4, 4))
-    T_site_wheel[..., :3, 0] = -up
-    T_site_wheel[..., :3, 1] = axle
-    T_site_wheel[..., :3, 2] = np.cross(axle, up)  # −x × y
-    T_site_wheel[..., :3, 3] = contact + robot.wheel_radius * up
-    T_site_wheel[..., 3, 3] = 1.0
+    if not ik_kernel.stand_upright(points, up, forward, robot.wheel_radius, T_site_wheel.reshape(count, 4, 4)):
+        raise InvalidInput("a wheel stands on a ground whose normal is not zero and not along its heading")
     return inverse(np.asarray(T_site_base, float)) @ T_site_wheel
 
 

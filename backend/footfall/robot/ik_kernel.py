@@ -126,6 +126,35 @@ def solve_poses(
             valid[i, branch] = inside
 
 
+@njit(cache=True)
+def stand_upright(contacts: Array, normals: Array, forward: Array, radius: float, Ts: Array) -> bool:
+    """Write poses (n, 4, 4) of wheels that stand on contacts (n, 3); see ``ik.wheel_pose_for_contact``.
+
+    normals: (n, 3); forward: (n, 2) x and y of unit headings. False where a normal is zero or along its heading.
+    """
+    for i in range(contacts.shape[0]):
+        T, n, fx, fy = Ts[i], normals[i], forward[i, 0], forward[i, 1]
+        length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        # the axle is normal × forward
+        ax, ay, az = n[1] * 0.0 - n[2] * fy, n[2] * fx - n[0] * 0.0, n[0] * fy - n[1] * fx
+        size = math.sqrt(ax * ax + ay * ay + az * az)
+        if length < 1e-9 or size < 1e-9:
+            return False
+        ux, uy, uz = n[0] / length, n[1] / length, n[2] / length
+        ax, ay, az = ax / size, ay / size, az / size
+        T[0, 0], T[1, 0], T[2, 0] = -ux, -uy, -uz
+        T[0, 1], T[1, 1], T[2, 1] = ax, ay, az
+        # −x × y
+        T[0, 2], T[1, 2], T[2, 2] = ay * uz - az * uy, az * ux - ax * uz, ax * uy - ay * ux
+        T[0, 3], T[1, 3], T[2, 3] = (
+            contacts[i, 0] + radius * ux,
+            contacts[i, 1] + radius * uy,
+            contacts[i, 2] + radius * uz,
+        )
+        T[3, 3] = 1.0
+    return True
+
+
 @njit(cache=True, parallel=True)
 def solve_upright(
     lengths: Array,

@@ -23,10 +23,9 @@ def link_poses(robot: Robot, posture: ArrayLike) -> dict[str, Array]:
 def leg_link_poses(robot: Robot, q_leg: ArrayLike, leg: int) -> dict[str, Array]:
     """T_base_link, (4, 4), of the seven links of one leg with joint angles ``q_leg`` (6,) [rad]."""
     spec = robot.description.legs[leg]
-    model = robot.leg_models[leg]
-    data = model.createData()
-    pin.forwardKinematics(model, data, np.asarray(q_leg, float))
-    Ts_base_link = [data.oMi[i].homogeneous for i in range(1, 7)]
+    with pin_scratch(robot, leg) as data:
+        pin.forwardKinematics(robot.leg_models[leg], data, np.asarray(q_leg, float))
+        Ts_base_link = [data.oMi[i].homogeneous for i in range(1, 7)]
     Ts_base_link.append(_wheel(Ts_base_link[-1], spec.foot))
     return dict(zip(spec.link_names, Ts_base_link, strict=True))
 
@@ -39,10 +38,10 @@ def wheel_pose(robot: Robot, posture: ArrayLike, leg: int) -> Array:
 
 def leg_wheel_pose(robot: Robot, q_leg: ArrayLike, leg: int) -> Array:
     """T_base_wheel, (4, 4), from the six angles of that leg."""
-    model = robot.leg_models[leg]
-    data = model.createData()
-    pin.forwardKinematics(model, data, np.asarray(q_leg, float))
-    return _wheel(data.oMi[6].homogeneous, robot.description.legs[leg].foot)
+    with pin_scratch(robot, leg) as data:
+        pin.forwardKinematics(robot.leg_models[leg], data, np.asarray(q_leg, float))
+        T_base_ankle = data.oMi[6].homogeneous
+    return _wheel(T_base_ankle, robot.description.legs[leg].foot)
 
 
 def wheel_centers(robot: Robot, posture: ArrayLike) -> Array:

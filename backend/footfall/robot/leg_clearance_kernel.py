@@ -210,12 +210,16 @@ def _above_ground(
             y = coordinate(poses, part, balls, ball, 0, 1)
             z = coordinate(poses, part, balls, ball, 0, 2)
             following, table = int(balls[ball, 4]), int(balls[ball, 3])
+            spare = 0.0
             if moved[part, 0] > 0.0:
                 # the table of the next larger balls that hold all places of this one
                 needed = radii[table] + moved[part, 0]
                 while table < radii.size and radii[table] < needed:
                     table += 1
-            if table < radii.size and z - lift >= needed_height(ground, ground_layout, table, x, y):
+                if table < radii.size:
+                    # by how much such a ball is larger than need be, it may be lower: see clearance.py
+                    spare = radii[table] - needed
+            if table < radii.size and z - lift + spare >= needed_height(ground, ground_layout, table, x, y):
                 ball = following
             elif following == ball + 1:
                 return False

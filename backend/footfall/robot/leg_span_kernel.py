@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 UNSURE = -1.0
 """Answer where not even the posture itself is proven to be clear."""
 
+ENOUGH = 0.6
+"""Where a ball around some others allows this share of a span, those others are not looked at for more."""
+
 WORK = PART_COUNT + 6 * PART_COUNT + 3 * SCRATCH
 """Numbers that :func:`clear_span` needs to work in."""
 
@@ -36,6 +39,15 @@ def clear_span(
     poses: (7, 3, 4) of the parts in site at finite angles q, see place_leg. d: (6,) [rad]. bends, rates: of
     :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
     """
+    h = span_to_others(poses, d, bends, most, tables, mode, work)
+    return span_of_own_parts(poses, d, bends, rates, h, tables, work) if h >= 0.0 else h
+
+
+@njit(cache=True)
+def span_to_others(
+    poses: Array, d: Array, bends: Array, most: float, tables: LegTables, mode: int, work: Array
+) -> float:
+    """:func:`clear_span` of the ground and of all that does not move."""
     speeds, twists, scratch = work[:7], work[7:49].reshape(7, 6), work[49:].reshape(SCRATCH, 3)
     _twists(d, poses, twists)
     for part in range(PART_COUNT):
@@ -47,10 +59,18 @@ def clear_span(
             # a ball may be clear where a smaller one of its part is not, but is only asked for what it can promise
             h = _span_over_ground(poses, speeds, bends, 0.0, tables, mode)
     if h >= 0.0:
-        h = _span_of_own_parts(poses, twists, bends, rates, h, tables, scratch)
-    if h >= 0.0:
         h = _span_beside_frozen(poses, speeds, bends, h, tables, scratch)
     return h
+
+
+@njit(cache=True)
+def span_of_own_parts(
+    poses: Array, d: Array, bends: Array, rates: Array, most: float, tables: LegTables, work: Array
+) -> float:
+    """:func:`clear_span` of the leg's own parts; it is mostly long, so it may be asked for less often."""
+    twists, scratch = work[7:49].reshape(7, 6), work[49:].reshape(SCRATCH, 3)
+    _twists(d, poses, twists)
+    return _span_of_own_parts(poses, twists, bends, rates, most, tables, scratch)
 
 
 @njit(cache=True)
@@ -160,18 +180,25 @@ def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, table
             # the table of the next larger balls that hold all places of this one
             needed = radii[own] + (v * h + b * h * h)
             table = own
-            while table < radii.size and radii[table] < needed:
+            while table < radii.size - 1 and radii[table] < needed:
                 table += 1
-            if table < radii.size and z >= needed_height(tables.ground, tables.ground_layout, table, x, y):
-                ball = following
-            elif following == ball + 1:
-                table = min(table, radii.size) - 1
-                while table >= own and z < needed_height(tables.ground, tables.ground_layout, table, x, y):
+            room = radii[table] - radii[own]
+            top = needed_height(tables.ground, tables.ground_layout, table, x, y)
+            # a larger ball that is too low by so much is clear where its radius is less by that: see clearance.py
+            room -= max(top - z, 0.0)
+            if following == ball + 1:
+                while table > own and radii[table - 1] - radii[own] > room:
                     table -= 1
-                if table < own:
+                    top = needed_height(tables.ground, tables.ground_layout, table, x, y)
+                    room = max(room, radii[table] - radii[own] - max(top - z, 0.0))
+                if room < 0.0:
                     return UNSURE
-                h = reached(v, b, radii[table] - radii[own], h)
+                h = reached(v, b, room, h)
                 ball = following
+                continue
+            shorter = reached(v, b, room, h) if room >= 0.0 else UNSURE
+            if shorter >= ENOUGH * h:
+                h, ball = shorter, following
             else:
                 ball += 1
     return h

@@ -1,4 +1,4 @@
-"""Work space of pin for a robot's whole model, kept between calls.
+"""Work space of pin for a robot's whole model and for its legs, kept between calls.
 
 Making one anew takes longer than most of what it is needed for. Whoever needs one takes it out of the list of those
 that nobody uses just now, so two threads never share one.
@@ -11,13 +11,14 @@ from weakref import WeakKeyDictionary
 
 from footfall.robot.model import Robot
 
-_spare: WeakKeyDictionary[Robot, list[Any]] = WeakKeyDictionary()
+_spare: WeakKeyDictionary[Robot, dict[int | None, list[Any]]] = WeakKeyDictionary()
 
 
 @contextmanager
-def pin_scratch(robot: Robot) -> Iterator[Any]:
-    """A pin.Data of ``robot.model``; what it holds is of some other call."""
-    spare = _spare.setdefault(robot, [])
-    data = spare.pop() if spare else robot.model.createData()
+def pin_scratch(robot: Robot, leg: int | None = None) -> Iterator[Any]:
+    """A pin.Data of ``robot.model``, or of the model of one leg; what it holds is of some other call."""
+    spare = _spare.setdefault(robot, {}).setdefault(leg, [])
+    model = robot.model if leg is None else robot.leg_models[leg]
+    data = spare.pop() if spare else model.createData()
     yield data
     spare.append(data)

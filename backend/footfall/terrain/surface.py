@@ -4,6 +4,8 @@ All of them speak of exactly the triangles of :mod:`footfall.terrain.triangulate
 fully known 2 × 2 block contains carries no surface and counts as unknown here.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -66,11 +68,7 @@ def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
     if not 0 < radius < np.inf:
         raise InvalidInput(f"a normal needs a positive radius [m], not {radius}")
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    steps = int(np.ceil(radius / min(dem.geometry.resolution, radius / 4) - 1e-9))
-    offset = np.arange(-steps, steps + 1, dtype=np.float64) * (radius / steps)
-    dx, dy = np.tile(offset, len(offset)), np.repeat(offset, len(offset))
-    in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
-    dx, dy = dx[in_disc], dy[in_disc]
+    dx, dy = _disc(radius, dem.geometry.resolution)
     flat_x, flat_y = x.ravel(), y.ravel()
     normals = np.empty((len(flat_x), 3))
     chunk = max(1, _SAMPLES_AT_ONCE // len(dx))
@@ -81,13 +79,23 @@ def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
     return normals.reshape(*x.shape, 3)
 
 
+@lru_cache(maxsize=16)
+def _disc(radius: float, resolution: float) -> tuple[Array, Array]:
+    """A lattice in the disc about the origin, (k,) each [m]."""
+    steps = int(np.ceil(radius / min(resolution, radius / 4) - 1e-9))
+    offset = np.arange(-steps, steps + 1, dtype=np.float64) * (radius / steps)
+    dx, dy = np.tile(offset, len(offset)), np.repeat(offset, len(offset))
+    in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
+    return dx[in_disc], dy[in_disc]
+
+
 def _fitted_normals(dx: Array, dy: Array, z: Array, radius: float) -> Array:
     """Normals (n, 3) of planes z = c + a·dx + b·dy fitted to rows of z (n, k), NaN left out."""
     known = np.isfinite(z)
-    count = np.maximum(known.sum(axis=1), 1)
+    count, all_known = np.maximum(known.sum(axis=1), 1), bool(known.all())
 
     def mean(values: Array) -> Array:
-        return np.where(known, values, 0.0).sum(axis=1) / count
+        return (np.atleast_2d(values) if all_known else np.where(known, values, 0.0)).sum(axis=1) / count
 
     # about the means, so that large heights cost no precision
     px, py = dx - mean(dx)[:, None], dy - mean(dy)[:, None]

@@ -10,7 +10,7 @@ from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.kept import Kept
-from footfall.planning.step.leg_free_kernel import SURE, BodyTables, first_unsure
+from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edges_are_sure, first_unsure
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.bvh import mesh_reach
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
@@ -58,6 +58,10 @@ class Certificate:
         """The first of n postures (n, 6) that is not surely allowed, or n; terrain: "none", "true" or "raised"."""
         found = first_unsure(np.ascontiguousarray(qs), self.clearance, self.body, MODES[terrain])
         return len(qs) if found == SURE else found
+
+    def edges_sure(self, path: Array, epsilon: float, terrain: str) -> bool:
+        """Whether all between waypoints (n, 6), themselves allowed, is surely allowed at ε or proven in one piece."""
+        return edges_are_sure(np.ascontiguousarray(path), epsilon, self.clearance, self.body, MODES[terrain])
 
     def clear(self, qs: Array, terrain: str) -> NDArray[np.bool_]:
         """Which samples of a path, n postures (n, 6), surely keep all clearances, (n,); limits and balance aside."""

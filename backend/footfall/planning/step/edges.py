@@ -38,6 +38,8 @@ class Space:
     lower, upper: (d,) limits. free: configuration → bool, asked only inside the limits.
     epsilon: see the module docstring. tick: called at every test; may raise to stop a search.
     first_unsure: (n, d) → the first that is not surely inside the limits and free, or n; asked before ``free``.
+    edges_sure: (n, d) → whether all between n waypoints is surely free at ε or finer, the waypoints being so; asked
+    before single configurations.
     """
 
     def __init__(
@@ -48,11 +50,12 @@ class Space:
         epsilon: float = 0.01,
         tick: Callable[[], None] = lambda: None,
         first_unsure: Callable[[Array], int] = lambda qs: 0,
+        edges_sure: Callable[[Array], bool] = lambda path: False,
     ) -> None:
         self.lower, self.upper = np.asarray(lower, float), np.asarray(upper, float)
         self.epsilon, self.tick = epsilon, tick
         self.checked = 0
-        self._free, self._first_unsure = free, first_unsure
+        self._free, self._first_unsure, self._edges_sure = free, first_unsure, edges_sure
 
     def is_free(self, q: Array) -> bool:
         """Whether q is inside the limits and passes the test."""
@@ -68,11 +71,17 @@ class Space:
 
     def edge_is_free(self, a: Array, b: Array) -> bool:
         """Whether everything between a and b is free at ε; the two ends are not tested again."""
+        self.tick()
+        if self._edges_sure(np.array([a, b])):
+            return True
         order = bisection_order(levels_for(largest_change(a, b), self.epsilon))
         return self._first_not_free(a + order[:, None] * (b - a)) == len(order)
 
     def path_is_free(self, path: Array) -> bool:
         """Whether waypoints (n, d) and the edges between them are free."""
+        self.tick()
+        if self._edges_sure(path):
+            return self._first_not_free(path) == len(path)
         inner = [
             a + bisection_order(levels_for(largest_change(a, b), self.epsilon))[:, None] * (b - a)
             for a, b in itertools.pairwise(path)

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footfall.balance.moving_leg import moment_without
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import half_planes
+from footfall.balance.torque_candidates import StandingLegs
 from footfall.maps.standing import Contacts, contacts
 from footfall.planning.step.certificate import Certificate
 from footfall.planning.step.edges import Array
@@ -49,12 +52,14 @@ class Stance:
 class Footing:
     """feet: contacts of the legs that stay; normals (k, 2), offsets (k,): half-planes of their polygon, site.
 
-    certificate: the compiled check; solids, over_ground: the exact ones.
+    moment: Σ mass × position in base of all but the leg, (3,) [kg·m]. certificate: the compiled check; solids,
+    over_ground: the exact ones.
     """
 
     feet: Contacts
     normals: Array
     offsets: Array
+    moment: Array
     certificate: Certificate
     solids: Solids
     over_ground: LegOverGround
@@ -63,6 +68,7 @@ class Footing:
 _objections: Kept[str] = Kept(_KEPT)
 _grounds: Kept[Nearby | Refused] = Kept(_KEPT)
 _footings: Kept[Footing] = Kept(_KEPT)
+_standing: Kept[StandingLegs] = Kept(_KEPT)
 
 
 def impossible(stance: Stance) -> str:
@@ -81,6 +87,18 @@ def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
     return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
 
 
+def standing_legs(stance: Stance, feet: Contacts, friction: float) -> StandingLegs:
+    """What the legs that stay on ``feet`` put into the programs of torque."""
+    robot, state, leg = stance.robot, stance.state, stance.leg
+    others = [i for i in robot.legs if i != leg]
+    return _standing.get(
+        (stance.content, friction),
+        lambda: StandingLegs(
+            robot, state.posture, state.T_site_base, others, feet.normals, leg, BalanceSettings(friction=friction)
+        ),
+    )
+
+
 def _ground_near(stance: Stance) -> Nearby | Refused:
     state = stance.state
     foot = contacts(stance.robot, stance.dem, state.posture, state.T_site_base, [stance.leg]).points
@@ -95,6 +113,7 @@ def _footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
         feet,
         normals,
         offsets,
+        moment_without(robot, state.posture, leg),
         Certificate(robot, state, leg, dem, ground, settings, normals, offsets),
         Solids(robot, np.asarray(state.posture), leg, settings.clearance),
         LegOverGround(robot, leg, np.asarray(state.T_site_base), ground, settings.clearance),

@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
 from footfall.robot.leg_frames import PART_COUNT
-from footfall.robot.leg_span_kernel import UNSURE, WORK, clear_span, line_bends, most_bend, reached
+from footfall.robot.leg_span_kernel import (
+    UNSURE,
+    WORK,
+    line_bends,
+    most_bend,
+    reached,
+    span_of_own_parts,
+    span_to_others,
+)
 
 Array = NDArray[np.float64]
 
@@ -25,6 +33,9 @@ SURE = -1
 
 SPAN = 0.15
 """Most of an edge that is asked for on each side of one look [rad]: more is seldom granted, and asking costs."""
+
+OWN_SPAN = 0.5
+"""The same of what is mostly far from failing: the leg's own parts, and the balance [rad]."""
 
 
 class BodyTables(NamedTuple):
@@ -112,40 +123,58 @@ def level_is_sure(a: Array, b: Array, level: int, q: Array, clearance: LegTables
 def edge_is_sure(a: Array, b: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """Whether everything between a and b, both sure, is sure at ε.
 
-    No posture between is farther than ε from the next that was looked at, or it is proven itself: each look tells for
-    how much of the edge around it (robot/leg_span_kernel.py), and what is left on both sides is halved in turn.
+    First the leg's distances to all else, then those of its own parts and the balance, which seldom need many looks.
+    For each, no posture between is farther than ε from the next that was looked at, or it is proven itself: each look
+    tells for how much of the edge around it (robot/leg_span_kernel.py), and what is left on both sides is halved in
+    turn.
     """
     levels = halvings(a, b, epsilon)
     if levels == 0:
         return True
     # what is put in is at most half as long as what it came from, and more than ε
     left = np.empty((2**levels, 2))
-    left[0, 0], left[0, 1] = 0.0, 1.0
-    count, at, d, q = 1, 0, b - a, np.empty(6)
-    shortest, poses, work = 0.0, np.empty((PART_COUNT, 3, 4)), np.empty(WORK)
+    d, q, longest = b - a, np.empty(6), 0.0
+    poses, work = np.empty((PART_COUNT, 3, 4)), np.empty(WORK)
     for k in range(6):
-        shortest = max(shortest, abs(d[k]))
-    most, shortest = SPAN / shortest, epsilon / shortest
+        longest = max(longest, abs(d[k]))
+    shortest = epsilon / longest
     bend = balance_bend(d, clearance.lengths, body)
     bends, rates = line_bends(d, clearance)
-    while at < count:
-        low, high = left[at, 0], left[at, 1]
-        middle, at = 0.5 * (low + high), at + 1
-        for k in range(6):
-            q[k] = a[k] + middle * d[k]
-        place_leg(q, clearance.T_site_hip, clearance.lengths, poses)
-        half = balanced_span(poses, d, bend, min(0.5 * (high - low), most), body)
-        if half >= 0.0:
-            half = clear_span(poses, d, bends, rates, half, clearance, mode, work)
-        if half < 0.0:
-            return False
-        if middle - half - low > shortest:
-            left[count, 0], left[count, 1] = low, middle - half
-            count += 1
-        if high - middle - half > shortest:
-            left[count, 0], left[count, 1] = middle + half, high
-            count += 1
+    for own in (False, True):
+        most = (OWN_SPAN if own else SPAN) / longest
+        left[0, 0], left[0, 1] = 0.0, 1.0
+        count, at = 1, 0
+        while at < count:
+            low, high = left[at, 0], left[at, 1]
+            middle, at = 0.5 * (low + high), at + 1
+            for k in range(6):
+                q[k] = a[k] + middle * d[k]
+            place_leg(q, clearance.T_site_hip, clearance.lengths, poses)
+            half = min(0.5 * (high - low), most)
+            if own:
+                half = balanced_span(poses, d, bend, half, body)
+                if half >= 0.0:
+                    half = span_of_own_parts(poses, d, bends, rates, half, clearance, work)
+            else:
+                half = span_to_others(poses, d, bends, half, clearance, mode, work)
+            if half < 0.0:
+                return False
+            if middle - half - low > shortest:
+                left[count, 0], left[count, 1] = low, middle - half
+                count += 1
+            if high - middle - half > shortest:
+                left[count, 0], left[count, 1] = middle + half, high
+                count += 1
     return True
+
+
+@njit(cache=True)
+def edges_are_sure(path: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
+    """:func:`edge_is_sure` of every edge between waypoints (n, 6)."""
+    sure = True
+    for i in range(path.shape[0] - 1):
+        sure = sure and edge_is_sure(path[i], path[i + 1], epsilon, clearance, body, mode)
+    return sure
 
 
 @njit(cache=True)

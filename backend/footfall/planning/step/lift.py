@@ -10,7 +10,8 @@ import numpy as np
 from footfall.core.frames import inverse
 from footfall.planning.step.edges import Array
 from footfall.planning.step.lean_kernel import lean_each
-from footfall.planning.step.solids import part_poses
+from footfall.planning.step.lift_kernel import followed, nearest_branch, off_line
+from footfall.planning.step.solids import leg_chain
 from footfall.robot.ik import IkSolutions, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
@@ -26,14 +27,13 @@ _FIRST_PARTS, _MOST_PARTS = 8, 64
 
 def branch_of(robot: Robot, leg: int, q: Array) -> int:
     """Id of the branch that a leg posture belongs to."""
-    solutions = solve_leg(robot, leg, leg_wheel_pose(robot, q, leg)[None]).q[0]
-    away = np.abs(solutions - q).max(axis=1)
-    return int(np.nanargmin(away)) if np.isfinite(away).any() else 0
+    return nearest_branch(solve_leg(robot, leg, leg_wheel_pose(robot, q, leg)[None]).q[0], np.asarray(q, float))
 
 
 def raised_poses(T_site_base: Array, T_base_wheel: Array, heights: Array) -> Array:
     """Wheel poses (n, 4, 4) in base, lifted along the site's vertical by each height [m], orientation kept."""
-    Ts = np.tile(T_base_wheel, (len(heights), 1, 1))
+    Ts = np.empty((len(heights), 4, 4))
+    Ts[:] = T_base_wheel
     up_base = inverse(T_site_base)[:3, 2]
     Ts[:, :3, 3] += heights[:, None] * up_base
     return Ts
@@ -66,6 +66,7 @@ def vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height
 
 def _vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, height: float, lean: bool) -> Array | str:
     T_base_wheel = leg_wheel_pose(robot, q_bottom, leg)
+    origin, up_base = T_base_wheel[:3, 3], inverse(T_site_base)[:3, 2]
     parts = _FIRST_PARTS
     while True:
         heights = np.linspace(0.0, height, parts + 1)
@@ -73,34 +74,12 @@ def _vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, heigh
         if lean:
             Ts = leaned(robot, leg, Ts, np.minimum(heights / LEANING, 1.0))
         solved = solve_leg(robot, leg, Ts)
-        found = _followed(q_bottom, solved)
-        if len(found) == parts + 1 and sideways(robot, leg, T_base_wheel, T_site_base, found) <= STRAIGHT:
+        found = followed(np.asarray(q_bottom, float), solved.q, solved.valid, LARGEST_STEP)
+        if len(found) == parts + 1 and off_line(*leg_chain(robot, leg), found, origin, up_base) <= STRAIGHT:
             return found
         if parts >= _MOST_PARTS:
             return _why_not(robot, leg, found, solved, heights)
         parts *= 2
-
-
-def _followed(q_bottom: Array, solved: IkSolutions) -> Array:
-    """Postures (k, 6) from the first on, each the nearest to the last, until there is none near."""
-    path = [q_bottom]
-    for q, valid in zip(solved.q[1:], solved.valid[1:], strict=True):
-        away = np.where(valid, np.abs(q - path[-1]).max(axis=1), np.inf)
-        nearest = int(np.argmin(away))
-        if away[nearest] > LARGEST_STEP:
-            break
-        path.append(q[nearest])
-    return np.array(path)
-
-
-def sideways(robot: Robot, leg: int, T_base_wheel: Array, T_site_base: Array, q: Array) -> float:
-    """Largest distance of the wheel centre from the vertical through T_base_wheel, half way between waypoints [m]."""
-    middles = 0.5 * (q[:-1] + q[1:])
-    centers = part_poses(robot, leg, middles)["wheel"][:, :3, 3]
-    up_base = inverse(T_site_base)[:3, 2]
-    away = centers - T_base_wheel[:3, 3]
-    away = away - (away @ up_base)[:, None] * up_base
-    return float(np.linalg.norm(away, axis=1).max(initial=0.0))
 
 
 def _why_not(robot: Robot, leg: int, found: Array, solved: IkSolutions, heights: Array) -> str:

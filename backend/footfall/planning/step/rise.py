@@ -9,13 +9,15 @@ from footfall.planning.step.watch import Watch
 
 def space_of(situation: Situation, watch: Watch, terrain: str) -> Space:
     """The space of the leg over the ground as it is (TRUE) or raised for the swing (RAISED)."""
+    certificate, epsilon = situation.footing.certificate, situation.settings.epsilon
     return Space(
         situation.lower,
         situation.upper,
         lambda q: situation.free(q, terrain),
-        situation.settings.epsilon,
+        epsilon,
         watch.tick,
-        lambda qs: situation.first_unsure(qs, terrain),
+        lambda qs: certificate.first_unsure(qs, terrain),
+        lambda path: certificate.edges_sure(path, epsilon, terrain),
     )
 
 

@@ -36,7 +36,8 @@ class Situation:
         own = slice(6 * leg, 6 * leg + 6)
         self.lower, self.upper = robot.lower[own], robot.upper[own]
         self.others = [i for i in robot.legs if i != leg]
-        self.footing = footing(Stance(robot, dem, state, leg), ground, settings)
+        self.stance = Stance(robot, dem, state, leg)
+        self.footing = footing(self.stance, ground, settings)
         self._lift = {TRUE: 0.0, RAISED: settings.raise_terrain}
         self.mesh_queries = 0
         self._own = own

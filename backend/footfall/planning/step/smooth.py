@@ -23,6 +23,8 @@ def smooth(space: Space, path: Array, least_gain: float = LEAST_GAIN) -> Array:
 
     Rounds go on until one shortens the path by less than ``least_gain`` of its length.
     """
+    if len(path) == 2:
+        return _thinned(path)
     seen: dict[tuple[bytes, bytes], bool] = {}
     for a, b in itertools.pairwise(path):
         seen[a.tobytes(), b.tobytes()] = True

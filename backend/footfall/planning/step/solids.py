@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.mesh import Mesh
 from footfall.planning.step.edges import Array
@@ -37,7 +38,12 @@ def part_poses(robot: Robot, leg: int, qs: Array) -> dict[str, Array]:
 
 def leg_poses(robot: Robot, leg: int, qs: Array) -> Array:
     """T_base_link (n, 7, 4, 4) of a leg's parts at joint angles (n, 6) [rad]."""
-    return chain_poses(_placements(robot, leg), _AXES, np.ascontiguousarray(qs, float))
+    return chain_poses(*leg_chain(robot, leg), np.ascontiguousarray(qs, float))
+
+
+def leg_chain(robot: Robot, leg: int) -> tuple[Array, NDArray[np.int64]]:
+    """A leg's parts as links of a chain, placements (7, 4, 4) in base and axes (7,): see chain_kernel.py."""
+    return _placements(robot, leg), _AXES
 
 
 _AXES = np.array([*("xyz".index(axis) for _, axis in JOINTS), FIXED])

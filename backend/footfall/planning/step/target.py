@@ -59,9 +59,11 @@ def candidates(
     leans = np.concatenate([np.zeros(len(upright)), leans[chosen]])
     poses, branches = np.nonzero(solved.valid)
     qs = solved.q[poses, branches]
-    away = np.abs(qs - q_start).max(axis=1) + TURN_COST * (np.abs(turns[poses]) + leans[poses])
+    turned, lean = turns[poses], leans[poses]
+    away = np.abs(qs - q_start).max(axis=1) + TURN_COST * (np.abs(turned) + lean)
     order = np.lexsort((away, branches // 2 != branch // 2))
-    return [Candidate(qs[i], int(branches[i]), float(turns[poses[i]]), float(leans[poses[i]])) for i in order]
+    sorted_by_rank = (branches[order].tolist(), turned[order].tolist(), lean[order].tolist())
+    return [Candidate(*one) for one in zip(qs[order], *sorted_by_rank, strict=True)]
 
 
 def _leaning(robot: Robot, leg: int, contact: Contact, T_site_base: Array, upright: Array) -> Array:

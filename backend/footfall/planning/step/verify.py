@@ -15,14 +15,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.moving_leg import centers_with
 from footfall.balance.settings import BalanceSettings
-from footfall.balance.support import margins
-from footfall.balance.torque_candidates import worst_torque_in_the_air
+from footfall.balance.support import margins_inside
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply, inverse
-from footfall.maps.standing import Contacts
 from footfall.planning.step.edges import Array
+from footfall.planning.step.footing import Footing, standing_legs
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
@@ -75,9 +74,9 @@ def recheck(
 ) -> tuple[Check, ...]:
     """Every check of a path of whole postures (n, legs × 6); phases: (n,), of the motion that ends there.
 
-    Of the situation only what was asked is used (robot, state, leg, ground, settings, the feet that stand), and the
-    certificate of clearances, which is proven. The plan is good if all hold. The margins of the clearances are exact
-    distances at the waypoints, beyond δ; between waypoints it is only asked whether δ is kept.
+    Of the situation only what was asked is used (robot, state, leg, ground, settings, the feet that stand and their
+    polygon), and the certificate of clearances, which is proven. The plan is good if all hold. The margins of the
+    clearances are exact distances at the waypoints, beyond δ; between waypoints it is only asked whether δ is kept.
     """
     robot, state, leg, settings = situation.robot, situation.state, situation.leg, situation.settings
     q_path = waypoints[:, 6 * leg : 6 * leg + 6]
@@ -86,8 +85,8 @@ def recheck(
         _limits(robot, leg, path),
         *_clearances(situation, path, q_path, pulse),
         _straight(robot, state, leg, path),
-        _balance(robot, state, leg, settings, situation.footing.feet, path),
-        _torque(robot, state, leg, settings, situation.others, situation.footing.feet, path),
+        _balance(robot, state, leg, settings, situation.footing, path),
+        _torque(situation, path),
         _unknown(robot, state, leg, situation.ground, path),
     )
 
@@ -193,26 +192,23 @@ def _straight(robot: Robot, state: RobotState, leg: int, path: _Path) -> Check:
     return Check("straight lift and lower", worst <= OFF_LINE, OFF_LINE - worst, "m", where)
 
 
-def _balance(robot: Robot, state: RobotState, leg: int, settings: StepSettings, feet: Contacts, path: _Path) -> Check:
-    coms = centers_of_mass(robot, state.posture, leg, path.qs)
-    found = margins(feet.points, apply(state.T_site_base, coms)[:, :2], settings.conservative)
+def _balance(robot: Robot, state: RobotState, leg: int, settings: StepSettings, footing: Footing, path: _Path) -> Check:
+    coms = centers_with(robot, leg, footing.moment, path.qs)
+    found = margins_inside(footing.normals, footing.offsets, apply(state.T_site_base, coms)[:, :2])
     at = int(np.argmin(found))
     spare = float(found[at]) - settings.least_margin
     name = "balance (conservative polygon)" if settings.conservative else "balance (support polygon)"
     return Check(name, spare >= 0, spare, "m", path.where(at))
 
 
-def _torque(
-    robot: Robot, state: RobotState, leg: int, settings: StepSettings, others: list[int], feet: Contacts, path: _Path
-) -> Check:
+def _torque(situation: Situation, path: _Path) -> Check:
+    robot, state, others = situation.robot, situation.state, situation.others
+    feet, friction = situation.footing.feet, situation.settings.friction
     due = _torque_samples(path)
-    posture, balance = np.array(state.posture), BalanceSettings(friction=settings.friction)
-    worst, _ = worst_torque_in_the_air(
-        robot, posture, np.asarray(state.T_site_base), others, feet.normals, leg, path.qs[due], balance
-    )
+    worst, _ = standing_legs(situation.stance, feet, friction).worst(path.qs[due])
     at = int(due[worst])
     # the one that matters once more, by the check of single postures, which names the joint
-    posture[6 * leg : 6 * leg + 6] = path.qs[at]
+    posture, balance = situation.posture(path.qs[at]), BalanceSettings(friction=friction)
     check = torque_check(robot, posture, state.T_site_base, others, feet.normals, balance)
     joint = check.joint_name if check.feasible else "no contact forces inside friction hold the rover"
     unseen = ~feet.seen
