@@ -74,6 +74,17 @@ def serve(
     sample: Annotated[str, typer.Option(help="Sample session to open a copy of.")] = "rock-step",
     session: Annotated[str | None, typer.Option(help="Open this session of the data folder instead.")] = None,
     data: Data = DEFAULT_DATA,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            help="Keep the logs in this PostgreSQL database from now on; otherwise where the data folder has them.",
+            envvar="FOOTFALL_STORE",
+            metavar="postgresql://USER@HOST/DATABASE",
+        ),
+    ] = None,
+    worker_beside: Annotated[
+        bool, typer.Option("--worker/--no-worker", help="With PostgreSQL: do jobs on this machine too.")
+    ] = True,
     sim: Annotated[bool, typer.Option("--sim/--no-sim", help="Run a simulated rover.")] = True,
     seed: Annotated[int, typer.Option(help="Seed of the simulated cameras' noise.")] = 0,
     physics: Annotated[
@@ -113,6 +124,10 @@ def serve(
 
     light_time = LightTime(telemetry=telemetry_delay, commands=command_delay)
     start_logging(data.expanduser())
+    if store is not None:
+        from footfall.session.storage.databases import bind
+
+        bind(data.expanduser(), store)
 
     def ready(url: str) -> None:
         # at once, also into a pipe: scripts wait for this line
@@ -137,7 +152,24 @@ def serve(
         public_url=public_url,
         light_time=light_time,
         foxglove=foxglove,
+        worker_beside=worker_beside,
     )
+
+
+@app.command()
+def worker(
+    data: Data = DEFAULT_DATA,
+    workers: Annotated[int, typer.Option(help="How many jobs at a time.", min=1, max=64)] = 2,
+) -> None:
+    """Do the work of servers whose sessions are in PostgreSQL, on this machine, until Ctrl-C.
+
+    The data folder is the one that the servers use: it names the database.
+    """
+    from footfall.logs import start_logging
+    from footfall.session.remote.worker_service import serve_jobs
+
+    start_logging(None)
+    serve_jobs(data.expanduser(), workers, on_ready=lambda: typer.echo("waiting for work"))
 
 
 @app.command()

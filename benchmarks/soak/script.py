@@ -24,6 +24,10 @@ class Interrupted(Exception):
     """Something did not end well: expected of what was killed, an error otherwise."""
 
 
+class Moved(Interrupted):
+    """The gate refused because the rover stands elsewhere than it was planned from: telemetry was behind its motion."""
+
+
 class Script:
     """One client. homes: where each wheel stood at first, (x, y) [m]. terrain: a file to load again."""
 
@@ -62,11 +66,16 @@ class Script:
         """Plan, make a sequence, send it, and wait until it is done. First the leg that was under way last."""
         others = self._rng.sample(range(len(self._homes)), len(self._homes))
         for leg in dict.fromkeys([*self._under_way, *others]):
-            if not (reason := self.plan(leg)):
-                self._under_way = [leg]
+            if reason := self.plan(leg):
+                continue
+            self._under_way = [leg]
+            try:
                 self._run(self._post(f"{SESSION}/sequences", {}, 201)["digest"])
-                self._under_way = []
-                return
+            except Moved as moved:  # on a busy machine; from where it stands by now it may go
+                reason = str(moved)
+                continue
+            self._under_way = []
+            return
         raise Interrupted(f"no leg can step; {reason}")
 
     def make_waits(self) -> None:
@@ -135,6 +144,8 @@ class Script:
         return self._answered(self.client.post(path, json=body), status)
 
     def _answered(self, answer: httpx.Response, status: int) -> Any:
+        if answer.status_code == 409 and answer.json().get("check") == "start":
+            raise Moved(answer.text)
         if answer.status_code != status:
             raise Interrupted(f"{answer.request.method} {answer.request.url.path}: {answer.text}")
         return answer.json()

@@ -2,7 +2,11 @@
 
 import json
 import logging
+import subprocess
+import sys
 import threading
+from collections import deque
+from pathlib import Path
 
 import pytest
 import structlog
@@ -11,6 +15,7 @@ from hypothesis import strategies as st
 
 from footfall import logs
 from footfall.session.jobs import Jobs
+from footfall_ui.rover_process import _listen
 from tests.support.server import running_server
 
 
@@ -128,3 +133,32 @@ def test_what_a_job_logs_names_it(started, monkeypatch):
         assert ended.wait(10)
     (line,) = [one for one in started() if one["event"] == "recorded"]
     assert (line["job"], line["session"]) == (job.id, "s9")
+
+
+def test_what_a_worker_process_logs_during_a_job_comes_with_its_ids(started, monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "session"))
+    with Jobs("tiny_recipes", workers=1) as jobs:
+        job = jobs.submit("logs", {}, None, session="s9")
+        job.finish(60)
+    told = {one["event"].partition("\n")[0]: one for one in started() if one.get("job") == job.id}
+    assert set(told) == {"the ground is soft", "it broke"}
+    first = told["the ground is soft"]
+    assert [first[name] for name in ("logger", "level", "session", "where")] == ["footfall.tiny", "warning", "s9", 3]
+    assert "ZeroDivisionError: a bug" in json.dumps(told["it broke"])
+
+
+def test_what_the_simulated_rover_says_comes_with_its_session(started):
+    lines = ["INFO footfall.sim: linked", "WARNING footfall.sim.physics: it shakes"]
+    said = "\n".join([*lines, "Traceback (most recent call last):", "", "  it: fell"])
+    process = subprocess.Popen([sys.executable, "-c", f"print({said!r})"], stdout=subprocess.PIPE)
+    words: deque[str] = deque()
+    _listen(process, "s7", words)
+    assert process.wait() == 0
+    told = [(one["event"], one["level"], one["logger"], one["session"]) for one in started()]
+    assert told == [
+        ("linked", "info", "footfall.sim", "s7"),
+        ("it shakes", "warning", "footfall.sim.physics", "s7"),
+        ("Traceback (most recent call last):", "warning", "footfall.sim.physics", "s7"),
+        ("  it: fell", "warning", "footfall.sim.physics", "s7"),
+    ]
+    assert words[-1] == "  it: fell"

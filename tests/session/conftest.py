@@ -8,6 +8,7 @@ import pytest
 
 from footfall.session.jobs import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.storage.databases import bind
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 
@@ -16,6 +17,26 @@ def tiny(monkeypatch):
     """The module of tiny recipes, importable by name here and in workers."""
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     return importlib.import_module("tiny_recipes")
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def store_in(request):
+    """store_in(folder) → the folder, as a new one whose logs are in the database of the test's kind."""
+    if request.param == "sqlite":
+        return lambda folder: folder
+    server = request.getfixturevalue("postgres")
+
+    def bound(folder):
+        bind(folder, server.fresh())
+        return folder
+
+    return bound
+
+
+@pytest.fixture
+def work(store_in, tmp_path):
+    """A working folder, once with each kind of database."""
+    return store_in(tmp_path / "work")
 
 
 @pytest.fixture

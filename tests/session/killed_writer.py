@@ -7,6 +7,7 @@ import os
 import sys
 from pathlib import Path
 
+import footfall.session.storage.postgres_log  # noqa: F401 (loaded once, not in each life)
 from footfall.session.event import next_event
 from footfall.session.storage.store import SessionStore
 

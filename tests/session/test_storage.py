@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
@@ -41,10 +41,8 @@ def note(last, text, time=1.0):
     return next_event(last, time, "note", {"text": text})
 
 
-@pytest.fixture
-def folder(tmp_path):
+def filled(path):
     """A closed session with three notes and an artifact."""
-    path = tmp_path / "s"
     store = SessionStore.create(path, ABOUT)
     for text in "abc":
         store.append(note(store.events[-1] if store.events else None, text))
@@ -53,11 +51,23 @@ def folder(tmp_path):
     return path
 
 
-@given(STEPS)
-@settings(max_examples=15, deadline=None)
-def test_what_is_written_comes_back_bit_for_bit(steps):
+@pytest.fixture
+def folder(work):
+    """A closed session with three notes and an artifact, once with each kind of database."""
+    return filled(work / "s")
+
+
+@pytest.fixture
+def in_sqlite(tmp_path):
+    """A closed session with three notes and an artifact, in SQLite."""
+    return filled(tmp_path / "s")
+
+
+@given(steps=STEPS)
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_what_is_written_comes_back_bit_for_bit(store_in, steps):
     with TemporaryDirectory() as work:
-        store = SessionStore.create(Path(work) / "s", ABOUT)
+        store = SessionStore.create(store_in(Path(work)) / "s", ABOUT)
         for at, payload in steps:
             store.append(next_event(store.events[-1] if store.events else None, at, "note", payload))
         written = log_bytes(event.as_dict() for event in store.events)
@@ -86,18 +96,18 @@ def test_what_is_written_comes_back_bit_for_bit(steps):
         "INSERT INTO events SELECT 'other', 0, time, type, payload, previous, hash FROM events WHERE seq = 0",
     ],
 )
-def test_the_database_itself_only_lets_events_follow(folder, statement):
-    with closing(sqlite3.connect(folder.parent / DATABASE, isolation_level=None)) as database:
+def test_the_database_itself_only_lets_events_follow(in_sqlite, statement):
+    with closing(sqlite3.connect(in_sqlite.parent / DATABASE, isolation_level=None)) as database:
         database.execute("PRAGMA foreign_keys = ON")
         with pytest.raises(sqlite3.IntegrityError):
             database.execute(statement)
-    store = SessionStore(folder)
+    store = SessionStore(in_sqlite)
     assert [event.payload["text"] for event in store.events] == ["a", "b", "c"]
     store.close()
 
 
-def test_every_commit_waits_for_the_disk(folder):
-    with closing(SqliteLog(folder.parent / DATABASE)) as log:
+def test_every_commit_waits_for_the_disk(in_sqlite):
+    with closing(SqliteLog(in_sqlite.parent / DATABASE)) as log:
         assert log._database.execute("PRAGMA synchronous").fetchone() == (2,)
         assert log._database.execute("PRAGMA journal_mode").fetchone() == ("wal",)
 
@@ -121,32 +131,32 @@ def test_one_writer_a_session_and_any_number_of_readers(folder):
     SessionStore(folder).close()
 
 
-def test_lost_events_are_told_loudly_and_there_is_a_way_on(folder):
-    database = folder.parent / DATABASE
+def test_lost_events_are_told_loudly_and_there_is_a_way_on(in_sqlite):
+    database = in_sqlite.parent / DATABASE
     earlier = database.read_bytes()
-    store = SessionStore(folder)
+    store = SessionStore(in_sqlite)
     store.append(note(store.events[-1], "lost"))
     store.close()
     database.write_bytes(earlier)
     for read in (SessionStore, read_session):
         with pytest.raises(InvalidBundle, match="ends with event 2, its head knows of event 3"):
-            read(folder)
-    (folder / "head").unlink()
-    store = SessionStore(folder)
+            read(in_sqlite)
+    (in_sqlite / "head").unlink()
+    store = SessionStore(in_sqlite)
     assert "made anew" in store.repairs[0]["text"]
     store.close()
-    assert SessionStore(folder).repairs == []
+    assert SessionStore(in_sqlite).repairs == []
 
 
-def test_another_history_of_the_same_length_shows(folder):
-    shutil.copytree(folder.parent, folder.parent.with_name("copy"))
-    for path, text in ((folder, "here"), (folder.parent.with_name("copy") / "s", "there")):
+def test_another_history_of_the_same_length_shows(in_sqlite):
+    shutil.copytree(in_sqlite.parent, in_sqlite.parent.with_name("copy"))
+    for path, text in ((in_sqlite, "here"), (in_sqlite.parent.with_name("copy") / "s", "there")):
         store = SessionStore(path)
         store.append(note(store.events[-1], text))
         store.close()
-    shutil.copy(folder.parent.with_name("copy") / DATABASE, folder.parent / DATABASE)
+    shutil.copy(in_sqlite.parent.with_name("copy") / DATABASE, in_sqlite.parent / DATABASE)
     with pytest.raises(InvalidBundle, match="it was replaced"):
-        SessionStore(folder)
+        SessionStore(in_sqlite)
 
 
 def test_a_head_that_a_crash_left_behind_is_brought_up(folder):
@@ -189,10 +199,10 @@ def test_a_session_is_made_once_and_needs_its_database(folder):
         SessionStore.create(folder, ABOUT)
     with pytest.raises(InvalidBundle, match="no session folder"):
         SessionStore(folder.parent / "nothing")
-    (folder.parent / DATABASE).unlink()
+    shutil.copytree(folder, folder.parent.with_name("elsewhere") / "s")
     with pytest.raises(InvalidBundle, match=r"not in footfall\.sqlite"):
-        SessionStore(folder)
-    assert not (folder.parent / DATABASE).exists()
+        SessionStore(folder.parent.with_name("elsewhere") / "s")
+    assert not (folder.parent.with_name("elsewhere") / DATABASE).exists()
 
 
 def test_a_damaged_artifact_is_named_and_harms_nothing_else(folder):
@@ -220,22 +230,22 @@ def test_a_damaged_artifact_is_named_and_harms_nothing_else(folder):
 # -- versions of the database -----------------------------------------------------------------
 
 
-def test_tables_of_a_later_version_or_of_others_are_refused(folder):
-    database = folder.parent / DATABASE
+def test_tables_of_a_later_version_or_of_others_are_refused(in_sqlite):
+    database = in_sqlite.parent / DATABASE
     with closing(sqlite3.connect(database)) as made:
         made.execute("INSERT INTO schema_versions VALUES (99, 'later', 1.0)")
         made.commit()
     with pytest.raises(InvalidBundle, match="later version"):
-        SessionStore(folder)
+        SessionStore(in_sqlite)
     database.unlink()
     with closing(sqlite3.connect(database)) as made:
         made.execute("CREATE TABLE theirs (a)")
     with pytest.raises(InvalidBundle, match="none of FootFall's"):
-        SessionStore(folder)
+        SessionStore(in_sqlite)
 
 
-def test_tables_are_brought_up_step_by_step_and_all_or_nothing(folder):
-    path = folder.parent / DATABASE
+def test_tables_are_brought_up_step_by_step_and_all_or_nothing(in_sqlite):
+    path = in_sqlite.parent / DATABASE
     added = ("CREATE TABLE second (a)", "INSERT INTO second VALUES (1)")
     with closing(sqlite3.connect(path, isolation_level=None)) as database:
         with pytest.raises(sqlite3.OperationalError):
@@ -261,8 +271,8 @@ def old_folder(at, torn=b""):
 
 
 @pytest.mark.parametrize("sample", sorted(path.parent.name for path in SAMPLES.glob("*/session.json")))
-def test_an_old_folder_is_moved_once_and_is_the_same_session(tmp_path, sample):
-    folder = Path(shutil.copytree(SAMPLES / sample, tmp_path / "old"))
+def test_an_old_folder_is_moved_once_and_is_the_same_session(work, sample):
+    folder = Path(shutil.copytree(SAMPLES / sample, work / "old"))
     before = read_bundle(folder)
     state = fold_all(event_of(record) for record in before.records)
     for _ in range(2):
@@ -277,15 +287,15 @@ def test_an_old_folder_is_moved_once_and_is_the_same_session(tmp_path, sample):
     assert after.files.keys() == before.files.keys()
 
 
-def test_a_torn_last_line_of_an_old_log_is_left_out_and_told(tmp_path):
-    store = SessionStore(old_folder(tmp_path / "old", b'{"seq":10,"ty'))
+def test_a_torn_last_line_of_an_old_log_is_left_out_and_told(work):
+    store = SessionStore(old_folder(work / "old", b'{"seq":10,"ty'))
     assert len(store.events) == 10
     assert store.repairs[0]["bytes"] == 13
     store.close()
 
 
-def test_damage_of_an_old_log_is_refused_and_nothing_is_moved(tmp_path):
-    folder = old_folder(tmp_path / "old")
+def test_damage_of_an_old_log_is_refused_and_nothing_is_moved(work):
+    folder = old_folder(work / "old")
     log = folder / "events.jsonl"
     whole = log.read_bytes()
     log.write_bytes(b"".join(whole.splitlines(keepends=True)[:-2]))
@@ -296,14 +306,14 @@ def test_damage_of_an_old_log_is_refused_and_nothing_is_moved(tmp_path):
 
 
 @pytest.mark.parametrize("step", range(3))
-def test_a_move_that_was_cut_short_is_completed(tmp_path, monkeypatch, step):
+def test_a_move_that_was_cut_short_is_completed(work, monkeypatch, step):
     class Dies(Exception):
         pass
 
     def dies(*_, **__):
         raise Dies
 
-    folder = old_folder(tmp_path / "old")
+    folder = old_folder(work / "old")
     with monkeypatch.context() as patched:
         if step == 0:
             patched.setattr("footfall.session.storage.plain_log.new_head", dies)
@@ -334,18 +344,18 @@ def test_a_log_beside_the_database_continues_it_or_is_refused(folder):
         SessionStore(folder)
 
 
-def test_a_bundle_is_taken_in_whole_or_not_at_all(tmp_path):
+def test_a_bundle_is_taken_in_whole_or_not_at_all(work):
     bundle = read_bundle(SAMPLES / "rock-step")
 
     def breaks():
         raise OSError("no space left")
 
     with pytest.raises(OSError, match="no space"):
-        SessionStore.take_in(tmp_path / "a", replace(bundle, files={**bundle.files, f"{0:032x}.npz": breaks}))
-    assert not (tmp_path / "a").exists()
+        SessionStore.take_in(work / "a", replace(bundle, files={**bundle.files, f"{0:032x}.npz": breaks}))
+    assert not (work / "a").exists()
     with pytest.raises(Conflict, match="refused"):
-        SessionStore.take_in(tmp_path / "a", replace(bundle, records=bundle.records[1:]))
-    assert not (tmp_path / "a").exists()
-    store = SessionStore.take_in(tmp_path / "a", bundle)
+        SessionStore.take_in(work / "a", replace(bundle, records=bundle.records[1:]))
+    assert not (work / "a").exists()
+    store = SessionStore.take_in(work / "a", bundle)
     assert store.bundle().records == bundle.records
     store.close()

@@ -15,9 +15,9 @@ CYCLES = 25
 ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
 
 
-def test_no_acknowledged_event_is_lost_or_doubled_by_kills(tmp_path):
+def test_no_acknowledged_event_is_lost_or_doubled_by_kills(work):
     rng = random.Random(20081)
-    folder = tmp_path / "s"
+    folder = work / "s"
     SessionStore.create(folder, ABOUT).close()
     acknowledged: dict[int, str] = {}
     writer = subprocess.Popen(
@@ -40,7 +40,7 @@ def test_no_acknowledged_event_is_lost_or_doubled_by_kills(tmp_path):
                 heard.append(line)
             acknowledged.update((int(seq), chained) for seq, chained in (line.split() for line in heard))
 
-            assert [one for one in verify(tmp_path) if one.harmful] == []
+            assert [one for one in verify(work) if one.harmful] == []
             records = read_session(folder).records
             assert {r["seq"]: r["hash"] for r in records if r["seq"] in acknowledged} == acknowledged
             texts = [record["payload"]["text"] for record in records]

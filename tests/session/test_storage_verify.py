@@ -19,6 +19,7 @@ from footfall.io.bundles import read_bundle
 from footfall.maps.layers import MapSettings
 from footfall.session.event import next_event
 from footfall.session.storage.backup import backup
+from footfall.session.storage.databases import open_log
 from footfall.session.storage.prune import prune
 from footfall.session.storage.sqlite_log import DATABASE
 from footfall.session.storage.store import SessionStore, read_session
@@ -155,12 +156,13 @@ def test_removed_guards_and_rewritten_events_are_found(states):
 
 
 @pytest.fixture
-def folder(tmp_path):
-    """A working folder with two sessions, and a folder that is no session."""
+def folder(store_in, tmp_path):
+    """A working folder with two sessions, and a folder that is no session; once with each kind of database."""
+    work = store_in(tmp_path / "w")
     for name in ("refused-step", "edited-export"):
-        SessionStore.take_in(tmp_path / "w" / name, read_bundle(SAMPLES / name)).close()
-    (tmp_path / "w" / "accounts").mkdir()
-    return tmp_path / "w"
+        SessionStore.take_in(work / name, read_bundle(SAMPLES / name)).close()
+    (work / "accounts").mkdir()
+    return work
 
 
 def test_artifacts_are_verified_by_digest_and_by_who_names_them(folder):
@@ -191,7 +193,9 @@ def test_artifacts_are_verified_by_digest_and_by_who_names_them(folder):
 def test_a_session_without_its_events_or_its_folder_is_found(folder):
     shutil.rmtree(folder / "edited-export")
     assert kinds(verify(folder)) == [("edited-export", "folder", True)]
-    (folder / DATABASE).unlink()
+    with closing(open_log(folder)) as log:
+        log.forget("refused-step")
+        log.forget("edited-export")
     assert kinds(verify(folder)) == [("refused-step", "log", True)]
     shutil.copytree(SAMPLES / "edited-export", folder / "older")
     assert ("older", "unmoved", False) in kinds(verify(folder))
@@ -333,7 +337,8 @@ def test_a_removal_that_was_cut_short_is_finished(folder, monkeypatch):
         raise Dies
 
     with monkeypatch.context() as patched:
-        patched.setattr("footfall.session.storage.sqlite_log.SqliteLog.forget", dies)
+        with closing(open_log(folder)) as log:
+            patched.setattr(type(log), "forget", dies)
         with pytest.raises(Dies):
             prune(folder, ["edited-export"], sessions_before=1e12, carry_out=True)
     assert kinds(verify(folder)) == [("edited-export", "folder", True)]

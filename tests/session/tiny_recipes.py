@@ -1,5 +1,6 @@
 """Recipes for tests: quick, and some that misbehave. Worker processes import this module by name."""
 
+import logging
 import os
 import time
 
@@ -139,6 +140,16 @@ def pid(parents, settings, progress):
     return str(os.getpid()).encode()
 
 
+def logs(parents, settings, progress):
+    logging.getLogger("footfall.tiny").warning("the ground is %s", "soft", extra={"where": 3})
+    try:
+        raise ZeroDivisionError("a bug")
+    except ZeroDivisionError:
+        logging.getLogger("a.library").exception("it broke")
+    logging.getLogger("a.library").debug("unheard")
+    return b"x"
+
+
 RECIPES = {
     "terrain": terrain,
     "maps": maps,
@@ -154,4 +165,5 @@ RECIPES = {
     "deaf": deaf,
     "dies": dies,
     "pid": pid,
+    "logs": logs,
 }

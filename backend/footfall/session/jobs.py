@@ -3,6 +3,7 @@
 import contextlib
 import heapq
 import itertools
+import logging
 import multiprocessing
 import threading
 import time
@@ -250,6 +251,8 @@ class Jobs:
                             job.report(fraction, text)
                         case ("preview", product):
                             job.preview(product)
+                        case ("log", record):
+                            logging.getLogger(record.name).handle(record)
                         case ("done", product):
                             return product, None
                         case ("failed", error):

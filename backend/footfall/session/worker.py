@@ -1,17 +1,19 @@
 """The worker process: takes one job at a time from its pipe, makes the product, sends it back.
 
 Messages to the worker: ("job", id, kind, {name: (digest, value)}, (digest, value) | None) and ("cancel", id).
-Messages from it: ("progress", fraction, text), ("preview", product), ("done", product), ("failed", error). A closed
-pipe ends it.
+Messages from it: ("progress", fraction, text), ("preview", product), ("log", record), ("done", product), ("failed",
+error). A closed pipe ends it.
 """
 
 import contextlib
+import logging
 import os
 import signal
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import import_module
+from logging.handlers import QueueHandler
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from typing import Any
@@ -47,7 +49,37 @@ def work(pipe: Connection, recipes: str) -> None:
                     warm_ups.pop(0)()
             message = pipe.recv()
             if message[0] == "job":
-                pipe.send(_run(pipe, module.RECIPES, *message[1:]))
+                with _logged_by_server(pipe):
+                    answer = _run(pipe, module.RECIPES, *message[1:])
+                _send(pipe, answer)
+
+
+_sending = threading.Lock()
+
+
+def _send(pipe: Connection, message: tuple[Any, ...]) -> None:
+    # whatever thread of a library logs something
+    with _sending:
+        pipe.send(message)
+
+
+class _Logged(QueueHandler):
+    """Hands what is logged during a job to the server, which knows the job's session and keeps the log."""
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        with contextlib.suppress(OSError, ValueError, TypeError):  # who has died has no one to tell
+            _send(self.queue, ("log", record))  # type: ignore[arg-type]
+
+
+@contextlib.contextmanager
+def _logged_by_server(pipe: Connection) -> Iterator[None]:
+    root, handler = logging.getLogger(), _Logged(pipe)  # type: ignore[arg-type]
+    root.addHandler(handler)
+    root.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
 
 
 def _end_with_server() -> None:
@@ -89,8 +121,8 @@ class _Reporter:
             # A cancel that crossed the end of an earlier job on the way names that job.
             if self.pipe.recv() == ("cancel", self.job):
                 raise Cancelled("cancelled")
-        self.pipe.send(("progress", float(fraction), str(text)))
+        _send(self.pipe, ("progress", float(fraction), str(text)))
 
     def preview(self, product: Value) -> None:
         """See :func:`footfall.core.progress.preview_of`."""
-        self.pipe.send(("preview", product))
+        _send(self.pipe, ("preview", product))

@@ -30,7 +30,7 @@ def main() -> int:
     parser.add_argument("--certificate", type=Path, help="PEM file of the server's own certificate")
     parser.add_argument("--with-parent", action="store_true", help="end when the starting process is gone")
     options = parser.parse_args()
-    logging.basicConfig(level=logging.INFO, format="%(name)s: %(message)s")
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     try:
         start = Start(options.x, options.y, options.yaw, options.posture)
         run_rover(

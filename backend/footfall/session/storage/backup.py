@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidBundle, InvalidInput, NotFound
 from footfall.core.progress import Progress, no_progress, part
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
 from footfall.session.storage.artifact_folder import sync_folder, write_whole
+from footfall.session.storage.databases import has_log, open_log
 from footfall.session.storage.head import HEAD, compare, new_head, read_head
 from footfall.session.storage.listing import found_sessions
 from footfall.session.storage.plain_log import has_plain_log
@@ -56,7 +57,7 @@ def _copy(folder: Path, target: Path, chosen: Sequence[str], recordings: bool, p
         for plain in (HEAD, EVENTS, SESSION):
             if (folder / name / plain).is_file():
                 write_whole(target / name / plain, (folder / name / plain).read_bytes())
-    if (folder / DATABASE).is_file():
+    if has_log(folder):
         _copy_database(folder, target, chosen)
     for i, name in enumerate(chosen):
         progress(i / len(chosen), name)
@@ -69,15 +70,12 @@ def _copy(folder: Path, target: Path, chosen: Sequence[str], recordings: bool, p
 
 
 def _copy_database(folder: Path, target: Path, chosen: Sequence[str]) -> None:
-    with contextlib.closing(SqliteLog(folder / DATABASE, create=False)) as log:
-        log.copy_to(target / DATABASE)
+    with contextlib.closing(open_log(folder, create=False)) as log:
+        log.copy_to(target / DATABASE, chosen)
     with contextlib.closing(SqliteLog(target / DATABASE, create=False)) as copy:
         for one in copy.sessions():
-            if one.id not in chosen:
-                copy.forget(one.id)
-            elif not has_plain_log(target / one.id):
+            if not has_plain_log(target / one.id):
                 _bring_up_head(target / one.id, copy)
-        copy.compact()
 
 
 def _bring_up_head(session: Path, log: SqliteLog) -> None:

@@ -2,13 +2,27 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from footfall.io.event_log import Record
+from footfall.session.event import Event
 
 
 class StoreRefused(OSError):
     """Something could not be written, or read, now: no room, a lock, a missing file. strerror says what to do."""
+
+
+class OutcomeUnknown(StoreRefused):
+    """The database was lost while it wrote: what was to be written may turn out to be in it once it is back."""
+
+
+class TurnedUp(Exception):
+    """An event whose outcome was unknown is in the log after all. event: it, as the database has it."""
+
+    def __init__(self, event: Event) -> None:
+        super().__init__(f"event {event.seq} was written after all")
+        self.event = event
 
 
 @dataclass(frozen=True)
@@ -25,10 +39,21 @@ class EventLog(Protocol):
     """The hash-chained logs of many sessions; an event that was appended stays as it is.
 
     Every method raises StoreRefused where the database can't be reached, is locked for longer than it
-    may be waited for, or has no room; then nothing of the call is in the database. InvalidBundle: it is damaged.
+    may be waited for, or has no room; then nothing of the call is in the database, but for OutcomeUnknown.
+    InvalidBundle: it is damaged.
+
+    name: for messages. remedy: how a person brings back what it lost, as a sentence.
     """
 
     name: str
+    remedy: str
+
+    def hold(self, session: str) -> None:
+        """Keep other machines from writing to a session until closed. Raises Conflict where one does.
+
+        Processes of one machine are kept apart by the session's own lock file.
+        """
+        ...
 
     def sessions(self) -> list[Listed]:
         """All sessions, by id."""
@@ -67,6 +92,14 @@ class EventLog(Protocol):
 
     def reopen(self) -> None:
         """Go on with what is now found under that name."""
+        ...
+
+    def damage(self) -> list[str]:
+        """What the database itself finds wrong with its tables and guards; empty where it finds nothing."""
+        ...
+
+    def copy_to(self, path: Path, sessions: Sequence[str]) -> None:
+        """Copy sessions, as they are at one moment, into a new SQLite file while others write on."""
         ...
 
     def close(self) -> None:

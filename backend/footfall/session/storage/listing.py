@@ -6,18 +6,18 @@ from pathlib import Path
 
 from footfall.core.errors import FootFallError
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
+from footfall.session.storage.databases import log_name, open_log
 from footfall.session.storage.head import HEAD
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.plain_log import has_plain_log
-from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
 
 
 def found_sessions(folder: Path) -> dict[str, Listed | str]:
     """Name → session, of all that the database or a folder stands for; what is wrong, where one can't be read."""
     logged: dict[str, Listed | str] = {}
-    problem = f"its events are not in {DATABASE}: the file was removed or replaced; put it back from a backup"
+    problem = f"its events are not in {log_name(folder)}, which was removed or replaced; put it back from a backup"
     try:
-        with contextlib.closing(SqliteLog(folder / DATABASE, create=False)) as log:
+        with contextlib.closing(open_log(folder, create=False)) as log:
             logged = {one.id: one for one in log.sessions()}
     except FileNotFoundError:
         pass

@@ -8,14 +8,13 @@ from pathlib import Path
 
 from footfall.core.errors import Conflict, FootFallError, NotFound
 from footfall.io.bundles import artifact_files, is_artifact
+from footfall.session.storage.databases import open_log, sole_writer
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.listing import found_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.references import digests_in, referenced
-from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
 from footfall.session.storage.store import LEAVING, read_session, remove_session
 from footfall.session.storage.verify import unfinished
-from footfall.session.storage.writer_lock import WriterLock
 
 RECORDINGS = "recordings"
 
@@ -75,7 +74,8 @@ def prune(
 
 
 def _take_session(folder: Path, pruned: Pruned, carry_out: bool) -> None:
-    WriterLock(folder).release()
+    with sole_writer(folder):
+        pass  # nobody has it open
     removal = Removal(folder.name, folder.name, _size(folder), "the whole session: its last event is that old")
     if carry_out:
         remove_session(folder)
@@ -83,15 +83,12 @@ def _take_session(folder: Path, pruned: Pruned, carry_out: bool) -> None:
 
 
 def _take_files(folder: Path, recordings_before: float | None, pruned: Pruned, carry_out: bool) -> None:
-    lock = WriterLock(folder)
-    try:
+    with sole_writer(folder):
         for path, why in _unneeded(folder, recordings_before):
             removal = Removal(folder.name, str(path.relative_to(folder.parent)), path.stat().st_size, why)
             if carry_out:
                 path.unlink()
             pruned.removals.append(removal)
-    finally:
-        lock.release()
 
 
 def _unneeded(folder: Path, recordings_before: float | None) -> Iterator[tuple[Path, str]]:
@@ -117,7 +114,7 @@ def _take_leavings(folder: Path, found: dict[str, Listed | str], pruned: Pruned,
         pruned.removals.append(Removal(name, path.name, _size(path), "its removal was cut short"))
         if carry_out:
             if name in found and not (folder / name).exists():
-                with contextlib.closing(SqliteLog(folder / DATABASE, create=False)) as log:
+                with contextlib.closing(open_log(folder, create=False)) as log:
                     log.forget(name)
             shutil.rmtree(path)
 

@@ -50,8 +50,12 @@ class SqliteLog:
         """Raises FileNotFoundError where there is none and ``create`` is off, and as EventLog's methods."""
         self.path = path
         self.name = path.name
+        self.remedy = f"Put {self.name} back from a backup, together with the file {self.name}-wal beside it"
         self._create = create
         self._open()
+
+    def hold(self, session: str) -> None:
+        """The database is a file of one machine."""
 
     def sessions(self) -> list[Listed]:
         query = """SELECT id, about, (SELECT count(*) FROM events WHERE session = id),
@@ -136,8 +140,7 @@ class SqliteLog:
                 found.append("its tables or their guards are not those of FootFall")
         return [text for text in found if text != "ok"]
 
-    def copy_to(self, path: Path) -> None:
-        """Copy the whole database, as it is at one moment, into a new file while others write on."""
+    def copy_to(self, path: Path, sessions: Sequence[str]) -> None:
         with self._translated():
             copy = sqlite3.connect(path)
             try:
@@ -145,11 +148,18 @@ class SqliteLog:
                 copy.execute("PRAGMA journal_mode = DELETE")  # one file, nothing beside it
             finally:
                 copy.close()
+        with contextlib.closing(SqliteLog(path, create=False)) as log:
+            for one in log.sessions():
+                if one.id not in sessions:
+                    log.forget(one.id)
+            with log._translated():
+                log._database.execute("VACUUM")  # nothing is left of the others
 
-    def compact(self) -> None:
-        """Give back the room of what was removed."""
-        with self._translated():
-            self._database.execute("VACUUM")
+    def take(self, session: str, about: str, digest: str, rows: Sequence[Sequence[Any]]) -> None:
+        """A session from another database as its rows are there, damage included."""
+        with self._transaction():
+            self._database.execute("INSERT INTO sessions VALUES (?, ?, ?)", (session, about, digest))
+            self._database.executemany(_INSERT, rows)
 
     # -- inside ----------------------------------------------------------------------------------
 

@@ -16,10 +16,10 @@ from footfall.io.bundles import ARTIFACTS, VERSION, Bundle, log_bytes
 from footfall.io.event_log import Record
 from footfall.session.event import Event, event_of
 from footfall.session.storage.artifact_folder import ArtifactFolder, sync_folder, write_whole
+from footfall.session.storage.databases import has_log, log_name, open_log, sole_writer
 from footfall.session.storage.head import HEAD, HeadFile, compare, new_head, read_head
-from footfall.session.storage.interface import EventLog, StoreRefused
+from footfall.session.storage.interface import EventLog, OutcomeUnknown, StoreRefused, TurnedUp
 from footfall.session.storage.plain_log import has_plain_log, keep, move_into
-from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
 from footfall.session.storage.writer_lock import WriterLock
 
 LEAVING = ".removed-"
@@ -47,9 +47,11 @@ class SessionStore:
         self._log: EventLog | None = None
         self._head: HeadFile | None = None
         self._displaced = False
+        self._doubtful: Event | None = None
         self._lock = WriterLock(folder)
         try:
-            self._log = SqliteLog(folder.parent / DATABASE, create=has_plain_log(folder))
+            self._log = open_log(folder.parent, create=has_plain_log(folder))
+            self._log.hold(folder.name)
             self._load(self._log)
         except BaseException as err:
             self._let_go()
@@ -75,7 +77,7 @@ class SessionStore:
                 write_whole(folder / ARTIFACTS / name, content())
             new_head(folder, bundle.records).close()
             sync_folder(folder.parent)
-            with contextlib.closing(SqliteLog(folder.parent / DATABASE)) as log:
+            with contextlib.closing(open_log(folder.parent)) as log:
                 log.create(folder.name, bundle.session, bundle.records)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -83,7 +85,11 @@ class SessionStore:
         return cls(folder)
 
     def append(self, event: Event) -> None:
-        """Write one event and wait until the disk has it. StoreRefused, Conflict: it is not in the log."""
+        """Write one event and wait until the disk has it. StoreRefused, Conflict: it is not in the log.
+
+        After OutcomeUnknown it may be, which shows when the database is back: then TurnedUp is raised, once, instead of
+        writing another event in its place.
+        """
         log = self._opened()
         try:
             if self._displaced or log.displaced():
@@ -91,11 +97,24 @@ class SessionStore:
                 log.reopen()
                 self._complete(log)
                 self._displaced = False
+            if self._doubtful is not None and self.events and self.events[-1] is self._doubtful:
+                self._doubtful = None
+                raise TurnedUp(self.events[-1])
             log.append(self.folder.name, [event.as_dict()])
+        except OutcomeUnknown:
+            self._doubtful = event
+            raise
         except InvalidBundle as err:
             raise StoreRefused(errno.EIO, err.message, log.name) from err
         self.events.append(event)
         self._write_head()
+
+    def take_doubtful(self) -> Event | None:
+        """An event that may be in the log or not, once: it is taken for one that is, so that no other stands there."""
+        found, self._doubtful = self._doubtful, None
+        if found is not None:
+            self.events.append(found)
+        return found
 
     def seal(self) -> None:
         """Make sure that the head names the last event."""
@@ -156,9 +175,8 @@ class SessionStore:
         found = compare(read_head(self.folder), records)
         if found.lost:
             raise InvalidBundle(
-                f"session {name} can't be opened: {found.text}. Put {log.name} back from a backup, together with the "
-                f"file {log.name}-wal beside it. To go on without the lost events, remove the file {name}/{HEAD}; the "
-                "session's log will say so",
+                f"session {name} can't be opened: {found.text}. {log.remedy}. To go on without the lost events, "
+                f"remove the file {name}/{HEAD}; the session's log will say so",
                 session=name,
             )
         if found.kind == "missing" or found.by > 1:
@@ -188,6 +206,11 @@ class SessionStore:
             log.create(self.folder.name, self.session, ours)
             return
         theirs = log.read(self.folder.name)
+        if self._doubtful is not None:
+            if theirs == [*ours, self._doubtful.as_dict()]:
+                self.events.append(self._doubtful)
+                return
+            self._doubtful = None
         if ours[: len(theirs)] != theirs:
             raise Conflict(f"{log.name} was replaced by one that tells another story of this session; put it back")
         log.append(self.folder.name, ours[len(theirs) :])
@@ -223,10 +246,9 @@ def read_session(source: str | os.PathLike[str] | bytes) -> Bundle:
     if isinstance(source, bytes):
         return bundles.read_bundle(source)
     folder = Path(source).absolute()
-    database = folder.parent / DATABASE
-    if not folder.is_dir() or has_plain_log(folder) or not database.is_file():
+    if not folder.is_dir() or has_plain_log(folder) or not has_log(folder.parent):
         return bundles.read_bundle(source)
-    with contextlib.closing(SqliteLog(database, create=False)) as log:
+    with contextlib.closing(open_log(folder.parent, create=False)) as log:
         about = log.about(folder.name)
         if about is None:
             raise InvalidBundle(_unknown(folder), session=folder.name)
@@ -239,16 +261,13 @@ def read_session(source: str | os.PathLike[str] | bytes) -> Bundle:
 
 def remove_session(folder: Path) -> None:
     """Remove a session that nobody has open, with all that belongs to it. Raises Conflict where somebody has."""
-    lock = WriterLock(folder)
-    try:
+    with sole_writer(folder):
         # what is left of a folder without its events can't be taken for a session
         leaving = folder.with_name(LEAVING + folder.name)
         folder.rename(leaving)
-        with contextlib.closing(SqliteLog(folder.parent / DATABASE)) as log:
+        with contextlib.closing(open_log(folder.parent)) as log:
             log.forget(folder.name)
         shutil.rmtree(leaving)
-    finally:
-        lock.release()
 
 
 def bundle_of(folder: Path, session: Mapping[str, Any], records: list[Record]) -> Bundle:
@@ -260,6 +279,6 @@ def bundle_of(folder: Path, session: Mapping[str, Any], records: list[Record]) -
 
 def _unknown(folder: Path) -> str:
     return (
-        f"the events of session {folder.name} are not in {DATABASE}: the file was removed or replaced. Put it back "
-        "from a backup; a bundle of the session can be imported as well"
+        f"the events of session {folder.name} are not in {log_name(folder.parent)}, which was removed or replaced. "
+        "Put it back from a backup; a bundle of the session can be imported as well"
     )

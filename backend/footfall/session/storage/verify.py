@@ -9,11 +9,12 @@ from footfall.core.errors import FootFallError, InvalidBundle, NotFound
 from footfall.core.progress import Progress, no_progress
 from footfall.io.bundles import ARTIFACTS, EVENTS, artifact_files, is_artifact, read_bundle
 from footfall.io.event_log import Record
+from footfall.session.storage.databases import log_name, open_log
 from footfall.session.storage.head import HEAD, Comparison, Head, compare, read_head
+from footfall.session.storage.interface import EventLog
 from footfall.session.storage.listing import found_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.references import digests_in, needed, referenced
-from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
 
 
 @dataclass(frozen=True)
@@ -43,11 +44,11 @@ def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_prog
         raise NotFound(f"there is no session {', '.join(unknown)} in {folder}")
     chosen = sorted(set(names) or sessions)
     findings: list[Finding] = []
-    log: SqliteLog | None = None
+    log: EventLog | None = None
     with contextlib.ExitStack() as stack:
         try:
-            log = stack.enter_context(contextlib.closing(SqliteLog(folder / DATABASE, create=False)))
-            findings += [Finding("", "database", f"{DATABASE}: {text}") for text in log.damage()]
+            log = stack.enter_context(contextlib.closing(open_log(folder, create=False)))
+            findings += [Finding("", "database", f"{log.name}: {text}") for text in log.damage()]
         except FileNotFoundError:
             pass  # each session without its events will say so
         except (FootFallError, OSError) as err:
@@ -58,18 +59,23 @@ def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_prog
     return findings
 
 
-def _of_session(folder: Path, log: SqliteLog | None) -> Iterator[Finding]:
+def _of_session(folder: Path, log: EventLog | None) -> Iterator[Finding]:
     name = folder.name
     if not folder.is_dir():
         yield Finding(name, "folder", f"the folder {name} is missing, with its artifacts and recordings")
         return
     try:
         if has_plain_log(folder):
-            yield Finding(name, "unmoved", f"{EVENTS} is not in {DATABASE} yet; opening the session moves it", False)
+            yield Finding(
+                name,
+                "unmoved",
+                f"{EVENTS} is not in {log_name(folder.parent)} yet; opening the session moves it",
+                False,
+            )
             records = read_bundle(folder).records
         else:
             head = read_head(folder)
-            records = _logged(log, name)
+            records = _logged(log, folder)
             yield from _about_head(folder, head, records)
     except (FootFallError, OSError) as err:
         yield Finding(name, "log", _text(err))
@@ -77,10 +83,10 @@ def _of_session(folder: Path, log: SqliteLog | None) -> Iterator[Finding]:
     yield from _about_artifacts(folder, records)
 
 
-def _logged(log: SqliteLog | None, name: str) -> list[Record]:
-    if log is None or log.about(name) is None:
-        raise InvalidBundle(f"its events are not in {DATABASE}: the file was removed or replaced")
-    return log.read(name)
+def _logged(log: EventLog | None, folder: Path) -> list[Record]:
+    if log is None or log.about(folder.name) is None:
+        raise InvalidBundle(f"its events are not in {log_name(folder.parent)}, which was removed or replaced")
+    return log.read(folder.name)
 
 
 def _about_head(folder: Path, head: Head | None, records: Sequence[Record]) -> Iterator[Finding]:

@@ -1,0 +1,233 @@
+"""The pool of jobs that workers on any machine take from the database: the same to its sessions as a local one."""
+
+import errno
+import logging
+import secrets
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import procrastinate
+import psycopg
+from procrastinate.exceptions import ConnectorException
+from psycopg_pool import PoolTimeout
+
+from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, WorkerLost
+from footfall.core.value import Value
+from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records, Tally
+from footfall.session.jobs import RETRY_AFTER
+from footfall.session.remote.board import QUEUE, SILENCE, TASK, Board, Seen, connector
+from footfall.session.remote.exchange import Exchange, error_of, remove_forgotten
+from footfall.session.storage.interface import StoreRefused
+
+POLL = 0.1
+"""How often the database is asked about jobs on their way [s]."""
+
+
+class _Sent:
+    """A job on its way, and what of it was seen."""
+
+    def __init__(self, job: Job, exchange: Exchange) -> None:
+        self.job, self.exchange = job, exchange
+        self.told: tuple[float, str] | None = None
+        self.preview: str | None = None
+
+
+class RemoteJobs:
+    """Jobs for ``footfall worker``; close it, or use it as a context manager. Thread-safe.
+
+    url: of the database. data: the folder that server and workers share. queue_limit: waiting jobs before new ones are
+    refused. Raises StoreRefused where the database can't be reached.
+    """
+
+    def __init__(self, url: str, data: Path, queue_limit: int = 32) -> None:
+        self.queue_limit = queue_limit
+        self._url, self._data = url, data
+        self._name = secrets.token_hex(8)
+        self._board = Board(url, self._name)
+        self._app = procrastinate.App(connector=connector(url))
+        try:
+            self._board.prepare()
+            remove_forgotten(data, self._board.known())
+            self._app.open()
+        except (psycopg.Error, ConnectorException, PoolTimeout) as err:
+            raise _refused(url, err) from err
+        self._records = Records()
+        self._sent: dict[int, _Sent] = {}
+        self._guard = threading.Lock()
+        self._closing = threading.Event()
+        self._watching = threading.Thread(target=self._watch, name="footfall-remote-jobs")
+        self._watching.start()
+
+    def submit(
+        self,
+        kind: str,
+        parents: Mapping[str, Value],
+        settings: Value | None,
+        on_done: OnDone | None = None,
+        on_change: OnChange | None = None,
+        *,
+        on_preview: OnPreview | None = None,
+        session: str = "",
+        urgent: bool = False,
+    ) -> Job:
+        """See :meth:`footfall.session.jobs.Jobs.submit`. Raises StoreRefused where the database can't be reached."""
+        if self._closing.is_set():
+            raise Conflict("the job pool is closed")
+        with self._guard:
+            waiting = sum(one.job.state == "queued" for one in self._sent.values())
+        if waiting >= self.queue_limit:
+            text = f"{self.queue_limit} jobs are waiting already; cancel one, or wait"
+            raise Busy(text, limit=self.queue_limit, retry_after=RETRY_AFTER)
+        job = Job(kind, session, on_done, on_change, on_preview)
+        exchange = Exchange(self._data, job.id, session)
+        try:
+            exchange.open()
+            message = {
+                "job": job.id,
+                "kind": kind,
+                "session": session,
+                "parents": {name: exchange.put(value) for name, value in parents.items()},
+                "settings": None if settings is None else exchange.put(settings),
+                "server": self._name,
+            }
+            task = self._app.configure_task(TASK, queue=QUEUE, priority=int(urgent))
+            number = task.defer(**message)
+        except (ConnectorException, PoolTimeout) as err:
+            exchange.remove()
+            raise _refused(self._url, err) from err
+        except BaseException:
+            exchange.remove()
+            raise
+        job.unqueue = lambda: self._cancel(number)
+        self._records.add(job)
+        with self._guard:
+            self._sent[number] = _Sent(job, exchange)
+        return job
+
+    def adopt(self, job: Job) -> None:
+        """Keep the record of a job that needs no work."""
+        self._records.add(job)
+
+    def get(self, job_id: str) -> Job:
+        """Raises NotFound."""
+        return self._records.get(job_id)
+
+    def tally(self) -> dict[tuple[str, str], Tally]:
+        """See :meth:`footfall.session.jobs.Jobs.tally`."""
+        return self._records.tally()
+
+    @property
+    def ready(self) -> bool:
+        """Whether it takes jobs: the database is there, and somebody who does them."""
+        try:
+            return not self._closing.is_set() and self._board.workers() > 0
+        except psycopg.Error:
+            return False
+
+    def close(self) -> None:
+        """Cancel what is on its way; workers go on to serve others."""
+        self._closing.set()
+        if self._watching is not threading.current_thread():
+            self._watching.join()
+        with self._guard:
+            left, self._sent = self._sent, {}
+        for number, one in left.items():
+            self._cancel(number)
+            one.job.end(error=Cancelled("the job pool was closed"))
+            one.exchange.remove()
+        self._app.close()
+        self._board.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, err: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # -- inside ----------------------------------------------------------------------------------
+
+    def _cancel(self, number: int) -> bool:
+        """Ask for it; how it ends shows in the database."""
+        try:
+            self._board.cancel(number)
+        except psycopg.Error as err:
+            logging.getLogger(__name__).warning("a job can't be cancelled: %s", err)
+        return False
+
+    def _watch(self) -> None:
+        while not self._closing.wait(POLL):
+            with self._guard:
+                sent = dict(self._sent)
+            if not sent:
+                continue
+            try:
+                found = {seen.number: seen for seen in self._board.look(list(sent))}
+                workers = self._board.workers() if any(one.status == "todo" for one in found.values()) else 1
+            except psycopg.Error as err:
+                logging.getLogger(__name__).warning("jobs can't be looked after: %s", err)
+                self._closing.wait(1.0)
+                continue
+            for number, one in sent.items():
+                try:
+                    self._follow(number, one, found.get(number), workers)
+                except psycopg.Error as err:
+                    logging.getLogger(__name__).warning("job %s can't be looked after: %s", one.job.id, err)
+                except Exception as err:
+                    logging.getLogger(__name__).exception("job %s can't be followed", one.job.id)
+                    text = f"the {one.job.kind} was given up: {type(err).__name__}: {err}"
+                    self._end(number, one, error=FootFallError(text))
+
+    def _follow(self, number: int, sent: _Sent, seen: Seen | None, workers: int) -> None:
+        job = sent.job
+        if seen is None:
+            self._end(number, sent, error=WorkerLost(f"the {job.kind} was taken out of the queue by somebody else"))
+        elif seen.status == "todo":
+            job.waits("waiting for a worker" if workers else "no worker is connected: start `footfall worker`")
+        elif seen.error is not None:
+            self._end(number, sent, error=error_of(seen.error))
+        elif seen.result is not None:
+            try:
+                product = sent.exchange.product(seen.result)
+            except (FootFallError, OSError) as err:
+                text = f"the {job.kind} was made, but can't be read from the shared folder: {err}"
+                self._end(number, sent, error=FootFallError(text))
+            else:
+                self._end(number, sent, product)
+        elif seen.status in ("cancelled", "aborted"):
+            self._end(number, sent, error=Cancelled("cancelled before it started"))
+        elif seen.status != "doing" or seen.abandoned:
+            if job.cancel_asked.is_set():
+                self._end(number, sent, error=Cancelled("cancelled; its worker did not answer any more"))
+                return
+            text = f"the worker that made the {job.kind} was lost: nothing was heard of it for {SILENCE:g} s"
+            text = text if seen.abandoned else f"the worker could not make the {job.kind}; its log says why"
+            self._end(number, sent, error=WorkerLost(text))
+        else:
+            self._report(sent, seen)
+
+    def _report(self, sent: _Sent, seen: Seen) -> None:
+        if sent.told != (seen.fraction, seen.text):
+            sent.told = seen.fraction, seen.text
+            sent.job.report(seen.fraction, seen.text or "starting")
+        if seen.preview is not None and seen.preview != sent.preview:
+            sent.preview = seen.preview
+            product = sent.exchange.product(seen.preview)
+            if isinstance(product, Value):
+                sent.job.preview(product)
+
+    def _end(self, number: int, sent: _Sent, product: object = None, error: FootFallError | None = None) -> None:
+        with self._guard:
+            if self._sent.pop(number, None) is None:
+                return
+        sent.job.end(product, error)
+        sent.exchange.remove()
+        self._board.drop(number, sent.job.id)
+
+
+def _refused(url: str, err: Exception) -> StoreRefused:
+    return StoreRefused(errno.ENOTCONN, f"no work can be asked for: the database can't be reached ({err})", url)
