@@ -5,6 +5,24 @@ import { $ } from "./dom.js";
 
 if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";
 
+const REASONS = {
+  expired: "That login took too long, or was not begun in this browser. Try again.",
+  refused: "The provider did not let you in.",
+  unproven: "What the provider said could not be proven. An admin finds the reason in the log.",
+  unreachable: "The provider does not answer. Log in with a local account, or try again.",
+  unreadable: "The accounts can't be read; the server's disk needs attention.",
+  taken: "Your name can't be used here: it is that of another account. Ask an admin.",
+  "no-role": "The provider knows you, but you have no role here. Ask an admin.",
+};
+const reason = REASONS[new URLSearchParams(location.search).get("sign-on")];
+if (reason) $("answer").textContent = reason;
+
+fetch(`${ROOT}/login/ways`).then((answer) => answer.json()).then(({ provider }) => {
+  if (!provider) return;
+  $("provider").textContent = new URL(provider).host;
+  $("elsewhere").hidden = false;
+}, () => {});
+
 // Who is logged in already, or need not, has nothing to do here.
 fetch(`${ROOT}/me`).then((answer) => { if (answer.ok) location.replace("/"); }, () => {});
 

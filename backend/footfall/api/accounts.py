@@ -91,7 +91,7 @@ class Record(TypedDict):
 @router.post("/login")
 async def log_in(order: LoginOrder, request: Request, response: Response) -> Me:
     """Log in with a password; the answer sets the cookie that later requests of the page carry."""
-    accounts, front = _accounts(request), _front(request)
+    accounts, front = accounts_of(request), front_of(request)
     client = request.client.host if request.client else ""
     replaced = request.cookies.get(cookie_name(front))
     try:
@@ -103,18 +103,18 @@ async def log_in(order: LoginOrder, request: Request, response: Response) -> Me:
     except AccountsUnreadable as err:
         text = f"the accounts can't be read or written ({err}); the server's disk needs attention"
         raise Problem("accounts-unreadable", 503, text) from err
-    _set_cookie(response, front, made.secret)
+    set_login(response, front, made.secret)
     return _me(made.identity, made.ends)
 
 
 @router.post("/logout", status_code=204)
 def log_out(request: Request, who: Who) -> Response:
     """End this login; its cookie opens nothing from now on."""
-    front, answer = _front(request), Response(status_code=204)
+    front, answer = front_of(request), Response(status_code=204)
     secret = request.cookies.get(cookie_name(front))
     if secret is not None:
-        _accounts(request).log_out(secret, who)
-    _set_cookie(answer, front, "")
+        accounts_of(request).log_out(secret, who)
+    set_login(answer, front, "")
     return answer
 
 
@@ -127,7 +127,7 @@ def me(request: Request, who: Who) -> Me:
 @router.get("/accounts")
 def everybody(request: Request) -> Everybody:
     """Every account and token."""
-    accounts = _accounts(request)
+    accounts = accounts_of(request)
     return {
         "accounts": [{"name": one.name, "role": one.role, "created": one.created} for one in accounts.everyone()],
         "tokens": [
@@ -153,19 +153,21 @@ def audit(
     return {
         "entries": [
             {"seq": one.seq, "time": one.time, "who": one.who, "act": one.act, "what": one.what, "client": one.client}
-            for one in _accounts(request).audit(after, limit)
+            for one in accounts_of(request).audit(after, limit)
         ]
     }
 
 
-def _accounts(request: Request) -> Accounts:
+def accounts_of(request: Request) -> Accounts:
+    """Who may come in. Raises Conflict where everybody may."""
     found: Accounts | None = request.app.state.accounts
     if found is None:
         raise Conflict(f"this server has {OPEN}")
     return found
 
 
-def _front(request: Request) -> Front:
+def front_of(request: Request) -> Front:
+    """How the server is reached."""
     return request.app.state.front
 
 
@@ -174,7 +176,8 @@ def _me(who: Identity, ends: float | None) -> Me:
     return {"name": who.name, "role": who.role.value, "accounts": some, "notice": "" if some else OPEN, "ends": ends}
 
 
-def _set_cookie(response: Response, front: Front, secret: str) -> None:
+def set_login(response: Response, front: Front, secret: str) -> None:
+    """Have the browser carry a login from now on; "": none any more."""
     response.set_cookie(
         cookie_name(front),
         secret,

@@ -227,12 +227,42 @@ class Accounts:
             now_stored = change.ask("SELECT password FROM accounts WHERE name = ?", name)
             if not now_stored or now_stored[0][0] != account.password:
                 raise LoginRefused("the account was changed just now; log in again")
-            if replaced is not None:
-                change.remove_key(_hash(replaced))
-            change.remove_expired(now)
-            change.put_key(Key(_hash(secret), "login", None, name, None, now, now + LOGIN_LASTS))
+            self._add_login(change, secret, name, now, replaced)
             self._note(change, identity, "login", "")
         return Login(identity, secret, now + LOGIN_LASTS)
+
+    def log_in_known(
+        self, issuer: str, subject: str, name: str, role: Role, client: str, replaced: str | None = None
+    ) -> Login:
+        """A new login of somebody whom another authority has recognised; an account without password stands for it.
+
+        issuer, subject: that authority, and what it never gives to anybody else. role: what it says now. Raises
+        InvalidInput for a name that can't be one, Conflict where it is that of a local account, or of another person.
+        """
+        account = name.lower()
+        if not _NAME.fullmatch(account) or account in _RESERVED:
+            raise InvalidInput(
+                f"{name!r} is no name of an account: small letters, digits, . - _, at most 32", name=name
+            )
+        marked = f"known {_hash(f'{issuer} {subject}')}"  # fits no password
+        secret, now = secrets.token_urlsafe(32), self._clock()
+        identity = Identity(account, role, client)
+        with self._store.change() as change:
+            found = change.ask("SELECT password, role, created FROM accounts WHERE name = ?", account)
+            if found and found[0][0] != marked:
+                raise Conflict(f"there is another account {account}", name=account)
+            if not found or found[0][1] != role.value:
+                change.put_account(Account(account, role.value, marked, found[0][2] if found else now))
+                self._note(change, identity, "role given", f"{account}, {role.value}, by {issuer}")
+            self._add_login(change, secret, account, now, replaced)
+            self._note(change, identity, "login", issuer)
+        return Login(identity, secret, now + LOGIN_LASTS)
+
+    def _add_login(self, change: Change, secret: str, name: str, now: float, replaced: str | None) -> None:
+        if replaced is not None:
+            change.remove_key(_hash(replaced))
+        change.remove_expired(now)
+        change.put_key(Key(_hash(secret), "login", None, name, None, now, now + LOGIN_LASTS))
 
     def _admit(self, name: str, client: str) -> None:
         wait = self._by_name.attempt(name)
@@ -335,5 +365,7 @@ def _role_of(change: Change, name: str) -> str | None:
 
 
 def _keep_an_admin(change: Change, name: str) -> None:
-    if not change.ask("SELECT 1 FROM accounts WHERE role = 'admin' AND name != ? LIMIT 1", name):
+    # one that a provider vouches for does not count: it may be out of reach
+    query = "SELECT 1 FROM accounts WHERE role = 'admin' AND name != ? AND password NOT LIKE 'known %' LIMIT 1"
+    if not change.ask(query, name):
         raise Conflict(f"{name} is the last admin; make another one first", name=name)

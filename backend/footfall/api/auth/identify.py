@@ -21,7 +21,7 @@ PAGE_FILES = ("/login.html", "/icon.svg", "/css/", "/js/", "/vendor/")
 """What everybody may read: the page's own files, which hold no secret."""
 _HOME = ("/", "/index.html")
 _HEALTH = ("/health/live", "/health/ready")
-_LOGIN = f"{BASE}/login"
+_LOGINS = tuple(f"{BASE}/login{way}" for way in ("", "/ways", "/oidc", "/oidc/back"))
 _STOPS = (f"{BASE}/stop", f"{BASE}/stop/line")
 LOOK_AGAIN = 1.0
 """How often an open stream or WebSocket is asked whether its login or token still stands [s]."""
@@ -57,7 +57,7 @@ class Identify:
         if found is not None:
             scope.update({IDENTITY: found.identity, ROVER: found.rover, ENDS: found.ends})
             return await self.app(scope, *_watched(scope, receive, send, ticket, found))
-        if scope["path"] == _LOGIN or scope["path"] in _HEALTH or scope["path"].startswith(PAGE_FILES):
+        if scope["path"] in _LOGINS or scope["path"] in _HEALTH or scope["path"].startswith(PAGE_FILES):
             return await self.app(scope, receive, send)
         if scope["path"] in _HOME and scope["type"] == "http":
             return await RedirectResponse("/login.html", 303)(scope, receive, send)

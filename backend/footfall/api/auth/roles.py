@@ -11,8 +11,9 @@ from fastapi import WebSocketException
 from starlette.requests import HTTPConnection
 
 from footfall.api.access import BASE
-from footfall.api.auth.who import IDENTITY, ROVER
+from footfall.api.auth.who import IDENTITY, PAGE_HEADER, ROVER, paged
 from footfall.api.problems import Problem
+from footfall.session.acting import set_actor
 from footfall.session.identity import LOCAL, Identity, Role
 
 
@@ -25,7 +26,10 @@ class Needs(Enum):
 
 _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
     # whoever watches the server's health has no account
-    Needs.NOTHING: ("POST /login", "GET /health/live", "GET /health/ready"),
+    Needs.NOTHING: (
+        *("POST /login", "GET /login/ways", "GET /login/oidc", "GET /login/oidc/back"),
+        *("GET /health/live", "GET /health/ready"),
+    ),
     Needs.ROVER_TOKEN: ("WS /rover", "POST /rover/telemetry", "POST /rover/images"),
     Role.VIEWER: (
         "POST /logout",
@@ -53,6 +57,12 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/terrains/clear",
         "POST /sessions/{session}/maps",
         "POST /sessions/{session}/footfalls",
+        "PUT /sessions/{session}/points",
+        "POST /sessions/{session}/undo",
+        "POST /sessions/{session}/redo",
+        "PUT /sessions/{session}/hand",
+        "POST /sessions/{session}/hand/commit",
+        "DELETE /sessions/{session}/hand",
         "POST /sessions/{session}/plans",
         "PUT /sessions/{session}/plans/current",
         "POST /sessions/{session}/plans/{digest}/alternatives",
@@ -121,6 +131,8 @@ async def authorise(connection: HTTPConnection) -> None:
     needs = needed(method, scope["route"].path.removeprefix(BASE)) or Role.ADMIN
     identity: Identity | None = scope[IDENTITY]
     if allows(needs, identity, scope[ROVER]):
+        if scope["type"] == "http" and isinstance(needs, Role) and identity is not None:
+            set_actor(paged(identity, connection.headers.get(PAGE_HEADER, "")))
         return
     text = f"this needs {needs.value if isinstance(needs, Needs) else f'the role {needs.value}'}; " + (
         "a rover's token opens the rover link alone"
