@@ -1,10 +1,11 @@
 """Images: asked of the rover, uploaded, and read back as PNG."""
 
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Literal, TypedDict, cast
 
 import numpy as np
 from fastapi import Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
+from pydantic import Field
 
 from footfall.api.access import OneSession, product, session_path
 from footfall.api.answers import Digested, DigestText, Url
@@ -14,12 +15,15 @@ from footfall.api.schemas import Calibration, CameraModel, ImageRequest
 from footfall.core.errors import Conflict, NotFound
 from footfall.io.image_files import decode_image, encode_png
 from footfall.session.live import LiveSession
+from footfall.session.snapshot_age import moved_since, taken_at
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
 
 router = Routes(tags=["images"])
 
 PairName = Annotated[str, Path(description="name of a camera pair", max_length=100)]
+Side = Annotated[Literal["left", "right"], Path(description="which camera of the pair")]
+SnapshotName = Annotated[str, Query(description="digest of a snapshot", max_length=64, pattern="^[A-Za-z0-9]+$")]
 
 
 class PairAnswer(TypedDict):
@@ -34,11 +38,21 @@ class PairAnswer(TypedDict):
     right: Url
 
 
+class SinceThen(TypedDict):
+    """Whether the rover stands otherwise by now than in the images; null where that is not known."""
+
+    moved: bool | None
+    reason: str
+
+
 class SnapshotAnswer(TypedDict):
-    """The pairs that were taken together."""
+    """The pairs that were taken together; taken: when they reached the server [s since 1970]."""
 
     snapshot: DigestText | None
     pairs: list[PairAnswer]
+    taken: float | None
+    since: SinceThen | None
+    left_out: Annotated[dict[str, str], Field(description="pair that came, but can't be used → why")]
 
 
 class ImagesAsked(TypedDict):
@@ -51,9 +65,15 @@ class ImagesAsked(TypedDict):
 def list_images(live: OneSession) -> SnapshotAnswer:
     """The pairs of the session's newest snapshot."""
     if live.state.snapshot is None:
-        return {"snapshot": None, "pairs": []}
+        return {"snapshot": None, "pairs": [], "taken": None, "since": None, "left_out": {}}
     snapshot = product(live, live.state.snapshot, Snapshot)
-    return {"snapshot": snapshot.digest, "pairs": [_about(live, pair) for pair in snapshot.pairs]}
+    return {
+        "snapshot": snapshot.digest,
+        "pairs": [_about(live, pair) for pair in snapshot.pairs],
+        "taken": taken_at(live, snapshot),
+        "since": cast(SinceThen, moved_since(live, snapshot)),
+        "left_out": dict(snapshot.left_out),
+    }
 
 
 def _about(live: LiveSession, pair: ImagePair) -> PairAnswer:
@@ -79,14 +99,20 @@ def ask_images(live: OneSession, order: ImageRequest) -> ImagesAsked:
 def read_image(
     live: OneSession,
     pair: PairName,
-    side: Literal["left", "right"],
-    of: Annotated[str, Query(description="digest of a snapshot", max_length=64, pattern="^[A-Za-z0-9]+$")] = "current",
+    side: Side,
+    of: SnapshotName = "current",
 ) -> Response:
     """One image of the newest snapshot, or of another one of the session."""
+    _, found = pair_of(live, of, pair)
+    return Response(encode_png(found.left if side == "left" else found.right), media_type="image/png")
+
+
+def pair_of(live: LiveSession, of: str, pair: str) -> tuple[Snapshot, ImagePair]:
+    """A snapshot of the session (digest, or ``current``) and its pair of that name. Raises NotFound."""
     snapshot = product(live, of, Snapshot, live.state.snapshot)
     for found in snapshot.pairs:
         if found.name == pair:
-            return Response(encode_png(found.left if side == "left" else found.right), media_type="image/png")
+            return snapshot, found
     raise NotFound(f"the snapshot has no pair {pair!r}; it has {', '.join(p.name for p in snapshot.pairs)}")
 
 

@@ -92,10 +92,14 @@ def match_pairs(
 ) -> tuple[list[Matched], str, dict[str, str]]:
     """Disparities of all pairs that can be used, what to call their map, and why each other pair was left out.
 
-    left_out: pairs that could not be used before, with the reasons. Raises InvalidImages where no pair is left.
+    left_out: pairs that could not be used before, with the reasons. Raises InvalidImages where no pair is left,
+    InvalidInput where the settings name one that is not there.
     """
     matched: list[Matched] = []
     reasons = dict(left_out or {})
+    not_chosen = settings.not_chosen([*reasons, *(pair.name for pair in pairs)])
+    reasons |= {name: f"pair {name}: not chosen" for name in not_chosen}
+    pairs = [pair for pair in pairs if pair.name not in not_chosen]
     brief = [f"{name} ({_briefly(name, reason)})" for name, reason in reasons.items()]
     told: list[str] = []
     for i, pair in enumerate(pairs):

@@ -1,9 +1,11 @@
 """How images are turned into terrain, and terrain from elsewhere is laid under it."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import field
 
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 
 MATCHERS = ("hh", "3way")
 
@@ -41,6 +43,7 @@ class TerrainSettings(Value):
     clear_deviation: a new height that contradicts the map replaces it where its deviation is at most this [m].
     max_shift, max_turn: a snapshot that fits the map only when moved by more than this is refused [m], [rad].
     pose_shift, pose_turn: expected deviation of the rover's pose between snapshots [m], [rad].
+    pairs: only those of these names are used; empty: all.
     """
 
     resolution: float = 0.02
@@ -70,6 +73,7 @@ class TerrainSettings(Value):
     max_turn: float = 0.052
     pose_shift: float = 0.03
     pose_turn: float = 0.0175
+    pairs: tuple[str, ...] = field(default=(), metadata=LATER)
 
     def check(self) -> None:
         if self.matcher not in MATCHERS:
@@ -101,6 +105,13 @@ class TerrainSettings(Value):
             raise InvalidInput("drift_per_hour and drift_per_metre need numbers of at least zero")
         if not (0 <= self.max_shift <= 1.0 and 0 <= self.max_turn <= 0.2):
             raise InvalidInput("needs max_shift 0…1 m and max_turn 0…0.2 rad (11°)")
+
+    def not_chosen(self, names: Sequence[str]) -> list[str]:
+        """Which of the pairs that there are are left out. Raises InvalidInput for a chosen one that is not there."""
+        unknown = [name for name in self.pairs if name not in names]
+        if unknown:
+            raise InvalidInput(f"there is no pair {', '.join(unknown)}; there are {', '.join(names)}", pairs=unknown)
+        return [name for name in names if self.pairs and name not in self.pairs]
 
 
 @value

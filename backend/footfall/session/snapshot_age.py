@@ -1,0 +1,41 @@
+"""Whether images still show where the rover is: when they came, and whether it has moved since."""
+
+from typing import Any
+
+import numpy as np
+
+from footfall.session.gate.checks import POSE_TOLERANCE, STALE_AFTER, START_TOLERANCE, pose_difference, worst_joint
+from footfall.session.live import LiveSession
+from footfall.telemetry.images import Snapshot
+
+
+def taken_at(live: LiveSession, snapshot: Snapshot) -> float | None:
+    """When a snapshot reached the server [s since 1970]; None where it never came as one."""
+    return next(
+        (
+            event.time
+            for event in reversed(live.events())
+            if event.type == "snapshot_taken" and event.payload.get("digest") == snapshot.digest
+        ),
+        None,
+    )
+
+
+def moved_since(live: LiveSession, snapshot: Snapshot) -> dict[str, Any]:
+    """``moved``: whether the rover stands otherwise than in the images, None where that is not known; ``reason``."""
+    frame, age = live.frame, live.link.age
+    unknown = ""
+    if frame is None or age is None:
+        unknown = "the rover has sent no telemetry yet"
+    elif age > STALE_AFTER:
+        unknown = f"the latest telemetry is {age:.0f} s old"
+    if unknown or frame is None:
+        return {"moved": None, "reason": unknown}
+    then, now = snapshot.state, frame.state
+    joint, turned = worst_joint(then.posture, now, live.description.joint_names)
+    shifted = pose_difference(then.T_site_base, now.T_site_base)
+    if shifted > POSE_TOLERANCE:
+        return {"moved": True, "reason": f"the chassis has moved by {shifted:.2f} m since"}
+    if abs(turned) > START_TOLERANCE:
+        return {"moved": True, "reason": f"{joint} has turned by {np.degrees(turned):+.1f}° since"}
+    return {"moved": False, "reason": ""}

@@ -1,0 +1,88 @@
+// The large image of the Images panel: loaded, explained by its legend, or said why it can't be shown.
+
+import { ROOT, get } from "./api.js";
+import { $, element, fixed } from "./dom.js";
+import { known } from "./store.js";
+
+const MADE = ["disparity", "mask"]; // by the server, from all pairs of the snapshot
+
+let wanted = "";
+let there = "";
+
+// Whether the picture that is asked for is the one in sight.
+export const shownPicture = () => there === wanted && wanted !== "";
+
+export async function loadPicture(snapshot, pair, view) {
+  const mine = `${snapshot}/${pair}/${view}`;
+  if (mine === wanted) return;
+  wanted = mine;
+  note(MADE.includes(view) ? "Matching the pairs; for the first of a snapshot this takes some seconds." : "Loading.");
+  $("picture-legend").replaceChildren();
+  let legend = [];
+  try {
+    if (MADE.includes(view)) {
+      legend = legendOf(await get(`/sessions/current/images/${encodeURIComponent(pair)}/views?of=${snapshot}`), view);
+    }
+  } catch (error) {
+    if (mine === wanted) note(error.message, true);
+    return;
+  }
+  if (mine !== wanted) return;
+  const image = new Image();
+  image.addEventListener("load", () => {
+    if (mine !== wanted) return;
+    there = mine;
+    $("picture-image").src = image.src;
+    $("picture-image").alt = `${pair}, ${view}`;
+    $("picture-legend").replaceChildren(...legend);
+    note("");
+  });
+  image.addEventListener("error", () => {
+    if (mine === wanted) note("The image did not come.", true);
+  });
+  image.src = pictureAt(snapshot, pair, view);
+}
+
+export const pictureAt = (snapshot, pair, view) =>
+  `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/images/${encodeURIComponent(pair)}/${view}.png?of=${snapshot}`;
+
+// What failed is tried again when it is asked for again.
+export function retryPicture() {
+  wanted = "";
+}
+
+function note(text, failed = false) {
+  $("picture-note").hidden = !text;
+  $("picture-note").textContent = text;
+  $("picture-note").className = failed ? "no" : "";
+  $("picture-again").hidden = !failed;
+  $("picture").classList.toggle("empty", Boolean(text)); // never the lines of one image over another
+  $("picture").setAttribute("aria-busy", String(Boolean(text) && !failed));
+}
+
+const swatch = (rgb) => {
+  const made = element("i", { ariaHidden: "true" });
+  made.style.background = Array.isArray(rgb[0]) ? `linear-gradient(to right, ${rgb.map((one) => `rgb(${one.join(" ")})`).join(", ")})` : `rgb(${rgb.join(" ")})`;
+  return made;
+};
+
+const entry = (rgb, text, kind = "") => element("li", { className: kind }, swatch(rgb), element("span", { textContent: text }));
+const percent = (share) => `${(100 * share).toFixed(share < 0.01 ? 1 : 0)} %`;
+
+// Raises what is to be said in place of the picture.
+function legendOf({ reason, used, disparity, mask }, view) {
+  if (view === "mask") {
+    return [
+      entry(mask.robot, `the rover, ${percent(mask.robot_share)} of the image`),
+      entry(mask.rim, `▨ may be the rover, ${percent(mask.rim_share)}: left out of the terrain too`),
+      element("li", { textContent: mask.legs }),
+    ];
+  }
+  if (!disparity) throw new Error(`This pair can't be used: ${reason}`);
+  const { far, near, known: share } = disparity;
+  return [
+    entry(disparity.ramp, `${fixed(far.disparity, 1)} px = ${fixed(far.depth, 2)} m … ${fixed(near.disparity, 1)} px = ${fixed(near.depth, 2)} m`, "ramp"),
+    entry(disparity.unknown, `? not matched, ${percent(1 - share)}`),
+    element("li", { textContent: `${percent(used)} of the image is ground for a terrain: matched, and not the rover` }),
+  ];
+}
