@@ -1,94 +1,148 @@
-"""What the rover stands on: the support polygons of its contacts, the centre of mass, and by how much it stands."""
+"""What the rover stands on: support polygons and equilibrium region, the centre of mass, and by how much it stands."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from footfall.balance.support import conservative_polygon, margins, support_polygon
+from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply
-from footfall.robot.ik import contact_point
+from footfall.maps.steadiness import Support, bearing, support_of
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.still import stands_still
 
-COLORS = {"plain": (90, 200, 255), "conservative": (255, 255, 255)}
+Array = NDArray[np.float64]
+
+
+class Line(NamedTuple):
+    """How an outline is drawn: color; dash and gap along it [m], no gap for a whole line; over the ground [m].
+
+    The page's gauge has the same patterns in its legend.
+    """
+
+    color: tuple[int, int, int]
+    dash: float
+    gap: float
+    over: float
+
+
+LINES = {
+    "plain": Line((90, 200, 255), 1.0, 0.0, 0.03),
+    "conservative": Line((255, 255, 255), 0.18, 0.1, 0.035),
+    "friction": Line((255, 214, 90), 0.05, 0.13, 0.045),
+}
 MASS = (255, 120, 120)
-OVER_GROUND = 0.03
-"""Of the outlines [m]."""
-LEAST_SHARE = 0.01
-"""Of the rover's weight; a wheel that bears less stands on nothing."""
+ALIKE = 0.01
+"""Margins that differ by less are told once [m]."""
 ARM = 0.1
 """Of the cross under the centre of mass [m]."""
 
 
 @dataclass(frozen=True)
 class Stance:
-    """rings: name → corners on the ground, (m, 3) [m]; com: the centre of mass, foot: under it, (3,).
+    """support: what the wheels hold; com: the centre of mass; foot: under it at the wheels' mean height, site (3,) [m].
 
-    margins: name → of the centre of mass to that polygon [m], −inf where there is none.
+    margins: outline → [m], −inf where nothing is held, NaN where not known.
     """
 
-    rings: Mapping[str, NDArray[np.float64]]
-    com: NDArray[np.float64]
-    foot: NDArray[np.float64]
+    support: Support
+    com: Array
+    foot: Array
     margins: Mapping[str, float]
+
+    def ring(self, outline: str) -> Array:
+        """Corners on the ground, (m, 3) [m]; none where it is not known."""
+        corners = self.support.corners.get(outline, np.zeros((0, 2)))
+        return np.column_stack([corners, np.full(len(corners), self.foot[2] + LINES[outline].over)])
 
     @property
     def text(self) -> str:
-        """The margins, in words."""
-        plain, careful = (self.margins[name] for name in COLORS)
+        """The margins, in words; that with friction where it says something else."""
+        plain, careful, friction = (self.margins[name] for name in LINES)
         if not np.isfinite(plain):
             return "margin: too few wheels stand"
-        after_loss = f"{careful:.2f} m" if np.isfinite(careful) else "none"
-        return f"{'margin' if plain >= 0 else '✕ margin'} {plain:.2f} m, with any one leg lost {after_loss}"
+        told = [
+            f"{'margin' if plain >= 0 else '✕ margin'} {plain:.2f} m",
+            f"any leg lost {careful:.2f} m" if np.isfinite(careful) else "any leg lost: none",
+        ]
+        if friction == -np.inf:
+            told.append("✕ friction does not hold it")
+        elif abs(friction - plain) > ALIKE:
+            told.append(f"friction {friction:.2f} m")
+        return ", ".join(told)
 
 
-def standing(robot: Robot, state: RobotState) -> list[int]:
-    """Legs whose wheels bear a share of the rover; all of them where no force is known."""
-    up = state.wheel_forces[:, 2]
-    least = LEAST_SHARE * float(up.sum())
-    return [leg for leg in robot.legs if up[leg] > least] if least > 0 else list(robot.legs)
+def stance_of(robot: Robot, state: RobotState, dem: Dem | None = None) -> Stance:
+    """Of the wheels that bear load; without a terrain nothing is known of friction."""
+    return over(robot, state, support_of(robot, dem, state.posture, state.T_site_base, bearing(robot, state)))
 
 
-def stance_of(robot: Robot, state: RobotState) -> Stance:
-    """Of the wheels that stand, each touching at its lowest point."""
-    legs = standing(robot, state)
-    contacts = np.array([contact_point(robot, state.posture, leg, state.T_site_base) for leg in legs])
+def over(robot: Robot, state: RobotState, support: Support) -> Stance:
+    """The centre of mass of a state over what some wheels hold."""
     com = apply(state.T_site_base, center_of_mass(robot, state.posture))
-    z = float(contacts[:, 2].mean()) + OVER_GROUND
-    rings, spare = {}, {}
-    for name, polygon in (("plain", support_polygon), ("conservative", conservative_polygon)):
-        corners = polygon(contacts[:, :2])
-        rings[name] = np.column_stack([corners, np.full(len(corners), z)])
-        spare[name] = float(margins(contacts[:, :2], com[None, :2], name == "conservative")[0])
-    return Stance(rings, com, np.array([com[0], com[1], z]), spare)
+    z = float(support.points[:, 2].mean()) if len(support.points) else float(state.T_site_base[2, 3])
+    margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
+    return Stance(support, com, np.array([com[0], com[1], z]), margins)
+
+
+def dashes(ring: Array, dash: float, gap: float) -> Array:
+    """A closed line through corners (m, 3), m ≥ 2, as the segments (n, 2, 3) of a pattern that goes on round corners.
+
+    dash, gap: [m]; without a gap the sides themselves.
+    """
+    ends = np.roll(ring, -1, axis=0)
+    if gap <= 0:
+        return np.stack([ring, ends], axis=1)
+    lengths = np.linalg.norm(ends - ring, axis=1)
+    along = np.concatenate([[0.0], np.cumsum(lengths)])
+    begins = np.arange(0.0, along[-1], dash + gap)
+    cuts = np.unique(np.concatenate([begins, np.minimum(begins + dash, along[-1]), along]))
+    closed = np.vstack([ring, ring[:1]])
+    points = np.column_stack([np.interp(cuts, along, closed[:, i]) for i in range(3)])
+    middles = 0.5 * (cuts[:-1] + cuts[1:])
+    drawn = np.mod(middles, dash + gap) < dash
+    return np.stack([points[:-1], points[1:]], axis=1)[drawn]
 
 
 class SupportDrawing:
-    """Polygon outlines at the mean height of the contacts; a plumb line from the centre of mass, and the margins."""
+    """The outlines at the mean height of the contacts, each in its pattern; a plumb line from the centre of mass, and
+    the margins. What the wheels hold is worked out again only when one of those that bear load, or the chassis, moves.
+    """
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._drawn = Drawn(server)
-        self._of: tuple[RobotState, list[int]] | None = None
+        self._of: tuple[RobotState, tuple] | None = None
+        self._support: tuple[Support, RobotState, tuple] | None = None
 
-    def show(self, robot: Robot, state: RobotState) -> None:
-        legs = standing(robot, state)
-        if self._of is not None and self._of[1] == legs and stands_still(self._of[0], state):
+    def show(
+        self,
+        robot: Robot,
+        state: RobotState,
+        dem: Dem | None = None,
+        balance: BalanceSettings | None = None,
+        region: bool = True,
+    ) -> None:
+        """dem, balance: what the region is found with; region: whether it is drawn."""
+        asked = (tuple(bearing(robot, state)), dem and dem.digest, balance and balance.friction)
+        if self._of is not None and self._of[1] == (asked, region) and stands_still(self._of[0], state):
             return
         self._of = None
-        stance = stance_of(robot, state)
+        stance = over(robot, state, self._held(robot, state, dem, balance, asked))
         cross = np.array([[[-ARM, 0, 0], [ARM, 0, 0]], [[0, -ARM, 0], [0, ARM, 0]]]) + stance.foot
         plumb = np.concatenate([cross, [[stance.com, stance.foot]]])
-        lines: dict[str, tuple[np.ndarray, tuple[int, int, int]]] = {"com": (plumb, MASS)}
-        for name, ring in stance.rings.items():
-            if len(ring) > 1:
-                lines[name] = (np.stack([ring, np.roll(ring, -1, axis=0)], axis=1), COLORS[name])
+        lines: dict[str, tuple[Array, tuple[int, int, int]]] = {"com": (plumb, MASS)}
+        for name, line in LINES.items():
+            ring = stance.ring(name)
+            if len(ring) > 1 and (region or name != "friction"):
+                lines[name] = (dashes(ring, line.dash, line.gap), line.color)
         with self._server.atomic():
             for name, (segments, color) in lines.items():
                 self._drawn.keep(
@@ -98,7 +152,18 @@ class SupportDrawing:
                 )
             self._drawn.keep(self._server.scene.add_label("/support/margin", stance.text, position=stance.foot))
             self._drawn.only([*(f"/support/{name}" for name in lines), "/support/margin"])
-        self._of = state, legs
+        self._of = state, (asked, region)
+
+    def _held(
+        self, robot: Robot, state: RobotState, dem: Dem | None, balance: BalanceSettings | None, asked: tuple
+    ) -> Support:
+        """In a step only the leg in the air moves: what the others hold stays."""
+        legs = asked[0]
+        if self._support is not None and self._support[2] == asked and stands_still(self._support[1], state, legs):
+            return self._support[0]
+        found = support_of(robot, dem, state.posture, state.T_site_base, legs, balance)
+        self._support = found, state, asked
+        return found
 
     def hide(self) -> None:
         self._of = None

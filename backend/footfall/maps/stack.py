@@ -21,6 +21,7 @@ from footfall.maps.standing import contacts
 from footfall.maps.traversability import Traversability, traversability
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
+from footfall.terrain.age import ages
 from footfall.terrain.dem import Dem
 from footfall.terrain.unseen import without_holes
 
@@ -179,9 +180,5 @@ def _every(grid: GridGeometry, stride: int) -> GridGeometry:
 def memory_layers(dem: Dem) -> dict[str, NDArray[np.float32]]:
     """ "age" [s] and "height_sd" [m] of each cell, (rows, cols); NaN where unknown or where the terrain doesn't say."""
     nothing = np.full(dem.geometry.shape, np.nan, np.float32)
-    age, deviation = nothing, nothing
-    if dem.time is not None and np.isfinite(dem.time).any():
-        age = (np.nanmax(dem.time) - dem.time).astype(np.float32)
-    if dem.variance is not None:
-        deviation = np.sqrt(dem.variance)
-    return {"age": age, "height_sd": deviation}
+    deviation = nothing if dem.variance is None else np.sqrt(dem.variance)
+    return {"age": ages(dem), "height_sd": deviation}

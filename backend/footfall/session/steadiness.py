@@ -1,0 +1,105 @@
+"""How steadily the rover of a session stands: now, and along what is planned.
+
+What judges it loads compiled code, so it loads when first asked.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.settings import BalanceSettings
+from footfall.core.errors import Conflict, NotFound
+from footfall.core.value import Value
+from footfall.maps.layers import MapSettings
+from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.sequence.commands import Sequence
+from footfall.session.live import LiveSession
+from footfall.session.remembered import on_map
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+if TYPE_CHECKING:
+    from footfall.maps.steadiness import Support
+    from footfall.sequence.steadiness import Course
+
+
+@dataclass(frozen=True)
+class Judged:
+    """measured: whether telemetry says so; else it is the state that is planned from. time: of that state [s].
+
+    com: centre of mass, site (3,) [m]; margins: outline → [m], −inf where nothing is held, NaN where not known.
+    """
+
+    measured: bool
+    time: float
+    com: NDArray[np.float64]
+    support: "Support"
+    margins: dict[str, float]
+    friction: float
+
+
+@dataclass(frozen=True)
+class Along:
+    """least, conservative: what the motion was planned to keep; friction: that it is judged by."""
+
+    motion: StepPlan | Sequence
+    course: "Course"
+    friction: float
+    least: float
+    conservative: bool
+
+
+def judged(live: LiveSession) -> Judged:
+    """The rover as it stands: as telemetry has it, or before it says anything, as is planned from. Raises NotFound."""
+    from footfall.core.frames import apply
+    from footfall.maps.steadiness import bearing, support_of
+    from footfall.robot.kinematics import center_of_mass
+
+    state, frame = live.state, live.frame
+    if frame is None and state.state is None:
+        raise NotFound("the rover has sent no telemetry yet, and there is no state to plan from")
+    dem = None if state.dem is None else cast(Dem, live.get(state.dem))
+    stands = on_map(frame.state, dem) if frame else cast(RobotState, live.get(cast(str, state.state)))
+    balance = friction_of(live)
+    robot = live.robot
+    support = support_of(robot, dem, stands.posture, stands.T_site_base, bearing(robot, stands), balance)
+    com = apply(stands.T_site_base, center_of_mass(robot, stands.posture))
+    margins = {name: float(found[0]) for name, found in support.margins(com[None, :2]).items()}
+    return Judged(frame is not None, stands.time, com, support, margins, balance.friction)
+
+
+def friction_of(live: LiveSession) -> BalanceSettings:
+    """With which friction the standing rover is judged: as the current maps of the chosen leg, or as delivered."""
+    maps = live.maps_shown(live.view.leg)
+    settings = None if maps is None else maps.provenance.settings
+    balance = settings.balance if isinstance(settings, MapSettings) else BalanceSettings()
+    return BalanceSettings(friction=balance.friction)
+
+
+def along(live: LiveSession, digest: str) -> Along:
+    """A plan or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
+    from footfall.sequence.steadiness import course_of
+
+    motion = _motion(live.get(digest), digest)
+    made_on = motion.provenance.parents.get("dem")
+    if isinstance(motion, Sequence) and (behind := live.state.plan_behind(digest)) is not None:
+        made_on = behind.parents["dem"]
+    if made_on is None:
+        raise Conflict("it names no terrain, so nobody knows what the wheels stand on", digest=digest)
+    settings = motion.provenance.settings
+    friction = float(getattr(settings, "friction", BalanceSettings().friction))
+    course = course_of(live.robot, cast(Dem, live.get(made_on)), motion, BalanceSettings(friction=friction))
+    least = float(getattr(settings, "least_margin", 0.0))
+    return Along(motion, course, friction, least, bool(getattr(settings, "conservative", False)))
+
+
+def _motion(found: Value, digest: str) -> StepPlan | Sequence:
+    if isinstance(found, PlanResult):
+        if found.plan is None:
+            raise Conflict(f"there is no plan, so nothing moves: {found.reason}")
+        return found.plan
+    if not isinstance(found, Sequence) or not found.commands:
+        raise NotFound(f"{digest} is neither a plan nor a sequence with commands", digest=digest)
+    return found

@@ -1,0 +1,114 @@
+"""How steadily the rover stands, over REST: as it stands, along a plan, and what is not there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from footfall.balance.region import equilibrium_region, region_margin
+from footfall.core.errors import NotFound
+from footfall.core.frames import apply
+from footfall.maps.standing import contacts
+from footfall.planning.stance.stand import stand
+from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.session.jobs import InlineJobs
+from footfall.session.recorded import present
+from footfall.session.registry import Sessions
+from footfall.session.steadiness import along, judged
+from footfall.telemetry.state import TelemetryFrame
+from tests.support.chassis_ground import wavy
+from tests.support.problems import problem
+from tests.support.server import running_server
+
+LEG = 2
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """(client, session): with a planned step, and a sequence of it."""
+
+    def prepare(sessions: Sessions) -> None:
+        live = sessions.create("standing")
+        dem = wavy(half=4.0)
+        live.load_terrain(dem, "made for the tests")
+        stood = stand(live.robot, dem)
+        live.set_state(stood)
+        x, y, _ = apply(stood.T_site_base, wheel_centers(live.robot, stood.posture))[LEG]
+        live.choose_footfall(LEG, float(x) + 0.1, float(y) + 0.1)
+        live.plan_step(LEG).finish()
+        live.make_sequence()
+
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running, running.client() as client:
+        live = running.sessions.current
+        assert live is not None
+        yield client, live
+
+
+def test_before_telemetry_it_is_the_state_that_is_planned_from(served):
+    client, live = served
+    answer = client.get("/sessions/current/steadiness").json()
+    assert answer["measured"] is False
+    assert answer["legs"] == [0, 1, 2, 3, 4, 5]
+    state, dem, robot = live.get(live.state.state), live.get(live.state.dem), live.robot
+    feet = contacts(robot, dem, state.posture, state.T_site_base, robot.legs)
+    com = apply(state.T_site_base, center_of_mass(robot, state.posture))
+    assert answer["com"] == pytest.approx(com)
+    found = region_margin(equilibrium_region(feet.points, feet.normals, answer["friction"]), com[:2])
+    assert answer["margins"]["friction"] == pytest.approx(found.margin, abs=2e-3)
+    assert answer["known"] == {"plain": True, "conservative": True, "friction": True}
+
+
+def test_a_course_has_its_worst_moments(served):
+    client, live = served
+    for digest in (live.state.plan, live.state.sequence):
+        course = client.get(f"/sessions/current/steadiness/{digest}").json()
+        assert course["digest"] == digest
+        for name, margins in course["margins"].items():
+            worst = course["worst"][name]
+            assert worst["margin"] == min(margins)
+            at = margins.index(worst["margin"])
+            assert (worst["moment"], worst["row"]) == (course["moments"][at], course["rows"][at])
+    assert client.get("/sessions/current/steadiness/current").json()["digest"] == live.played
+
+
+def test_a_course_is_told_once(served):
+    client, live = served
+    address = f"/sessions/current/steadiness/{live.state.plan}"
+    tag = client.get(address).headers["ETag"]
+    assert client.get(address, headers={"If-None-Match": tag}).status_code == 304
+
+
+def test_what_does_not_move_has_no_course(served):
+    client, live = served
+    problem(client.get(f"/sessions/current/steadiness/{live.state.dem}"), 404, "not-found")
+    far = {"leg": LEG, "x": 3.9, "y": 3.9}
+    client.post("/sessions/current/footfalls", json=far).raise_for_status()
+    planned = live.plan_step(LEG).finish()
+    refused = problem(client.get(f"/sessions/current/steadiness/{planned}"), 409, "conflict")
+    assert "there is no plan, so nothing moves" in refused["detail"]
+
+
+def test_telemetry_says_which_wheels_bear(served):
+    _, live = served
+    state = live.get(live.state.state)
+    forces = np.tile([0.0, 0.0, 1400.0], (6, 1))
+    forces[LEG] = 0.0
+    live.take_telemetry(TelemetryFrame(1, replace(state, wheel_forces=forces), state.posture))
+    found = judged(live)
+    assert found.measured
+    assert found.support.legs == (0, 1, 3, 4, 5)
+
+
+def test_without_state_there_is_nothing_to_judge(tmp_path):
+    with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
+        live = sessions.create("empty")
+        with pytest.raises(NotFound, match="no telemetry yet"):
+            judged(live)
+        robot = live.robot
+        dem = wavy(half=4.0)
+        live.set_state(stand(robot, dem))
+        found = judged(live)
+        assert np.isnan(found.margins["friction"])
+        assert found.margins["plain"] > 1.0
+        with pytest.raises(NotFound, match="neither a plan nor a sequence"):
+            along(live, present(live.state.state, "no state"))

@@ -1,0 +1,80 @@
+"""Margins along plans and sequences: against what the planner and the rules found of the same motion on their own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import footfall
+from footfall.balance.support import margin
+from footfall.core.frames import apply
+from footfall.maps.standing import contacts
+from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.sequence.steadiness import SAMPLING, course_of
+from tests.support.chassis_ground import wavy
+
+LEG = 2
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="module")
+def planned(athlete, ground):
+    stood = footfall.stand(athlete, ground)
+    foot = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))[LEG]
+    found = footfall.plan_step(athlete, ground, stood, LEG, (float(foot[0] + 0.2), float(foot[1] + 0.1)), seed=1)
+    assert found.plan is not None, found.reason
+    return found
+
+
+def test_the_worst_moment_of_a_plan_is_what_its_check_of_balance_found(athlete, ground, planned):
+    course = course_of(athlete, ground, planned.plan)
+    check = next(one for one in planned.checks if "balance" in one.name)
+    worst = course.worst("plain")
+    # the check looks four times as often
+    assert course.margins["plain"][worst] == pytest.approx(check.margin, abs=1e-3)
+    assert f"waypoint {course.rows[worst] + 1}" in check.where
+
+
+def test_each_moment_has_the_margin_of_its_posture(athlete, ground, planned):
+    """At waypoints, from the posture alone: the centre of mass over the five other wheels."""
+    plan = planned.plan
+    course = course_of(athlete, ground, plan)
+    others = [leg for leg in athlete.legs if leg != LEG]
+    feet = contacts(athlete, ground, plan.waypoints[0], plan.T_site_base, others).points
+    travel = np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1)
+    moments = np.concatenate([[0.0], np.cumsum(travel)]) / travel.sum()
+    for posture, moment in zip(plan.waypoints, moments, strict=True):
+        com = apply(plan.T_site_base, center_of_mass(athlete, posture))
+        at = int(np.argmin(np.abs(course.moments - moment)))
+        assert course.moments[at] == pytest.approx(moment, abs=1e-9)
+        for outline, lost in (("plain", False), ("conservative", True)):
+            assert course.margins[outline][at] == pytest.approx(margin(feet, com[:2], lost), abs=1e-9)
+    assert (np.diff(course.moments) >= 0).all()
+    assert np.diff(course.moments).max() <= SAMPLING / travel.sum() + 1e-9
+
+
+def test_the_worst_row_of_a_sequence_is_that_of_its_rule(athlete, ground, planned):
+    sequence = footfall.make_sequence(planned.plan, athlete, ground)
+    told = {rule.row: rule.margin for rule in sequence.rules if rule.rule == "balance"}
+    assert told
+    course = course_of(athlete, ground, sequence)
+    for row, spare in told.items():
+        found = course.margins["plain"][course.rows == row].min()
+        assert found == pytest.approx(spare, abs=2e-3)
+    assert course.rows[course.worst("plain")] == min(told, key=lambda row: told[row])
+
+
+def test_a_row_that_moves_nothing_stands_on_every_wheel(athlete, ground, planned):
+    step = footfall.make_sequence(planned.plan, athlete, ground)
+    wait = replace(step.commands[0], name="WAIT", leg=None, joints=None, phase="")
+    predicted = np.vstack([step.start, step.predicted[:1]])
+    course = course_of(athlete, ground, replace(step, commands=(wait, step.commands[0]), predicted=predicted))
+    stood, lifting = (course.margins["plain"][course.rows == row] for row in (0, 1))
+    feet = contacts(athlete, ground, step.start, step.T_site_base, athlete.legs).points
+    com = apply(step.T_site_base, center_of_mass(athlete, step.start))
+    assert stood == pytest.approx(margin(feet, com[:2]), abs=1e-9)
+    assert lifting.max() < stood.min() - 0.2
