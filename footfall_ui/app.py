@@ -8,6 +8,7 @@ import socket
 import sys
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +18,18 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
 from footfall.api.assemble import assemble
+from footfall.api.auth.oidc import SignOn
 from footfall.api.front import LOOPBACK, Front
-from footfall.core.errors import NotFound
+from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.account_store import FILE as ACCOUNTS_FILE
+from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
 from footfall.session.accounts import Accounts
-from footfall.session.jobs import Jobs
 from footfall.session.light_time import LightTime
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import MAX_BINARY_FRAME, PATH
 from footfall_ui.listening import Tls, address_of, front_of, listen, require_safe
+from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
 from footfall_ui.viser_door import SceneDoor, closed_door, open_viser
@@ -54,6 +57,7 @@ def create_app(
     static: Path | None = None,
     accounts: Accounts | None = None,
     front: Front = LOOPBACK,
+    sign_on: SignOn | None = None,
 ) -> FastAPI:
     """The whole application over ``sessions``, which stay the caller's to close.
 
@@ -61,7 +65,7 @@ def create_app(
     rover: a simulated rover to report on; starting and closing it is the caller's as well.
     static: folder of the page, by default the one that ships with FootFall.
     accounts: who may come in, the caller's to close; None: whoever reaches it may do everything.
-    front: how it is reached.
+    front: how it is reached. sign_on: the provider of an organisation's accounts; None: local accounts only.
     """
     door, close_scene = _open_scene(sessions) if scene else (closed_door("it was switched off"), _nothing)
 
@@ -71,7 +75,7 @@ def create_app(
             "simulated_rover": None if rover is None else rover.as_dict(),
         }
 
-    app = assemble(sessions, parts, accounts, front)
+    app = assemble(sessions, parts, accounts, front, sign_on_=sign_on)
 
     @contextlib.asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -99,7 +103,7 @@ def _open_scene(sessions: Sessions) -> tuple[SceneDoor, Callable[[], None]]:
         _log.exception("the 3-D scene could not start")
         return closed_door(f"{type(error).__name__}: {error}"), _nothing
     try:
-        drawn = Scene(server)
+        drawn = Scene(server, door.visitors)
     except Exception as error:
         _log.exception("the 3-D scene could not start")
         server.stop()
@@ -188,6 +192,7 @@ def serve(
     public_url: str | None = None,
     light_time: LightTime | None = None,
     foxglove: int | None = None,
+    worker_beside: bool = True,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
 
@@ -198,6 +203,7 @@ def serve(
     accounts: whether not to serve at all without accounts; where the folder has some, they are asked for in any case.
     tls: certificate and key; behind_tls_proxy: a proxy in front has them. public_url: as browsers elsewhere name it.
     light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
+    worker_beside: where jobs go through a database, whether a worker of this machine takes some.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
@@ -209,10 +215,12 @@ def serve(
             )
         safely = {"tls": tls is not None, "behind_tls_proxy": behind_tls_proxy, "public_url": public_url}
         require_safe(host, accounts=known is not None, **safely)
+        sign_on = _sign_on_of(folder, known)
         # the port is claimed before anything slow, so that a taken one shows at once
         listening = stack.enter_context(contextlib.closing(listen(host, port)))
         front = front_of(listening, **safely)
-        sessions = stack.enter_context(Sessions(folder, stack.enter_context(Jobs(warm=True)), light_time=light_time))
+        jobs = stack.enter_context(pool_of(folder, worker_beside))
+        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time))
         if session is not None:
             sessions.open(session)
         elif sample is not None:
@@ -229,7 +237,8 @@ def serve(
             rover = RoverProcess(sessions, link, seed, physics, token, None if tls is None else tls.certificate)
             stack.callback(rover.close)
             rover.start()
-        Server(create_app(sessions, rover=rover, accounts=known, front=front), listening, on_ready, tls).run()
+        app = create_app(sessions, rover=rover, accounts=known, front=front, sign_on=sign_on)
+        Server(app, listening, on_ready, tls).run()
 
 
 def _accounts_of(folder: Path, stack: contextlib.ExitStack) -> Accounts | None:
@@ -239,6 +248,21 @@ def _accounts_of(folder: Path, stack: contextlib.ExitStack) -> Accounts | None:
         return None
     found = stack.enter_context(contextlib.closing(Accounts(path)))
     return found if found.everyone() else None
+
+
+def _sign_on_of(folder: Path, accounts: Accounts | None) -> SignOn | None:
+    """The provider that a folder's file names; local accounts stay a way in, also when that can't be reached."""
+    settings = read_sign_on(folder)
+    if settings is None:
+        return None
+    if accounts is None:
+        raise NotFound(
+            f"{folder} names a provider of accounts and has none of its own; first make an admin's with "
+            "`footfall accounts add NAME --role admin`"
+        )
+    if find_spec("joserfc") is None:
+        raise InvalidInput("login with a provider needs the extra `oidc`: pip install 'footfall[oidc]'")
+    return SignOn(settings)
 
 
 @contextlib.contextmanager

@@ -75,7 +75,9 @@ class SceneProxy:
                 proxy=None,
             ) as viser:
                 await socket.accept(viser.subprotocol)
-                await _both_ways(socket, viser, identity_of(socket).role >= Role.PLANNER)
+                who = identity_of(socket)
+                with self._door.visitors.entered(viser.local_address[1], who):
+                    await _both_ways(socket, viser, who.role >= Role.PLANNER)
         except (OSError, TimeoutError, WebSocketException):
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await socket.close(1013, "the scene does not answer")

@@ -6,8 +6,11 @@ import os
 import subprocess
 import sys
 import threading
+from collections import deque
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from structlog.contextvars import bound_contextvars
 
 from footfall.core.errors import FootFallError
 from footfall.io.artifacts import encode
@@ -25,6 +28,8 @@ LOOK_PERIOD = 0.5
 """How often the open session and the process are looked at [s]."""
 MOST_RESTARTS = 5
 """So often in a row a process that died is started again, for one session."""
+MOST_WORDS = 20
+"""So many of the process's last lines are kept."""
 
 
 def loaded_world(live: LiveSession) -> str | None:
@@ -66,6 +71,8 @@ class RoverProcess:
         self._restarts = 0
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="simulated-rover", daemon=True)
+        self._words: deque[str] = deque(maxlen=MOST_WORDS)
+        self._listening = threading.Thread()
         self.fault = ""
 
     def start(self) -> None:
@@ -139,18 +146,23 @@ class RoverProcess:
             command += ["--state", str(folder / "state.npz")]
         # not among the arguments, which everybody on this computer can read
         surroundings = {**os.environ, **({} if self._token is None else {TOKEN_VARIABLE: self._token})}
-        with (folder / "log").open("wb") as log:
-            # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
-            self._process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True, env=surroundings
-            )
+        # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            env=surroundings,
+        )
+        self._words = deque(maxlen=MOST_WORDS)
+        self._listening = threading.Thread(target=_listen, args=(self._process, live.id, self._words), daemon=True)
+        self._listening.start()
         self.fault = ""
 
     def _last_words(self) -> str:
-        with contextlib.suppress(OSError):
-            lines = (Path(self._folder.name) / "log").read_text(errors="replace").strip().splitlines()
-            return lines[-1] if lines else ""
-        return ""
+        self._listening.join(1.0)
+        return self._words[-1] if self._words else ""
 
     def _stop(self) -> None:
         process, self._process = self._process, None
@@ -162,3 +174,22 @@ class RoverProcess:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def _listen(process: subprocess.Popen[bytes], session: str, words: "deque[str]") -> None:
+    """Log what the process says until it ends. Its lines begin with level and name; others belong to the one before."""
+    level, name = logging.ERROR, "footfall.sim"
+    with bound_contextvars(session=session), process.stdout or contextlib.nullcontext(()) as lines:
+        for line in lines:
+            text = line.decode(errors="replace").rstrip()
+            if not text:
+                continue
+            head, _, rest = text.partition(": ")
+            told, _, named = head.partition(" ")
+            if rest and named and told in _LEVELS:
+                level, name, text = _LEVELS[told], named, rest
+            words.append(text)
+            logging.getLogger(name).log(level, "%s", text)
+
+
+_LEVELS = logging.getLevelNamesMapping()

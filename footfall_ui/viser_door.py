@@ -10,7 +10,7 @@ import io
 import secrets
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from http import HTTPStatus
 from typing import Any
 
@@ -21,6 +21,8 @@ from viser._messages import ShareUrlRequest
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
+from footfall_ui.visitors import Visitors
+
 SECRET_HEADER = "X-FootFall-Scene"
 
 _replacing = threading.Lock()
@@ -28,11 +30,12 @@ _replacing = threading.Lock()
 
 @dataclass(frozen=True)
 class SceneDoor:
-    """Where viser listens, and the secret of the proxy; port None and a reason where there is no scene."""
+    """Where viser listens, the secret of the proxy, who comes in; port None and a reason where there is no scene."""
 
     port: int | None
     secret: str = ""
     reason: str = ""
+    visitors: Visitors = field(default_factory=Visitors)
 
 
 def closed_door(reason: str) -> SceneDoor:

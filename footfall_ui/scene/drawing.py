@@ -12,15 +12,19 @@ from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
+from footfall.session.acting import acting
 from footfall.session.live import LiveSession
+from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import pick
+from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.footfall import FootfallDrawing
 from footfall_ui.scene.forces import ForcesDrawing
 from footfall_ui.scene.ghost import GhostDrawing, Motion, motion_of
+from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.look import Looking
 from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
@@ -35,6 +39,7 @@ from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.torque import TorqueDrawing
 from footfall_ui.scene.wakeup import wake_in_loop
 from footfall_ui.scene.what_if import WhatIfDrawing
+from footfall_ui.visitors import Visitors
 
 _V = TypeVar("_V", bound=Value)
 
@@ -53,9 +58,10 @@ class Scene:
     slow picture delays neither commands nor telemetry.
     """
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer, visitors: Visitors | None = None) -> None:
+        """visitors: who sits at which page; None: nobody knows."""
         wake_in_loop(server)
-        self._server = server
+        self._server, self._visitors = server, visitors or Visitors()
         server.scene.set_up_direction("+z")
         server.scene.world_axes.visible = False
         server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
@@ -69,6 +75,7 @@ class Scene:
         self._cameras: CamerasDrawing | None = None
         self._robot: Robot | None = None
         self._terrain = TerrainDrawing(server)
+        self._age = AgeDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
@@ -82,10 +89,12 @@ class Scene:
         self._sag = SagDrawing(server)
         self._tape = TapeDrawing(server)
         self._looking = Looking(server)
+        self._hand = HandPart(server, lambda: self._live, self._visitors)
         parts: dict[str, Callable[[LiveSession], None]] = {
             "robot": self._draw_robot,
             "rover": self._draw_rover,
             "ground": self._draw_ground,
+            "age": self._draw_age,
             "torques": self._draw_torques,
             "forces": self._draw_forces,
             "support": self._draw_support,
@@ -101,6 +110,7 @@ class Scene:
             "predicted": self._draw_predicted,
             "tape": self._draw_tape,
             "look": self._draw_look,
+            "hand": self._hand.draw,
         }
         self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
 
@@ -114,11 +124,14 @@ class Scene:
     def close(self) -> None:
         """Stop drawing."""
         self._unlisten()
+        self._hand.close()
         self._redrawing.close()
 
     def _heard(self, message: dict) -> None:
         if message["type"] == "telemetry":
             self._redrawing.mark(*MOVING)
+        elif message["type"] == "hand":
+            self._redrawing.mark("hand", "what if")
         elif message["type"] in ("event", "view", "preview"):
             self._redrawing.mark()
 
@@ -189,7 +202,8 @@ class Scene:
         if state is None or self._robot is None or not live.view.shown.support:
             self._support.hide()
         else:
-            self._support.show(self._robot, state)
+            dem = _read(live, live.state.dem, Dem) if live.state.dem else None
+            self._support.show(self._robot, state, dem, friction_of(live), live.view.shown.region)
 
     def _draw_cameras(self, live: LiveSession) -> None:
         if self._cameras is None:
@@ -219,9 +233,19 @@ class Scene:
         # maps of an older terrain or posture are not shown: their green would be a wrong green
         self._terrain.show(dem, live.maps_shown(live.view.leg), live.view.layer)
 
+    def _draw_age(self, live: LiveSession) -> None:
+        if live.state.dem is None:
+            self._age.forget()
+        elif live.view.shown.age:
+            self._age.show(_read(live, live.state.dem, Dem))
+        else:
+            self._age.hide()
+
     def _draw_what_if(self, live: LiveSession) -> None:
-        state = live.state
-        if state.what_if is None or state.state is None or self._robot is None:
+        state, dragged = live.state, self._hand.stance(live)
+        if dragged is not None and self._robot is not None:
+            self._what_if.show(self._robot, dragged)
+        elif state.what_if is None or state.state is None or self._robot is None:
             self._what_if.hide()
         else:
             self._what_if.show(self._robot, _read(live, state.state, RobotState))
@@ -302,7 +326,13 @@ class Scene:
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
-        self._redrawing.soon(lambda: self._choose(origin, direction))
+        who = self._visitors.of(self._server, event.client_id)
+
+        def choose() -> None:
+            with acting(who):
+                self._choose(origin, direction)
+
+        self._redrawing.soon(choose)
 
     def _choose(self, origin: np.ndarray, direction: np.ndarray) -> None:
         live = self._live

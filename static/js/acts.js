@@ -2,6 +2,7 @@
 // Buttons, keys and the palette all go through here.
 
 import { $, toast } from "./dom.js";
+import { actWhenHeld } from "./holding.js";
 import { lacking } from "./rights.js";
 import { subscribe } from "./store.js";
 
@@ -9,20 +10,21 @@ const acts = [];
 const listeners = [];
 
 // text: what it does, for people. key: as keys.js writes them. button: id of its button. refusal: says why it can't be done
-// now, "" where it can. quiet: neither key list nor palette needs it twice.
-export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false }) {
+// now, "" where it can. quiet: neither key list nor palette needs it twice. held: its button acts when it is held.
+export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false, held = false }) {
   const taken = key && acts.find((one) => one.key === key);
   if (taken) throw new Error(`The key ${key} is for "${taken.text}" already.`);
   const made = { text, key, run, refusal: () => lacking($(button)) || refusal(), quiet };
   acts.push(made);
-  if (button) wire($(button), made);
+  if (button) wire($(button), made, held);
   listeners.forEach((listener) => listener());
   return made;
 }
 
-function wire(button, made) {
+function wire(button, made, held) {
   const about = button.title || made.text;
-  button.addEventListener("click", () => perform(made));
+  if (held) actWhenHeld(button, () => perform(made));
+  else button.addEventListener("click", () => perform(made));
   const draw = () => {
     const against = made.refusal();
     button.disabled = Boolean(against);

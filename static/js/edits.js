@@ -1,9 +1,11 @@
-// Edits of the sequence. Each is checked by the server at once, and can be undone.
+// Edits of the sequence, each checked by the server at once; and undo of edits and choices alike, in their order.
 
-import { request } from "./api.js";
+import { post, request } from "./api.js";
 import { attempt } from "./dom.js";
 import { refresh } from "./stream.js";
 import { known } from "./store.js";
+import { settled } from "./panels/hand.js";
+import { settled as typed } from "./panels/through.js";
 
 const ofThisVersion = () => ({ "If-Match": known.sequence.etag });
 
@@ -18,10 +20,23 @@ export const edit = (change) => inTurn(async () => {
   return true;
 });
 
-const step = (way) => inTurn(async () => {
-  await request("POST", `/sequences/${known.sequence.digest}/${way}`, {}, ofThisVersion());
-  await refresh();
+// Which choice is meant goes along: another one that came since is not taken back unseen.
+const turn = (way) => inTurn(async () => {
+  await settled(); // what is being moved, or typed, is the latest choice
+  await typed();
+  const latest = known.summary[way];
+  if (!latest) return;
+  try {
+    await post(`/sessions/current/${way}`, { choice: latest.choice });
+  } finally {
+    await refresh();
+  }
 });
 
-export const undo = () => step("undo");
-export const redo = () => step("redo");
+export const undo = () => turn("undo");
+export const redo = () => turn("redo");
+
+const KINDS = { footfall: "footfall", points: "points for the wheel", plan: "choice of a plan", edit: "edit of the commands" };
+
+// Of summary.undo or summary.redo.
+export const toldChoice = ({ kind, leg, by }) => `${KINDS[kind]}${leg === null ? "" : ` of leg ${leg}`}${by && by !== "local" ? `, by ${by}` : ""}`;

@@ -38,7 +38,35 @@ export function describe({ type, payload }) {
   const what = [payload.kind, leg, row, payload.status, payload.text, payload.name, payload.format, payload.state, payload.reason];
   const words = what.filter((one) => typeof one === "string" && one && !/^[0-9a-f]{32}$/.test(one));
   const named = type === "product" ? [] : [type.replaceAll("_", " ")];
-  return [...named, ...new Set(words.map((one) => one.replaceAll("_", " ")))].join(", ");
+  const who = typeof payload.by?.name === "string" && payload.by.name !== "local" ? [`by ${payload.by.name}`] : [];
+  return [...named, ...new Set(words.map((one) => one.replaceAll("_", " "))), ...who].join(", ");
 }
+
+const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", edit: "the edit of the commands" };
+const MADE = {
+  plan: ({ leg, status }) => `planned the step of leg ${leg}: ${status.replaceAll("_", " ")}`,
+  maps: ({ leg }) => `coloured the ground for leg ${leg}`,
+  terrain: () => "built the terrain", photographs: () => "built the terrain", blend: () => "blended terrains", clear: () => "cleared ground",
+  what_if: () => "shifted the chassis in a what-if", after: () => "goes on from the end of a plan",
+  shift: () => "looked for a shift of the chassis", body_move: () => "checked a move of the chassis",
+  execution: ({ status }) => `commanded for sag: ${status.replaceAll("_", " ")}`,
+  sequence: () => "made commands", edit: () => "edited the commands", export: ({ format }) => `exported the commands as ${format}`,
+};
+const DONE = {
+  product: (payload) => MADE[payload.kind]?.(payload) ?? `made: ${payload.kind.replaceAll("_", " ")}`,
+  footfall_chosen: ({ leg }) => `chose a footfall for leg ${leg}`,
+  points_set: ({ leg, points }) => `set ${points.length} point${points.length === 1 ? "" : "s"} for the wheel of leg ${leg}`,
+  plan_chosen: () => "chose another plan",
+  choice_undone: ({ kind }) => `took back ${CHOICES[kind]}`,
+  choice_redone: ({ kind }) => `made ${CHOICES[kind]} again`,
+  sequence_undone: () => "took back an edit of the commands", sequence_redone: () => "made an edit of the commands again",
+  terrain_loaded: () => "loaded terrain", terrain_undone: () => "took back a change of the terrain",
+  what_if_ended: () => "ended the what-if", state_frozen: () => "froze the rover's state", note: ({ text }) => `noted: ${text}`,
+  run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "sent on", run_aborted: () => "aborted the commands",
+  conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop", stop_cleared: () => "cleared the stop",
+};
+
+// What somebody did, as "… chose a footfall for leg 3" goes on; "" of what nobody did.
+export const saidOf = ({ type, payload }) => (DONE[type] && typeof payload.by?.name === "string" ? DONE[type](payload) : "");
 
 export const clock = (time) => new Date(time * 1000).toISOString().slice(11, 19);

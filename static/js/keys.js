@@ -8,9 +8,22 @@ const REPEATING = ["[", "]", ",", "."];
 const CAMERA_KEYS = ["W", "A", "S", "D", "Q", "E"]; // as viser has them
 const STOPS = [["Ctrl+.", "Stop request"], ["Esc Esc", "Stop request"]];
 
+const explained = []; // keys that a part of the page hears itself, for the list
+const first = []; // who hears keys before the keymap does
+
 let lastEscape = 0;
 
-export const bind = (key, text, run) => act({ key, text, run });
+export const explainKey = (key, text) => explained.push([key, text]);
+
+// listener: (event) → whether the key was its. Not asked about keys for fields, dialogs and stop.
+export const heardFirst = (listener) => first.push(listener);
+
+function isTaken(event) {
+  if (!first.some((listener) => listener(event))) return false;
+  event.preventDefault();
+  event.stopPropagation(); // the scene's camera does not hear it
+  return true;
+}
 
 export function listenForKeys(stop) {
   act({ text: "Stop request", run: stop });
@@ -27,10 +40,12 @@ export function listenForKeys(stop) {
       const now = performance.now();
       if (now - lastEscape < 700) stop();
       lastEscape = now;
-      for (const dialog of document.querySelectorAll("dialog[open]")) dialog.close();
+      const open = document.querySelectorAll("dialog[open]");
+      for (const dialog of open) dialog.close();
+      if (!open.length) isTaken(event);
       return;
     }
-    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea");
+    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]):not([type=radio]), select, textarea");
     if (event.ctrlKey || event.metaKey) {
       const key = `Ctrl+${event.key.toUpperCase()}`;
       // a field's own undo stays its own
@@ -42,6 +57,7 @@ export function listenForKeys(stop) {
       return;
     }
     if (typing || event.altKey || document.querySelector("dialog[open]")) return;
+    if (isTaken(event)) return;
     // on a button or link Space and Enter are that one's
     if ([" ", "Enter"].includes(event.key) && event.target.closest?.("button, a, summary, [role=tab]")) return;
     // a key that is held down acts once; the scene's own keys move its camera
@@ -67,7 +83,7 @@ function press(event, key) {
 
 function showHelp() {
   const keyed = listed().filter(({ key }) => key).map(({ key, text }) => [told(key), text]);
-  $("help-keys").replaceChildren(...[...keyed, ...STOPS].map(([key, text]) =>
+  $("help-keys").replaceChildren(...[...keyed, ...explained, ...STOPS].map(([key, text]) =>
     element("tr", {}, element("th", { scope: "row" }, element("kbd", { textContent: key })), element("td", { textContent: text }))));
   // Not modal: a modal dialog would put the stop button out of reach.
   $("help").show();

@@ -12,14 +12,19 @@ import { startScene } from "./scene.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
 import * as account from "./panels/account.js";
+import * as age from "./panels/age.js";
 import * as commands from "./panels/commands.js";
 import * as conn from "./panels/conn.js";
 import * as execution from "./panels/execution.js";
 import * as footfall from "./panels/footfall.js";
+import * as gauge from "./panels/gauge.js";
 import * as ghost from "./panels/ghost.js";
 import * as ground from "./panels/ground.js";
+import * as hand from "./panels/hand.js";
+import * as images from "./panels/images.js";
 import * as legs from "./panels/legs.js";
 import * as map from "./panels/map.js";
+import * as others from "./panels/others.js";
 import * as plan from "./panels/plan.js";
 import * as record from "./panels/record.js";
 import * as row from "./panels/row.js";
@@ -32,7 +37,7 @@ import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
 import * as whatIf from "./panels/whatif.js";
 
-const PANELS = [ground, footfall, suggest, map, whatIf, plan, execution, ghost, view, commands, row, conn, run, legs, telemetry, timeline, sessions, record];
+const PANELS = [ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

@@ -91,6 +91,14 @@ const take = {
     if (fetching) again = true; // the one on its way may have an older view
     changed();
   },
+  // moved by somebody: dozens a second, and nothing else has changed
+  hand(hand) {
+    if (!known.summary) return;
+    known.summary = { ...known.summary, hand };
+    known.heardAt = performance.now();
+    if (fetching) again = true; // the one on its way may be older
+    changed();
+  },
   event({ type, payload }) {
     if (type === "link_fault") toast(`Rover link: ${payload.source === "rover" ? "the rover says: " : ""}${payload.reason}`);
     if (type === "log_repaired" || type === "clock_jumped") toast(`Record: ${payload.text}`);

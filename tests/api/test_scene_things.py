@@ -7,6 +7,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply, inverse
+from footfall.maps.steadiness import bearing
 from footfall.maps.suggest import Suggestion, Suggestions
 from footfall.planning.step.problem import Check, Footfall, PlanResult, Status
 from footfall.robot.ik import contact_point
@@ -20,7 +21,7 @@ from footfall_ui.scene.look import eye_of, followed
 from footfall_ui.scene.predicted import alongside
 from footfall_ui.scene.still import stands_still
 from footfall_ui.scene.suggested import markers
-from footfall_ui.scene.support import stance_of, standing
+from footfall_ui.scene.support import dashes, stance_of
 from footfall_ui.scene.swept import swept_poses
 from footfall_ui.scene.tape import tape_text
 from footfall_ui.scene.torque import level, torque_shares, worst_joint
@@ -107,25 +108,44 @@ def test_wheels_without_load_hold_nothing(athlete, stood):
     stance = stance_of(athlete, stood)
     assert 0 < stance.margins["conservative"] < stance.margins["plain"]
     # the least distance of the centre of mass from any side of the outline, the other way round
-    ring = stance.rings["plain"][:, :2]
+    ring = stance.ring("plain")[:, :2]
     ends = np.roll(ring, -1, axis=0)
     sides = (ends - ring) / np.linalg.norm(ends - ring, axis=1)[:, None]
     away = stance.com[:2] - ring
     distances = np.abs(sides[:, 0] * away[:, 1] - sides[:, 1] * away[:, 0])
     assert stance.margins["plain"] == pytest.approx(distances.min())
     assert stance.text == (
-        f"margin {stance.margins['plain']:.2f} m, with any one leg lost {stance.margins['conservative']:.2f} m"
+        f"margin {stance.margins['plain']:.2f} m, any leg lost {stance.margins['conservative']:.2f} m"
     )
     forces = np.array(stood.wheel_forces)
     forces[LEG] = 0.0
     lifted = replace(stood, wheel_forces=forces)
-    assert standing(athlete, lifted) == [0, 1, 3, 4, 5]
+    assert bearing(athlete, lifted) == [0, 1, 3, 4, 5]
     assert stance_of(athlete, lifted).margins["plain"] < stance.margins["plain"]
     # where no force is known, all are taken to stand
-    assert standing(athlete, replace(stood, wheel_forces=np.zeros((6, 3)))) == [0, 1, 2, 3, 4, 5]
+    assert bearing(athlete, replace(stood, wheel_forces=np.zeros((6, 3)))) == [0, 1, 2, 3, 4, 5]
     one = np.zeros((6, 3))
     one[0] = [0.0, 0.0, 8000.0]
     assert stance_of(athlete, replace(stood, wheel_forces=one)).text == "margin: too few wheels stand"
+
+
+def test_a_pattern_goes_round_corners():
+    square = np.array([(0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.0), (0.0, 2.0, 1.0)])
+    whole = dashes(square, 1.0, 0.0)
+    assert np.linalg.norm(np.diff(whole, axis=1), axis=-1).ravel() == pytest.approx([2.0] * 4)
+    broken = dashes(square, 0.3, 0.2)
+    assert np.linalg.norm(np.diff(broken, axis=1), axis=-1).sum() == pytest.approx(8.0 * 0.3 / 0.5)
+    # every piece lies on a side: none cuts a corner
+    at_edge = np.isclose(broken[..., :2], 0.0) | np.isclose(broken[..., :2], 2.0)
+    assert (at_edge[:, 0] & at_edge[:, 1]).any(axis=1).all()
+
+
+def test_only_what_moves_a_standing_wheel_moves_its_support(athlete, stood):
+    swung = np.array(stood.posture)
+    swung[6 * LEG + 1] += 0.3
+    moved = replace(stood, posture=swung)
+    assert not stands_still(stood, moved)
+    assert stands_still(stood, moved, [leg for leg in athlete.legs if leg != LEG])
 
 
 def test_noise_is_no_motion(stood, rng):

@@ -68,6 +68,7 @@ def test_each_switch_shows_its_thing(viewed, ground):
         "torques": ["/torque/worst", "/rover/leg2_knee_pitch/torque"],
         "forces": ["/forces/arrows", "/forces/text"],
         "support": ["/support/plain", "/support/conservative", "/support/com", "/support/margin"],
+        "region": ["/support/friction"],
         "cameras": ["/rover/cameras/haz0/field"],
         "tape": ["/tape/lines", "/tape/text"],
     }
@@ -80,6 +81,32 @@ def test_each_switch_shows_its_thing(viewed, ground):
         others = [name for other in things if other != switch for name in things[other]]
         live.set_view(shown={switch: True})
         assert all(there(name) for name in [*names, *others])
+
+
+def test_the_hatching_is_made_once_for_each_terrain(viewed, ground):
+    live, there, scene, server = viewed
+    state = live.state.state
+    newest = np.where(np.isfinite(ground.heights), 1e9, np.nan)
+    newest[0, 0] += 7200.0
+    known = np.isfinite(newest)
+    remembered = {
+        "variance": known.astype(np.float32),
+        "count": known.astype(np.uint16),
+        "source": known.astype(np.uint8),
+    }
+    live.load_terrain(replace(ground, time=newest, sources=("nav0",), **remembered), "an hour old")
+    live.set_view(shown={"age": True})
+    assert there("/age")
+    made = server.scene.get_handle_by_name("/age")
+    for shown in (False, True):
+        live.set_view(shown={"age": shown})
+        settle(scene)
+        assert server.scene.get_handle_by_name("/age") is made
+        assert made.visible is shown
+    live.load_terrain(ground, "made for the tests")
+    assert there("/age", shown=False)
+    live.set_view(shown={"age": False})
+    assert live.state.state == state
 
 
 def test_a_click_measures_while_the_tape_is_out(viewed):

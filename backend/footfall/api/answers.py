@@ -139,6 +139,45 @@ class FootfallAnswer(TypedDict):
     reasons: list[str]
 
 
+class PointsAnswer(TypedDict):
+    """Points that the wheel's centre of a leg is to pass, site frame [m]."""
+
+    leg: int
+    points: list[list[float]]
+
+
+class ChoiceAnswer(TypedDict):
+    """A choice that can be taken back or made again: `choice` is the number of its event, `by` who made it."""
+
+    choice: int
+    kind: Literal["footfall", "points", "plan", "edit"]
+    leg: int | None
+    by: str
+
+
+class ReadOutAnswer(TypedDict):
+    """What is told of a place. `good`: null where nothing is known for or against; `lines`: of every layer."""
+
+    good: bool | None
+    brief: str
+    text: str
+    reasons: list[str]
+    lines: list[str]
+
+
+class HeldAnswer(TypedDict):
+    """What is in hand, whose, and what is told of the place where it is. `moved`: not where it was taken up."""
+
+    what: Literal["footfall", "point", "chassis"]
+    index: int
+    leg: int | None
+    place: list[float]
+    moved: bool
+    by: HolderAnswer
+    read: ReadOutAnswer
+    refused: Annotated[str, Field(description="why it could not be chosen where it was let go")]
+
+
 class PlanInSummary(TypedDict):
     """The present plan."""
 
@@ -169,6 +208,10 @@ class SessionAnswer(TypedDict):
     maps_current: Annotated[dict[str, bool], Field(description="leg → whether they fit the present state")]
     footfall: dict[str, Any] | None
     footfall_answer: FootfallAnswer | None
+    points: PointsAnswer | None
+    hand: HeldAnswer | None
+    undo: ChoiceAnswer | None
+    redo: ChoiceAnswer | None
     plan: PlanInSummary
     execution: dict[str, Any]
     sequence: DigestText | None

@@ -7,10 +7,14 @@ from fastapi import Depends, FastAPI
 
 from footfall.api import (
     accounts,
+    choices,
     conn,
     executions,
     footfalls,
+    hand,
     health,
+    image_overlays,
+    image_views,
     images,
     info,
     ingest,
@@ -26,13 +30,16 @@ from footfall.api import (
     runs,
     sequences,
     sessions,
+    sign_on,
     stances,
+    steadiness,
     stop,
     telemetry,
     terrains,
 )
 from footfall.api.access import BASE
 from footfall.api.auth.identify import Identify
+from footfall.api.auth.oidc import SignOn
 from footfall.api.auth.roles import authorise
 from footfall.api.front import LOOPBACK, Front
 from footfall.api.guard import Guard
@@ -47,6 +54,7 @@ from footfall.api.unchanged import Unchanged
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.accounts import Accounts
 from footfall.session.checks import Checks
+from footfall.session.image_views import ImageViews
 from footfall.session.registry import Sessions
 
 _DESCRIPTION = """A ground tool for walking rovers.
@@ -63,12 +71,14 @@ def assemble(
     accounts_: Accounts | None = None,
     front: Front = LOOPBACK,
     limits: Limits = LIMITS,
+    sign_on_: SignOn | None = None,
 ) -> FastAPI:
     """App with every route under ``/api/v1``.
 
     parts: further members of ``GET info``, for what the caller adds to the app.
     accounts_: who may come in; None: everybody who reaches the server may do everything. front: how it is reached.
     limits: how much one request may hold, and how often one client may ask.
+    sign_on_: the provider of an organisation's accounts; None: local accounts only.
     """
     app = FastAPI(
         title="FootFall",
@@ -82,9 +92,11 @@ def assemble(
     app.state.sessions = sessions_
     app.state.accounts = accounts_
     app.state.front = front
+    app.state.sign_on = sign_on_
     app.state.limits = limits
     app.state.streams = Streams()
     app.state.checks = Checks(sessions_)
+    app.state.image_views = ImageViews(sessions_)
     app.state.rover_door = rover.RoverDoor()
     app.state.parts = lambda: {**parts(), "rover_link": app.state.rover_door.as_dict()}
     app.state.metrics = metrics.Metrics(sessions_, app.state.streams, app.state.rover_door)
@@ -99,17 +111,24 @@ def assemble(
     for module in (
         info,
         accounts,
+        sign_on,
         robot,
         sessions,
         telemetry,
         ingest,
+        # before the images: a picture's name would pass for that of a side
+        image_views,
+        image_overlays,
         images,
         terrains,
         photographs,
         maps,
         footfalls,
         stances,
+        steadiness,
         plans,
+        choices,
+        hand,
         executions,
         sequences,
         conn,

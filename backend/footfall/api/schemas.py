@@ -360,6 +360,8 @@ class ShownChange(Strictly):
     torques: bool = Field(default_factory=bool)
     forces: bool = Field(default_factory=bool)
     support: bool = Field(default_factory=bool)
+    region: bool = Field(default_factory=bool, description="where the centre of mass may be, with friction")
+    age: bool = Field(default_factory=bool, description="the ground is hatched by how old it is")
     suggestions: bool = Field(default_factory=bool)
     predicted: bool = Field(default_factory=bool, description="the second ghost, while a run goes")
     cameras: bool = Field(default_factory=bool)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
-from typing import Annotated, Literal, cast
+from typing import Annotated, Literal, TypedDict, cast
 
 import numpy as np
 from fastapi import Query, Request, Response
@@ -11,7 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import Digest, OneSession, product, session_path
 from footfall.api.answer_models import answer_model
-from footfall.api.answers import JobAnswer, TerrainAnswer
+from footfall.api.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.jobs import accepted
 from footfall.api.multipart import file_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routing import Routes, files
@@ -19,6 +19,7 @@ from footfall.api.schemas import BlendOptions, BuildTerrain, ClearTerrain, Terra
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
 from footfall.session.job import Job
 from footfall.session.live import LiveSession
+from footfall.terrain.age import BANDS, age_shares
 from footfall.terrain.dem import Dem
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
@@ -147,6 +148,30 @@ def download_collision_mesh(
     }
     content = encode_collision_mesh(made, f".{extension}")
     return Response(content, media_type=_BYTES, headers=headers)
+
+
+class AgeBand(TypedDict):
+    """Ground from `after` seconds before the newest measurement on; share: of the cells that have a height."""
+
+    after: float
+    share: Share
+
+
+class AgeAnswer(TypedDict):
+    """How old the ground is. unknown: share of the cells that have a height, but no time of their measurement."""
+
+    bands: list[AgeBand]
+    unknown: Share
+
+
+@router.get("/sessions/{session}/terrains/{digest}/age")
+def read_age(live: OneSession, digest: Digest) -> AgeAnswer:
+    """How much of a terrain is how old, as the scene hatches it."""
+    shares, unknown = age_shares(product(live, digest, Dem, live.state.dem))
+    bands: list[AgeBand] = [
+        {"after": after, "share": share} for after, share in zip((0.0, *BANDS), shares, strict=True)
+    ]
+    return {"bands": bands, "unknown": unknown}
 
 
 @router.get("/sessions/{session}/terrains/{digest}.{extension}", response_class=Response, responses=files(_BYTES))

@@ -7,16 +7,16 @@ from footfall.core.errors import Conflict, NotFound
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE, pose_difference
+from footfall.session.hand import HandSession
 from footfall.session.job import Job
 from footfall.session.link import RoverLink
-from footfall.session.plans import PlanSession
 from footfall.session.recorded import present
 from footfall.session.requests import ExecutionRequest
 from footfall.session.sag import Sag, sag_of
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 
-class ExecutionSession(PlanSession):
+class ExecutionSession(HandSession):
     """The part of a session that turns plans into set points; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
     """

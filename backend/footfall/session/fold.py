@@ -7,8 +7,9 @@ from typing import Any
 
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
-from footfall.planning.step.problem import Footfall
+from footfall.planning.step.problem import Footfall, Point
 from footfall.session.event import Event
+from footfall.session.fold_choices import Choice, chosen, edit_redone, edit_undone, forgotten, redone, undone
 from footfall.session.fold_commands import (
     CHANGES,
     CommandRecord,
@@ -56,6 +57,14 @@ class PlanRecord(Value):
 
 
 @value
+class LeadPoints(Value):
+    """Points that the wheel of a leg is to pass in its swing: of its centre, in their order, site frame [m]."""
+
+    leg: int
+    points: tuple[Point, ...]
+
+
+@value
 class Note(Value):
     """What an operator wrote down."""
 
@@ -77,6 +86,8 @@ class SessionState(Value):
     terrain_history: the terrains before ``dem``, oldest first, for undo.
     sequence_history: the sequences before ``sequence``, oldest first, for undo. sequence_ahead: those that were undone
         since the latest edit, the one undone last at the end, for redo.
+    points: for the swing of a leg, None before any were set. choices: what the operator chose and can take back, oldest
+        first; choices_ahead: what was taken back since, the latest at the end, for redo.
     runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it.
     """
 
@@ -88,6 +99,7 @@ class SessionState(Value):
     dem: str | None = None
     maps: Mapping[str, str] = field(default_factory=dict)
     footfall: Footfall | None = None
+    points: LeadPoints | None = field(default=None, metadata=LATER)
     plan: str | None = None
     plan_status: str | None = None
     plan_reason: str = ""
@@ -103,6 +115,8 @@ class SessionState(Value):
     sequence: str | None = None
     sequence_history: tuple[str, ...] = ()
     sequence_ahead: tuple[str, ...] = field(default=(), metadata=LATER)
+    choices: tuple[Choice, ...] = field(default=(), metadata=LATER)
+    choices_ahead: tuple[Choice, ...] = field(default=(), metadata=LATER)
     exports: tuple[ExportRecord, ...] = ()
     stop: StopRecord = StopRecord()
     commands: tuple[CommandRecord, ...] = ()
@@ -192,7 +206,14 @@ def _terrain_loaded(state: SessionState, event: Event, payload: Payload) -> Sess
 
 
 def _footfall_chosen(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    return replace(state, footfall=Footfall(payload["leg"], payload["x"], payload["y"]))
+    after = replace(state, footfall=Footfall(payload["leg"], payload["x"], payload["y"]))
+    return replace(after, **chosen(state, after, event, "footfall"))
+
+
+def _points_set(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    points = tuple((float(x), float(y), float(z)) for x, y, z in payload["points"])
+    after = replace(state, points=LeadPoints(payload["leg"], points))
+    return replace(after, **chosen(state, after, event, "points"))
 
 
 def _product(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -223,10 +244,12 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     if kind == "body_move":
         return replace(state, body_move=digest)
     if kind == "sequence":
-        return replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
+        made = replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
+        return replace(made, **forgotten(state, "edit"))
     if kind == "edit":
         history = (*state.sequence_history, payload["parents"]["sequence"])
-        return replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
+        edited = replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
+        return replace(edited, **chosen(state, edited, event, "edit"))
     if kind == "export":
         record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
         return replace(state, exports=(*state.exports, record))
@@ -237,7 +260,8 @@ def _planned(state: SessionState, digest: str, payload: Payload) -> SessionState
     """A plan that was asked for becomes the present one; an alternative to it is only listed."""
     about, status, reason = payload.get("alternative"), payload["status"], payload["reason"]
     if about is None:
-        return _with_plan(replace(state, alternatives=()), digest, status, reason)
+        asked = replace(state, alternatives=(), **forgotten(state, "plan"))
+        return _with_plan(asked, digest, status, reason)
     if all(one.plan != about["to"] for one in state.plans):
         return state  # another step was planned meanwhile
     found = PlanRecord(digest, about["kind"], about["text"], status, reason)
@@ -246,10 +270,11 @@ def _planned(state: SessionState, digest: str, payload: Payload) -> SessionState
 
 
 def _plan_chosen(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    chosen = next((one for one in state.alternatives if one.plan == payload["digest"]), None)
-    if chosen is None:
+    found = next((one for one in state.alternatives if one.plan == payload["digest"]), None)
+    if found is None:
         raise ValueError("it chooses a plan that was not there to choose")
-    return _with_plan(state, chosen.plan, chosen.status, chosen.reason)
+    after = _with_plan(state, found.plan, found.status, found.reason)
+    return replace(after, **chosen(state, after, event, "plan"))
 
 
 def _with_plan(state: SessionState, digest: str, status: str, reason: str) -> SessionState:
@@ -274,7 +299,8 @@ def _undone(state: SessionState, event: Event, payload: Payload) -> SessionState
         raise ValueError("it undoes an edit that was not made")
     *history, before = state.sequence_history
     ahead = (*state.sequence_ahead, state.sequence or "")
-    return replace(state, sequence=before, sequence_history=tuple(history), sequence_ahead=ahead)
+    left = {"sequence": before, "sequence_history": tuple(history), "sequence_ahead": ahead}
+    return replace(state, **left, **edit_undone(state))
 
 
 def _redone(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -282,7 +308,8 @@ def _redone(state: SessionState, event: Event, payload: Payload) -> SessionState
         raise ValueError("it redoes an edit that was not undone")
     *ahead, again = state.sequence_ahead
     history = (*state.sequence_history, state.sequence or "")
-    return replace(state, sequence=again, sequence_history=history, sequence_ahead=tuple(ahead))
+    made = {"sequence": again, "sequence_history": history, "sequence_ahead": tuple(ahead)}
+    return replace(state, **made, **edit_redone(state, event))
 
 
 def _changed(
@@ -312,11 +339,14 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "terrain_loaded": _terrain_loaded,
     "terrain_undone": _terrain_undone,
     "footfall_chosen": _footfall_chosen,
+    "points_set": _points_set,
     "product": _product,
     "plan_chosen": _plan_chosen,
     "job_failed": _unchanged,
     "sequence_undone": _undone,
     "sequence_redone": _redone,
+    "choice_undone": partial(_changed, undone),
+    "choice_redone": partial(_changed, redone),
     "note": _noted,
     **{type: partial(_changed, change) for type, change in CHANGES.items()},
 }

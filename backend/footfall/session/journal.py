@@ -1,5 +1,6 @@
 """What happened, written down: the one lock of a session, its log, what the log folds to, and who is told."""
 
+import json
 import logging
 import threading
 import time
@@ -8,9 +9,11 @@ from contextlib import suppress
 from typing import Any
 
 from footfall.core.errors import Conflict
+from footfall.session.acting import told
 from footfall.session.clock import ClockWatch, Reading
 from footfall.session.event import Event, next_event
 from footfall.session.fold import SessionState, fold, fold_all
+from footfall.session.storage.interface import TurnedUp
 from footfall.session.storage.store import SessionStore
 
 LOCK_PATIENCE = 1.0
@@ -73,12 +76,15 @@ class Journal:
         return unlisten
 
     def record(self, type: str, payload: Mapping[str, Any]) -> Event:
-        """Write one event. Raises StoreRefused where the store can't take it, Conflict once closed."""
+        """Write one event, with who acts where that is known.
+
+        Raises StoreRefused where the store can't take it, Conflict once closed.
+        """
         with self.lock:
             if self._closed:
                 raise Conflict("the session is closed")
             self._record_pending()
-            return self._write(type, payload)
+            return self._write(type, {**told(), **payload})
 
     def record_anyway(self, type: str, payload: Mapping[str, Any]) -> None:
         """As :meth:`record`, but what can't be written now is written before the next event that can.
@@ -117,6 +123,11 @@ class Journal:
                 self._store.close()
 
     def _keep_pending(self, reason: Exception) -> None:
+        doubtful = self._store.take_doubtful()
+        if doubtful is not None:
+            self._adopt(doubtful)
+            if self._unrecorded and _same(doubtful, *self._unrecorded[0]):
+                del self._unrecorded[0]
         pending: list[Event] = []
         for type, payload in self._unrecorded:
             last = pending[-1] if pending else self._events[-1] if self._events else None
@@ -151,13 +162,24 @@ class Journal:
         event = next_event(self._events[-1] if self._events else None, reading.wall, type, payload)
         state = fold(self._state, event)
         began = time.perf_counter()
-        self._store.append(event)
+        try:
+            self._store.append(event)
+        except TurnedUp as found:
+            self._adopt(found.event)
+            return found.event if _same(found.event, type, event.payload) else self._write_at(reading, type, payload)
         self.appended = self.appended[0] + 1, self.appended[1] + time.perf_counter() - began
         self._clock.accept(reading)
+        self._take(event, state)
+        return event
+
+    def _adopt(self, event: Event) -> None:
+        """An event that was refused because nobody knew whether it was written, and that was."""
+        self._take(event, fold(self._state, event))
+
+    def _take(self, event: Event, state: SessionState) -> None:
         self._events.append(event)
         self._state = state
         self._notify({"type": "event", "event": event.as_dict()})
-        return event
 
     def _notify(self, message: dict[str, Any]) -> None:
         for listener in list(self._listeners):
@@ -165,3 +187,7 @@ class Journal:
                 listener(message)
             except Exception:
                 logging.getLogger(__name__).exception("a listener failed on a %s message", message["type"])
+
+
+def _same(event: Event, type: str, payload: Mapping[str, Any]) -> bool:
+    return event.type == type and dict(event.payload) == json.loads(json.dumps(dict(payload)))

@@ -8,7 +8,7 @@ from contextlib import suppress
 from footfall.core.errors import Conflict
 from footfall.session.commanding import Commanding
 from footfall.session.executions import ExecutionSession
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.job import JobPool
 from footfall.session.light_time import LightTime
 from footfall.session.link import Send
 from footfall.session.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
@@ -24,7 +24,7 @@ class LinkedSession(ExecutionSession):
     def __init__(
         self,
         store: SessionStore,
-        jobs: Jobs | InlineJobs,
+        jobs: JobPool,
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
     ) -> None:

@@ -35,6 +35,13 @@ def terrain(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Va
     return build_terrain(parents["robot"], parents["snapshot"], settings, progress=progress, map=parents.get("map"))
 
 
+def views(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
+    """robot, snapshot; TerrainSettings → SnapshotViews, to be looked at, and no product of the session."""
+    from footfall.terrain.pair_views import snapshot_views
+
+    return snapshot_views(parents["robot"], parents["snapshot"], settings, progress)
+
+
 def photographs(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """photographs and, where their rover is to be taken out, robot and state; TerrainSettings → Dem."""
     from footfall.terrain.photographs import terrain_from_photographs
@@ -183,6 +190,7 @@ def check(parents: Mapping[str, Any], settings: CheckRequest, progress: Progress
 
 RECIPES: Mapping[str, Recipe] = {
     "terrain": terrain,
+    "views": views,
     "photographs": photographs,
     "blend": blend,
     "clear": clear,

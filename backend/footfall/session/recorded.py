@@ -9,8 +9,7 @@ from footfall.core.value import Value
 from footfall.io.bundles import write_zip
 from footfall.session.event import Event
 from footfall.session.fold import SessionState
-from footfall.session.job import Job
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.job import Job, JobPool
 from footfall.session.journal import Journal
 from footfall.session.recipes import built_robot
 from footfall.session.shelf import Shelf
@@ -31,7 +30,7 @@ class RecordedSession:
     into a queue of their own and return.
     """
 
-    def __init__(self, store: SessionStore, jobs: Jobs | InlineJobs) -> None:
+    def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         self._store = store
         self._journal = Journal(store)
         self._shelf = Shelf(store)

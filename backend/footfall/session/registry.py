@@ -14,7 +14,8 @@ from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.job import JobPool
+from footfall.session.jobs import Jobs
 from footfall.session.light_time import LightTime
 from footfall.session.live import LiveSession
 from footfall.session.recorder import DEFAULT_LIMITS, RecordingLimits
@@ -41,7 +42,7 @@ class Sessions:
     def __init__(
         self,
         folder: str | os.PathLike[str],
-        jobs: Jobs | InlineJobs | None = None,
+        jobs: JobPool | None = None,
         robot: "str | os.PathLike[str] | Robot" = "athlete",
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,

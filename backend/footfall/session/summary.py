@@ -35,6 +35,9 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         "maps_current": {leg: state.maps_current(int(leg)) for leg in state.maps},
         "footfall": None if state.footfall is None else fields_of(state.footfall),
         "footfall_answer": _footfall_answer(session),
+        "points": None if state.points is None else fields_of(state.points),
+        "hand": session.hand,
+        **session.undoable,
         "plan": {
             "digest": state.plan,
             "status": state.plan_status,

@@ -4,6 +4,7 @@ from footfall.core.errors import Conflict
 from footfall.session.job import Job
 from footfall.session.recorded import RecordedSession, present
 from footfall.session.remembered import map_below
+from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.clear import Area
 from footfall.terrain.dem import Dem
@@ -24,9 +25,14 @@ class TerrainSession(RecordedSession):
         return digest
 
     def build_terrain(self, settings: TerrainSettings | None = None) -> Job:
-        """Rebuild the ground from the latest snapshot and merge it into the map. Raises Conflict without a snapshot."""
+        """Rebuild the ground from the latest snapshot and merge it into the map.
+
+        Raises Conflict without a snapshot, InvalidInput where the settings name a pair that it has not.
+        """
         settings, state = settings or TerrainSettings(), self.state
         snapshot = present(state.snapshot, "there are no images yet; request them from the rover")
+        images = self._shelf.typed(Snapshot, snapshot)
+        settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
         parents = {"robot": self.robot_digest, "snapshot": snapshot}
         below = map_below(state, snapshot, settings, self._shelf)
         return self._workshop.submit("terrain", parents if below is None else {**parents, "map": below}, settings)

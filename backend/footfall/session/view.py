@@ -17,11 +17,14 @@ Points = tuple[tuple[float, float, float], ...]
 
 @dataclass(frozen=True)
 class Shown:
-    """What the scene shows beside rover, ground, footfall and plan; predicted: the second ghost while a run goes."""
+    """What the scene shows beside rover, ground, footfall and plan; region: where the centre of mass may be with
+    friction; age: how old the ground is, hatched; predicted: the second ghost while a run goes."""
 
     torques: bool = True
     forces: bool = True
     support: bool = True
+    region: bool = True
+    age: bool = False
     suggestions: bool = True
     predicted: bool = True
     cameras: bool = False

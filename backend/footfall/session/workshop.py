@@ -7,8 +7,8 @@ from footfall.core.errors import Cancelled, Conflict
 from footfall.core.value import Value
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult
-from footfall.session.job import Job
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.acting import told
+from footfall.session.job import Job, JobPool
 from footfall.session.journal import Journal
 from footfall.session.remembered import on_map
 from footfall.session.shelf import Shelf
@@ -31,7 +31,7 @@ class Preview:
 class Workshop:
     """Submits the jobs of one session and records what they make. Thread-safe."""
 
-    def __init__(self, pool: Jobs | InlineJobs, journal: Journal, shelf: Shelf, store: SessionStore) -> None:
+    def __init__(self, pool: JobPool, journal: Journal, shelf: Shelf, store: SessionStore) -> None:
         self._session = store.folder.name
         self._pool = pool
         self._journal = journal
@@ -60,13 +60,13 @@ class Workshop:
         urgent: bool = False,
         **about: Any,
     ) -> Job:
-        """Have a product made; ``about`` goes into its event. What a cancelled job still makes is dropped.
+        """Have a product made; ``about``, and who asks, go into its event. What a cancelled job still makes is dropped.
 
         Newer maps of a leg cancel older ones on their way. Maps that were made before from the same parents with the
         same settings are taken as they are.
         """
         asked = None if settings is None else self._shelf.put(settings)
-        payload = {"kind": kind, "parents": parents, "settings": asked, **about}
+        payload = {"kind": kind, "parents": parents, "settings": asked, **about, **told()}
         request = (kind, *sorted(parents.items()), asked)
 
         def done(job: Job, product: Value | bytes) -> str:

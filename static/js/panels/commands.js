@@ -4,8 +4,7 @@ import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, attempt, element } from "../dom.js";
-import { edit, redo, undo } from "../edits.js";
-import { bind } from "../keys.js";
+import { edit, redo, toldChoice, undo } from "../edits.js";
 import { known, subscribe } from "../store.js";
 import { kept } from "./conn.js";
 import { choose, chosenRow, onChoice } from "./row.js";
@@ -15,15 +14,13 @@ let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
-  $("make-sequence").addEventListener("click", make);
   $("insert-wait").addEventListener("click", () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }));
-  $("export").addEventListener("click", exportSequence);
   $("arm").addEventListener("click", arm);
   $("send").addEventListener("click", send);
-  bind("S", "Make the command sequence", make);
-  bind("E", "Export the sequence", exportSequence);
-  act({ key: "Ctrl+Z", text: "Undo the last edit", button: "undo", run: undo, refusal: () => (known.sequence && known.summary?.can_undo ? "" : "There is no edit to undo.") });
-  act({ key: "Ctrl+Y", text: "Redo the edit that was undone", button: "redo", run: redo, refusal: () => (known.sequence && known.summary?.can_redo ? "" : "There is no undone edit to make again.") });
+  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
+  act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
+  act({ key: "Ctrl+Z", text: "Undo the last choice or edit", button: "undo", run: undo, refusal: () => (known.summary?.undo || known.summary?.hand?.moved ? "" : "There is nothing to undo.") });
+  act({ key: "Ctrl+Y", text: "Redo what was undone last", button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : "There is nothing undone to make again.") });
   attempt(offerFormats);
   onChoice(() => draw(known));
   subscribe(draw);
@@ -68,9 +65,9 @@ const lapsed = (summary, sequence) =>
 function draw({ summary, sequence }) {
   if (!summary) return;
   const there = Boolean(sequence);
-  $("make-sequence").disabled = summary.plan.status !== "found";
   $("insert-wait").disabled = !there;
-  $("export").disabled = !there || !sequence.valid;
+  if (summary.undo) $("undo").title = `Undo: ${toldChoice(summary.undo)} (Ctrl+Z)`;
+  if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
   if (armed && lapsed(summary, sequence)) armed = null;
   const against = kept();
   $("arm").disabled = !there || !sequence.valid || summary.gate?.state === "sending" || Boolean(against);

@@ -116,6 +116,7 @@ function read(moment) {
 }
 
 function draw({ summary, plan, sequence }) {
+  if (!summary) return;
   const there = Boolean(played({ summary, plan, sequence }));
   $("scrub").disabled = !there;
   if (!there) {

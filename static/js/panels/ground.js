@@ -1,11 +1,14 @@
 // Ground: images, terrain, the colouring for the chosen leg, and which layer is shown.
 
 import { act } from "../acts.js";
-import { ROOT, get, post, put } from "../api.js";
+import { get, post, put } from "../api.js";
+import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { $, age, attempt, element } from "../dom.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
+import { pictureAt } from "../picture.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import { showPair } from "./images.js";
 import { weights } from "./suggest.js";
 
 let legendFor = "";
@@ -26,7 +29,7 @@ export function start() {
   $("terrain-file").addEventListener("change", loadFile);
   known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => choose(leg) }));
   act({ key: "I", text: "Take images", button: "take-images", run: takeImages });
-  act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain });
+  act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
   act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps });
   act({
     key: "U", text: "Undo the latest change of the terrain", button: "undo-terrain", run: undoTerrain,
@@ -39,7 +42,7 @@ export function start() {
 
 const choose = (leg) => attempt(() => put("/sessions/current/view", { leg }));
 const takeImages = () => attempt(() => post("/sessions/current/images", {}));
-const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images" }));
+const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images", settings: { pairs: chosenPairs() } }));
 
 const undoTerrain = () => attempt(() => post("/sessions/current/terrains/undo", {}));
 
@@ -105,6 +108,7 @@ function draw({ summary }) {
   drawGround(summary);
   drawLegend(summary);
   drawImages(summary);
+  $("next-terrain").textContent = choiceText();
 }
 
 function drawGround(summary) {
@@ -152,13 +156,13 @@ function drawImages(summary) {
   imagesFor = wanted;
   $("images").replaceChildren(
     ...(summary.pairs || []).map((pair) =>
-      thumbnail(pair, `${ROOT}/sessions/current/images/${encodeURIComponent(pair)}/left.png?of=${wanted}`)),
+      thumbnail(pair, pictureAt(wanted, pair, "left"))),
   );
 }
 
 function thumbnail(pair, url) {
   return element("li", {}, element("figure", {},
-    element("a", { href: url, target: "_blank", title: `${pair}, left camera: open large` },
+    element("button", { type: "button", title: `${pair}: show in Images`, onclick: () => showPair(pair) },
       element("img", { alt: `${pair}, left camera`, src: url })),
     element("figcaption", { textContent: pair })));
 }

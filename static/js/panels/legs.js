@@ -75,7 +75,7 @@ function toFootfall(leg, { T_site_base: T }, summary) {
   const { T_base_hips: hips, leg_lengths: lengths } = known.robot;
   const hip = [0, 1, 2].map((i) => T[i][3] + [0, 1, 2].reduce((sum, j) => sum + T[i][j] * hips[leg][j][3], 0));
   const away = Math.hypot(hip[0] - answer.x, hip[1] - answer.y, hip[2] - answer.z);
-  return `${away > lengths[leg] ? "✕" : "✓"} ${fixed(away, 2)}`;
+  return `${away > lengths[leg] ? "✕" : "✓"} ${fixed(away, 2)} m`;
 }
 
 function bar(share, state = "") {

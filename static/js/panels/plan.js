@@ -6,6 +6,7 @@ import { $, attempt, element, fixed, toast } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as alternatives from "./alternatives.js";
+import { settled as inHand } from "./hand.js";
 import * as through from "./through.js";
 
 let served = { planners: {}, settings: {} }; // what a plan can be asked for with, as the server knows it
@@ -44,6 +45,7 @@ function settings() {
 }
 
 const plan = () => attempt(async () => {
+  await Promise.all([inHand(), through.settled()]); // what is being moved or typed is meant
   const chosen = known.summary.footfall;
   await freeze();
   const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };

@@ -1,14 +1,20 @@
-// Points that the wheel's centre is to pass during the swing: typed, moved by keys, or taken from where the ghost is.
+// Points that the wheel's centre is to pass during the swing: typed, moved by keys or by hand, or taken from where the ghost is.
+// They are the session's, the same on every page, and setting them can be undone.
 
 import { act } from "../acts.js";
-import { get } from "../api.js";
+import { get, put } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { changed, known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
+import { take } from "./hand.js";
 
 const STEP = 0.05; // m, by which the arrow keys move a point
+const PAUSE = 700; // ms after which numbers that were typed or stepped are set
 
 let listed = []; // [x, y, z] each
 let leg = null; // whose wheel they are for
+let pausing = 0; // the timer while numbers here are not set yet
+let drawn = "";
 
 export function start() {
   act({
@@ -17,30 +23,47 @@ export function start() {
   });
   act({
     text: "Remove all points for the wheel to pass", button: "through-clear", run: () => change([]),
-    refusal: () => (listed.length ? "" : "There are no points."),
+    refusal: () => (points().length ? "" : "There are no points."),
   });
+  $("through").addEventListener("focusout", () => { if (pausing) attempt(set); });
   subscribe(draw);
 }
 
-export const points = () => (leg === known.summary.footfall?.leg ? listed : []);
+// points of another leg's swing would lead this one astray
+export const points = () => (leg === (known.summary?.footfall?.leg ?? leg) ? listed : []);
 
-function change(to) {
-  listed = to;
-  $("through").hidden = listed.length === 0;
-  changed();
-  $("through").tBodies[0].replaceChildren(...listed.map(row));
+async function set() {
+  clearTimeout(pausing);
+  pausing = 0;
+  await put("/sessions/current/points", { leg, points: listed });
+  await refresh();
 }
+
+// What is typed counts before it rests.
+export const settled = () => (pausing ? set() : Promise.resolve());
+
+const change = (to) => attempt(() => {
+  listed = to;
+  return set();
+});
 
 function row(point, i) {
   const fields = ["x", "y", "z"].map((name, axis) => {
     const field = element("input", { type: "number", step: String(STEP), value: point[axis].toFixed(3) });
     field.setAttribute("aria-label", `${name} of point ${i + 1}`);
-    field.addEventListener("change", () => { if (field.value !== "") listed[i][axis] = Number(field.value); });
+    field.addEventListener("change", () => {
+      if (field.value === "") return;
+      listed = listed.map((one, j) => (j === i ? one.map((at, k) => (k === axis ? Number(field.value) : at)) : one));
+      clearTimeout(pausing);
+      pausing = setTimeout(() => attempt(set), PAUSE);
+    });
     return element("td", {}, field);
   });
+  const hand = element("button", { type: "button", textContent: "✥", title: "Move by hand", onclick: () => take({ what: "point", index: i }) });
+  hand.setAttribute("aria-label", `Move point ${i + 1} by hand`);
   const remove = element("button", { type: "button", textContent: "✕", title: "Remove", onclick: () => change(listed.filter((_, j) => j !== i)) });
   remove.setAttribute("aria-label", `Remove point ${i + 1}`);
-  return element("tr", {}, element("td", { textContent: String(i + 1) }), ...fields, element("td", {}, remove));
+  return element("tr", {}, element("td", { textContent: String(i + 1) }), ...fields, element("td", {}, hand, remove));
 }
 
 // The points stay in the order in which the ghost passes them: a new one goes behind those that it has passed.
@@ -53,7 +76,8 @@ const add = () => attempt(async () => {
   if (leg !== result.plan.leg) listed = [];
   leg = result.plan.leg;
   const passed = listed.filter((point) => place(path, point) <= i + share).length;
-  change([...listed.slice(0, passed), here, ...listed.slice(passed)]);
+  listed = [...listed.slice(0, passed), here, ...listed.slice(passed)];
+  await set();
 });
 
 // Where along the plan its ghost is: as the scene plays it, by the largest turn of a joint.
@@ -74,6 +98,16 @@ function place(path, point) {
 }
 
 function draw({ summary }) {
-  // points of another leg's swing would lead this one astray
-  if (leg !== null && summary?.footfall && summary.footfall.leg !== leg && listed.length) change([]);
+  if (!summary || pausing) return; // not under the hands of somebody who types
+  if (summary.points) ({ leg, points: listed } = summary.points);
+  else listed = [];
+  const shown = points();
+  const key = JSON.stringify([leg, shown]);
+  if (key === drawn) return;
+  drawn = key;
+  const focused = $("through").contains(document.activeElement) ? document.activeElement.ariaLabel : null;
+  $("through").hidden = shown.length === 0;
+  $("through").tBodies[0].replaceChildren(...shown.map(row));
+  if (focused) [...$("through").querySelectorAll("input, button")].find((one) => one.ariaLabel === focused)?.focus();
+  changed();
 }

@@ -13,6 +13,7 @@ const SIGNS = {
   plan: ["◆", "#7cc4ff", 0], execution: ["◇", "#7cc4ff", 0], sequence: ["≡", "#7cc4ff", 0], export: ["⇪", "#7cc4ff", 0],
   snapshot: ["◉", "#e8edf3", 1], terrain: ["▦", "#e8edf3", 1], maps: ["▩", "#e8edf3", 1], footfall: ["✚", "#e8edf3", 1],
   command: ["▸", "#58d68d", 2], stop: ["■", "#ff7b6e", 2], fault: ["▲", "#ffc94d", 2], note: ["✎", "#ffc94d", 0],
+  undone: ["↶", "#e8edf3", 1], redone: ["↷", "#e8edf3", 1],
 };
 const KINDS = { edit: "sequence", photographs: "terrain", blend: "terrain", clear: "terrain", shift: "plan", body_move: "plan" };
 const RANGE = 10000; // steps of the slider
@@ -56,7 +57,10 @@ function signOf({ type, payload }) {
   if (type === "product") return SIGNS[KINDS[payload.kind] ?? payload.kind];
   if (type === "snapshot_taken") return SIGNS.snapshot;
   if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
-  if (type === "footfall_chosen") return SIGNS.footfall;
+  if (type === "footfall_chosen" || type === "points_set") return SIGNS.footfall;
+  if (type === "plan_chosen") return SIGNS.plan;
+  if (type === "choice_undone" || type === "sequence_undone") return SIGNS.undone;
+  if (type === "choice_redone" || type === "sequence_redone") return SIGNS.redone;
   if (type === "note") return SIGNS.note;
   if (type.startsWith("command_")) return SIGNS.command;
   if (type.startsWith("stop_")) return SIGNS.stop;

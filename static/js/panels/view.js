@@ -7,7 +7,7 @@ import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
 
 const SWITCHES = {
-  torques: "joint torques", forces: "wheel forces", support: "support and margin", suggestions: "suggested footfalls",
+  torques: "joint torques", forces: "wheel forces", support: "support and margin", region: "region with friction", age: "age of the ground", suggestions: "suggested footfalls",
   predicted: "predicted rover in a run", cameras: "camera views", swept: "swept volume", tape: "measuring tape",
 };
 const LOOKS = { top: "From above", leg: "Along the leg", wheel: "At its wheel", follow: "Follow chassis" };

@@ -13,7 +13,7 @@ const FIELDS = [
   ["droll", "Roll [°]", Math.PI / 180], ["dpitch", "Pitch [°]", Math.PI / 180], ["dyaw", "Yaw [°]", Math.PI / 180],
 ];
 
-let answered = { shift: "", body_move: "" };
+let answered = { shift: "", body_move: "", what_if: "" };
 
 export function start() {
   $("what-if-fields").append(...FIELDS.map(([name, text]) =>
@@ -91,6 +91,12 @@ async function draw({ summary }) {
   if (!summary) return;
   $("status-what-if-box").hidden = !summary.what_if;
   if (summary.what_if) $("status-what-if").textContent = summary.after ? "after the planned step" : `chassis ${told(summary.what_if) || "unmoved"}`;
+  const shown = summary.after ? "" : JSON.stringify(summary.what_if ?? "");
+  if (shown !== answered.what_if) {
+    answered.what_if = shown;
+    // moved by hand, or on another page
+    if (summary.what_if && shown && !$("what-if-fields").contains(document.activeElement)) write(summary.what_if);
+  }
   if (summary.shift && summary.shift !== answered.shift) {
     answered.shift = summary.shift;
     const answer = await get(`/sessions/current/shifts/${summary.shift}`);

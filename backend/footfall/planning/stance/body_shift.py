@@ -50,6 +50,18 @@ class BodyShift(Value):
             T[:3, 3] += (self.dx, self.dy, self.dz)
         return T
 
+    @classmethod
+    def between(cls, T_site_base: Array, T_site_moved: Array) -> "BodyShift":
+        """The shift that takes a chassis from one pose (4, 4) to another: backwards :meth:`applied`, |dpitch| < π/2.
+
+        Raises InvalidInput where it is farther than FARTHEST.
+        """
+        R = np.asarray(T_site_base, float)[:3, :3].T @ np.asarray(T_site_moved, float)[:3, :3]
+        dx, dy, dz = np.asarray(T_site_moved, float)[:3, 3] - np.asarray(T_site_base, float)[:3, 3]
+        droll, dyaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+        dpitch = -np.arcsin(np.clip(R[2, 0], -1.0, 1.0))
+        return cls(*(float(one) for one in (dx, dy, dz, droll, dpitch, dyaw)))
+
 
 @value
 class PredictedState(RobotState):

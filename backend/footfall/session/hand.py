@@ -1,0 +1,222 @@
+"""What an operator has in hand: the footfall, a point for the wheel, or the chassis, moved about before it is chosen.
+
+While it is moved, everybody hears where it is and what is to be said of that place; nothing is logged. Committing makes
+it the choice, by the same way as any other: one event, which can be undone.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from footfall.core.errors import Conflict, FootFallError, InvalidInput
+from footfall.maps.layers import MapStack
+from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.step.problem import Footfall, Point
+from footfall.session.acting import actor
+from footfall.session.choices import ChoiceSession
+from footfall.session.identity import LOCAL, Identity
+from footfall.session.read_outs import Hip, ReadOut, from_hip, read_chassis, read_footfall, read_point
+from footfall.session.recorded import present
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+COUNTS = {"footfall": 2, "point": 3, "chassis": 6}
+"""What can be held, and how many numbers place it: x, y; x, y, z [m]; a shift from how the rover stands (BodyShift)."""
+
+UNMOVED = 1e-6
+"""A chassis that is shifted by less stands as the rover does [m, rad]."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """What one operator holds.
+
+    leg: whose footfall or point; index: of the point; origin: where it was taken up; refused: why it could not be
+    chosen where it was let go, "" where it could or was not tried; stance: how the rover would stand with the chassis
+    there, the latest that can be; None for all else.
+    """
+
+    what: str
+    index: int
+    leg: int | None
+    origin: tuple[float, ...]
+    place: tuple[float, ...]
+    by: Identity
+    read: ReadOut
+    refused: str = ""
+    stance: RobotState | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON."""
+        return {
+            "what": self.what,
+            "index": self.index,
+            "leg": self.leg,
+            "place": list(self.place),
+            "moved": self.place != self.origin,
+            "by": self.by.as_dict(),
+            "read": self.read,
+            "refused": self.refused,
+        }
+
+
+class HandSession(ChoiceSession):
+    """The part of a session that moves things by hand; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says. One thing is held at a time; who takes another up has it.
+    """
+
+    _held: Held | None = None
+
+    @property
+    def held(self) -> Held | None:
+        """What is in hand; None: nothing. What was chosen otherwise, undone or removed meanwhile is as it is now."""
+        return self._present_hand()
+
+    @property
+    def hand(self) -> dict[str, Any] | None:
+        """What is in hand, as plain JSON."""
+        held = self._present_hand()
+        return None if held is None else held.as_dict()
+
+    def hold(self, what: str, place: tuple[float, ...] | None = None, index: int = 0) -> dict[str, Any]:
+        """Take something up, and move it to ``place`` (None: it stays where it is); what is told there.
+
+        index: of the point. Raises Conflict where there is no such thing, InvalidInput.
+        """
+        if what not in COUNTS:
+            raise InvalidInput(f"what can be held is {', '.join(COUNTS)}", what=what)
+        if place is not None and (len(place) != COUNTS[what] or not all(map(math.isfinite, place))):
+            raise InvalidInput(f"the place of a {what} is {COUNTS[what]} finite numbers", place=list(place))
+        leg, origin = self._thing(what, index)
+        at = origin if place is None else tuple(float(one) for one in place)
+        before = self._held
+        stance = before.stance if before is not None and before.what == what else None
+        return self._have(self._told(Held(what, index, leg, origin, at, actor() or LOCAL, {}, stance=stance)))
+
+    def commit_hand(self) -> dict[str, Any]:
+        """What is in hand becomes the choice, and stays in hand; where it is refused, it goes back to where it was.
+
+        Raises Conflict where nothing is held, or by somebody else; InvalidInput where the feet can't stay.
+        """
+        held = self._mine()
+        try:
+            if held.place != held.origin:
+                self._choose(held)
+        except FootFallError as err:
+            self._have(self._told(replace(held, place=held.origin, refused=err.message)))
+            raise
+        return self.hold(held.what, None, held.index)
+
+    def put_down(self) -> None:
+        """Nothing is in hand any more; what was moved and not committed is where it was. Raises Conflict."""
+        if self._present_hand() is not None:
+            self._mine()
+        with self._journal.lock:
+            self._held = None
+            self._journal.tell("hand", hand=None)
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _have(self, held: Held) -> dict[str, Any]:
+        told = held.as_dict()
+        with self._journal.lock:
+            self._held = held
+            self._journal.tell("hand", hand=told)
+        return told
+
+    def _mine(self) -> Held:
+        held = self._present_hand()
+        if held is None:
+            raise Conflict("nothing is in hand: take up the footfall, a point or the chassis first")
+        # one operator's page and scene are two hands of theirs
+        if held.by.name != (actor() or LOCAL).name:
+            raise Conflict(f"{held.by.name} has taken it in hand since; take it up again to move it", by=held.by.name)
+        return held
+
+    def _present_hand(self) -> Held | None:
+        """What is held, as it is by now: it may have been chosen anew, undone or removed by somebody."""
+        with self._journal.lock:
+            held = self._held
+        if held is None:
+            return None
+        try:
+            leg, origin = self._thing(held.what, held.index)
+        except Conflict:
+            return None
+        if (leg, origin) == (held.leg, held.origin):
+            return held
+        now = self._told(replace(held, leg=leg, origin=origin, place=origin, refused="", stance=None))
+        with self._journal.lock:
+            if self._held is held:
+                self._held = now
+        return now
+
+    def _thing(self, what: str, index: int) -> tuple[int | None, tuple[float, ...]]:
+        """Whose it is, and where. Raises Conflict where there is none."""
+        state = self.state
+        if what == "footfall":
+            if state.footfall is None:
+                raise Conflict("there is no chosen footfall to move: choose one first")
+            return state.footfall.leg, (state.footfall.x, state.footfall.y)
+        if what == "point":
+            points = () if state.points is None else state.points.points
+            if state.points is None or not 0 <= index < len(points):
+                raise Conflict(f"there is no point {index + 1} for the wheel to pass", points=len(points))
+            return state.points.leg, points[index]
+        now = self._shelf.typed(RobotState, self._ground()["state"])
+        return None, tuple(BodyShift.between(self._stands().T_site_base, now.T_site_base).vector.tolist())
+
+    def _stands(self) -> RobotState:
+        return self._shelf.typed(RobotState, self._standing()["state"])
+
+    def _choose(self, held: Held) -> None:
+        if held.what == "footfall" and held.leg is not None:
+            self.choose_footfall(held.leg, *held.place)
+        elif held.what == "point" and self.state.points is not None:
+            points: list[Point] = list(self.state.points.points)
+            points[held.index] = _point(held.place)
+            self.set_points(self.state.points.leg, points)
+        elif max(map(abs, held.place)) > UNMOVED:
+            self.what_if(BodyShift(*held.place))
+        elif self.state.what_if is not None:
+            self.end_what_if()
+
+    def _told(self, held: Held) -> Held:
+        """With what is to be said of its place."""
+        dem = self._shelf.typed(Dem, present(self.state.dem, "there is no terrain yet"))
+        if held.leg is None:
+            # names what computes only when the chassis is in hand
+            from footfall.planning.stance.shift import shifted_state
+
+            shift = BodyShift(*held.place)
+            found = shifted_state(self.robot, dem, self._stands(), shift)
+            stance = found if isinstance(found, RobotState) else held.stance
+            return replace(held, read=read_chassis(shift, found), stance=stance)
+        return replace(held, read=self._read(dem, held, held.leg))
+
+    def _read(self, dem: Dem, held: Held, leg: int) -> ReadOut:
+        place, away = held.place, math.dist(held.place, held.origin)
+        if held.what == "point":
+            point = _point(place)
+            return read_point(dem, self.robot.wheel_radius, held.index, point, away, self._from_hip(leg, point))
+        answer = self.footfall_answer(Footfall(leg, place[0], place[1]))
+        contact = None if answer["z"] is None else (answer["x"], answer["y"], answer["z"])
+        hip = None if contact is None else self._from_hip(leg, contact)
+        return read_footfall(answer, self._lines(leg, place[0], place[1]), away, hip)
+
+    def _from_hip(self, leg: int, point: Point) -> Hip | None:
+        state = self.state.state
+        return None if state is None else from_hip(self.robot, self._shelf.typed(RobotState, state), leg, point)
+
+    def _lines(self, leg: int, x: float, y: float) -> tuple[str, ...]:
+        """What every layer says there; nothing without current maps of that place."""
+        state = self.state
+        if not state.maps_current(leg):
+            return ()
+        maps = self._shelf.typed(MapStack, state.maps[str(leg)])
+        return self.explain(maps, x, y).lines if maps.geometry.contains(x, y) else ()
+
+
+def _point(place: tuple[float, ...]) -> Point:
+    x, y, z = place
+    return x, y, z
