@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from tests.browser.pictures import OUTPUTS
 from tests.support.server import Running, running_server, until
 
 expect.set_options(timeout=20_000)  # ms; nothing here waits for something not to happen
-OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.registry import Sessions
+from tests.support.page_steps import held, keep_pressed
 from tests.support.server import Running, running_server, until
 
 pytestmark = pytest.mark.browser
@@ -81,7 +82,7 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(pages: tuple[
     expect(first.locator("#status-conn")).to_have_text("nobody", timeout=SLOW)
 
 
-def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page]) -> None:
+def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page], plain: Running) -> None:
     first, second = pages
     first.get_by_label("step by step").check(timeout=SLOW)
     press(first, "Arm")
@@ -89,10 +90,12 @@ def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page]) ->
     expect(row(first, 0)).to_contain_text("done", timeout=SLOW)
     expect(first.locator("#arm-state")).to_have_text("waits before row 2", timeout=SLOW)
     expect(row(first, 1)).to_contain_text("queued")
-    expect(button(second, "Next row")).to_be_disabled(timeout=SLOW)
-    press(first, "Next row")
+    expect(second.locator("#run-next")).to_be_disabled(timeout=SLOW)
+    first.locator("#run-next").click()  # not long enough to be meant
+    assert held(plain)["gate"]["waiting"] is True
+    keep_pressed(first, "#run-next")
     expect(row(second, 1)).to_contain_text("started", timeout=SLOW)
-    press(first, "Resume")
+    keep_pressed(first, "#run-resume")
     press(first, "Hold")
     expect(first.locator("#run-state")).to_contain_text("held by local", timeout=SLOW)
     press(first, "Abort")

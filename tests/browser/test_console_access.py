@@ -23,7 +23,7 @@ RUN = """async tags => {
 
 SMALL = """() => [...document.querySelectorAll("button, select, summary, input, a, [role=option]")]
   .filter(one => one.checkVisibility())
-  .map(one => one.type === "checkbox" || one.type === "file" ? one.closest("label") ?? one : one)
+  .map(one => ["checkbox", "radio", "file"].includes(one.type) ? one.closest("label") ?? one : one)
   .map(one => [one.id || one.textContent.trim(), one.getBoundingClientRect()])
   .filter(([, box]) => Math.min(box.width, box.height) < 24)
   .map(([name, box]) => `${name}: ${box.width} × ${box.height}`)"""

@@ -87,11 +87,14 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     changed(served, "dem", before["dem"])
     page.get_by_role("radio", name="Leg 2", exact=True).click()
     press("Colour for leg")
-    until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2", 60)
+    until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2", 180)
     expect(page.locator("#legend")).to_contain_text("reachable and stable", timeout=SLOW)
     look("2-coloured")
 
+    gauge = page.locator("#gauge summary")
+    gauge.click()  # it lies over the ground
     clicked = click_ground(page, served, -0.55, 1.65)
+    gauge.click()
     assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.1
     answer = held(served)["footfall_answer"]
     expect(page.locator("#footfall-answer")).to_contain_text(f"{answer['x']:.3f}", timeout=SLOW)
@@ -104,7 +107,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     old = held(served)["plan"]["digest"]
     press("Plan step")
-    until(lambda: held(served)["plan"]["digest"] != old, "the plan", 60)
+    until(lambda: held(served)["plan"]["digest"] != old, "the plan", 180)
     assert held(served)["plan"]["status"] == "found", held(served)["plan"]
     expect(page.locator("#plan-answer")).to_contain_text("Found by", timeout=SLOW)
     with served.client() as client:
@@ -119,7 +122,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     old = held(served)["sequence"]
     press("Make sequence")
-    until(lambda: held(served)["sequence"] != old, "the sequence", 60)
+    until(lambda: held(served)["sequence"] != old, "the sequence", 180)
     with served.client() as client:
         sequence = client.get("/sequences/current").json()
     expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
@@ -198,6 +201,7 @@ def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, serv
         broken = [rule for rule in client.get("/sequences/current").json()["rules"] if not rule["holds"]]
     assert [rule["rule"] for rule in broken] == ["speed"]
     expect(row).to_contain_text(broken[0]["text"])
+    row.scroll_into_view_if_needed()
     look("failing")
     page.get_by_role("button", name="Undo", exact=True).click()
     expect(row).not_to_have_class("failing", timeout=SLOW)

@@ -1,0 +1,102 @@
+"""Takes the guide's pictures from a run of the browser tests: what the documents show is what the tests saw.
+
+``python -m tests.browser.pictures --list`` names the tests that make them, ``python -m tests.browser.pictures`` takes
+their pictures into docs/images.
+"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from PIL import Image
+
+_ROOT = Path(__file__).resolve().parents[2]
+OUTPUTS = _ROOT / "test-outputs" / "screenshots"
+IMAGES = _ROOT / "docs" / "images"
+COLORS = (256, 128, 64)
+MOST_BYTES, MOST_IN_ALL = 120_000, 1_500_000
+
+
+class Picture(NamedTuple):
+    """name: in docs/images, without its ending; file: of tests/browser; test: its function; look: what it calls it.
+
+    part: left, top, right, bottom of what is kept of it; None: all.
+    """
+
+    name: str
+    file: str
+    test: str
+    look: str
+    part: tuple[int, int, int, int] | None = None
+
+    @property
+    def taken(self) -> Path:
+        """Where a test run leaves it."""
+        return OUTPUTS / f"{self.test}-{self.look}.png"
+
+    @property
+    def kept(self) -> Path:
+        """Where the documents have it."""
+        return IMAGES / f"{self.name}.png"
+
+
+SIDE, SCENE = (851, 93, 1280, 720), (0, 93, 851, 645)
+_STEP = "test_page.py", "test_the_first_step_of_the_readme"
+
+PICTURES = (
+    Picture("page", *_STEP, "4-planned"),
+    Picture("ground", *_STEP, "2-coloured", SCENE),
+    Picture("moving", *_STEP, "5-moving"),
+    Picture(
+        "images",
+        "test_images.py",
+        "test_a_click_on_the_ground_in_an_image_chooses_the_footfall",
+        "plan-and-grid",
+        (487, 93, 1280, 680),
+    ),
+    Picture("in-hand", "test_hand_in_scene.py", "test_the_footfall_is_dragged_along_the_ground", "dragged", SCENE),
+    Picture("alternatives", "test_plan_control.py", "test_alternatives_are_compared_and_chosen", "alternatives", SIDE),
+    Picture("outlines", "test_gauge.py", "test_outlines_and_hatching_lie_on_the_ground", "drawn", SCENE),
+    Picture("failing", "test_page.py", "test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone", "failing", SIDE),
+    Picture(
+        "stopped",
+        "test_page.py",
+        "test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged",
+        "stopped",
+        (0, 0, 1280, 58),
+    ),
+    Picture("timeline", "test_console.py", "test_the_timeline_leads_back_to_what_was_planned_and_takes_notes", "plan"),
+    Picture("player", "test_console.py", "test_an_exported_page_plays_without_a_server", "player"),
+)
+
+
+def tests() -> Iterator[str]:
+    """The tests that make them, as pytest names them."""
+    return iter(dict.fromkeys(f"tests/browser/{one.file}::{one.test}" for one in PICTURES))
+
+
+def keep(picture: Picture) -> int:
+    """Take one in, with as many colours as fit; its size [bytes].
+
+    Raises SystemExit where no run left it, or it is too large with the fewest.
+    """
+    if not picture.taken.is_file():
+        raise SystemExit(f"{picture.taken.name} is not there: run tests/browser/{picture.file}::{picture.test} first")
+    with Image.open(picture.taken) as seen:
+        part = seen.convert("RGB").crop(picture.part or (0, 0, *seen.size))
+    for colors in COLORS:
+        # so that the few pixels of a sign keep their colour
+        few = part.quantize(colors, Image.Quantize.MAXCOVERAGE, kmeans=4, dither=Image.Dither.NONE)
+        few.save(picture.kept, optimize=True)
+        size = picture.kept.stat().st_size
+        if size <= MOST_BYTES:
+            return size
+    raise SystemExit(f"{picture.kept.name} has {size} bytes, {MOST_BYTES} are allowed")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--list"]:
+        sys.stdout.write("\n".join(tests()) + "\n")
+    else:
+        sys.stdout.write(f"{len(PICTURES)} pictures, {sum(keep(one) for one in PICTURES)} bytes\n")
