@@ -81,6 +81,7 @@ def fuzzed_app(folder: Path) -> Iterator[tuple[FastAPI, dict[str, str]]]:
         state = live.state
         known = {
             "session": live.id,
+            "pair": "nav0",
             "sequence": head_of(live).id,
             "maps": next(iter(state.maps.values())),
             "plans": str(state.plan),

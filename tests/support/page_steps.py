@@ -1,5 +1,6 @@
 """What the tests of the operator's page do alike: press, wait for jobs, plan, command for sag."""
 
+import re
 from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
@@ -20,6 +21,16 @@ def held(served: Running, path: str = SESSION):
 def press(page: Page, name: str) -> None:
     """Click the button of that name."""
     page.get_by_role("button", name=name, exact=True).click()
+
+
+def keep_pressed(page: Page, selector: str) -> None:
+    """Hold a button until it has acted."""
+    button = page.locator(selector)
+    expect(button).to_be_enabled(timeout=SLOW)
+    button.hover()
+    page.mouse.down()
+    expect(button).not_to_have_class(re.compile(r"\bheld\b"))
+    page.mouse.up()
 
 
 def made(served: Running, kind: str, act: Callable[[], None]) -> None:

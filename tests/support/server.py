@@ -10,6 +10,7 @@ from typing import Any
 
 import httpx
 
+from footfall.api.auth.oidc import SignOn
 from footfall.session.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import PATH
@@ -43,10 +44,11 @@ def running_server(
     prepare: Callable[[Sessions], Any] | None = None,
     port: int = 0,
     accounts: Accounts | None = None,
+    sign_on: SignOn | None = None,
 ) -> Iterator[Running]:
     """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover.
 
-    accounts: who may come in; None: everybody.
+    accounts: who may come in; None: everybody. sign_on: the provider of other accounts.
     """
     with closing(listen("127.0.0.1", port)) as listening, Sessions(folder) as sessions:
         if prepare is not None:
@@ -56,7 +58,9 @@ def running_server(
         rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", token=token)
         ready = threading.Event()
         server = Server(
-            create_app(sessions, scene=scene, rover=rover, accounts=accounts), listening, lambda _: ready.set()
+            create_app(sessions, scene=scene, rover=rover, accounts=accounts, sign_on=sign_on),
+            listening,
+            lambda _: ready.set(),
         )
         thread = threading.Thread(target=server.run, name="server")
         thread.start()
