@@ -174,31 +174,37 @@ def worker(
 
 @app.command()
 def replay(
-    bundles: Annotated[list[Path], typer.Argument(help="Session folders or zips.", metavar="BUNDLE…")],
+    bundles: Annotated[
+        list[Path], typer.Argument(help="Session folders or zips; recordings (.mcap).", metavar="BUNDLE…")
+    ],
     check: Annotated[bool, typer.Option("--check/--no-check", help="Recompute and compare every product.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Recompute what sessions recorded; exit code 1 where a product differs."""
+    """Recompute what sessions recorded; read recordings of rovers anew. Exit code 1 where that is not as it was."""
+    from footfall.io.recordings import SUFFIX, UNFINISHED
+    from footfall.session.recording_replay import RecordingReport, replay_recording
+    from footfall.session.replay import ReplayReport
     from footfall.session.replay import replay as run
 
-    reports: dict[str, Any] = {}
+    reports: dict[str, ReplayReport | RecordingReport] = {}
     missing = [str(path) for path in bundles if not path.exists()]
     if missing:
         raise NotFound(f"there is no session at {', '.join(missing)}")
     for path in bundles:
         with bar(f"replay {path.name}") as progress:
-            report = run(path, check=check, progress=progress)
+            if path.is_file() and path.name.endswith((SUFFIX, UNFINISHED)):
+                report = replay_recording(path, progress)
+            else:
+                report = run(path, check=check, progress=progress)
         reports[str(path)] = report
-        for one in report.products:
-            text = f"{one.kind:<9} {one.recorded[:12]}  {one.verdict}" + (f": {one.text}" if one.text else "")
-            say(text, as_json)
-        for text in report.problems:
-            say(f"problem: {text}", as_json)
-        verdict = "the same" if report.ok else "NOT the same"
-        say(f"{path}: {report.events} events, {len(report.products)} products, {verdict}", as_json)
+        for line in (*report.lines(), f"{path}: {report.summary()}"):
+            say(line, as_json)
     ok = all(report.ok for report in reports.values())
     if as_json:
-        terminal.show({"ok": ok, "bundles": {path: report.as_dict() for path, report in reports.items()}})
+        told: dict[str, dict[str, Any]] = {"bundles": {}, "recordings": {}}
+        for path, report in reports.items():
+            told["bundles" if isinstance(report, ReplayReport) else "recordings"][path] = report.as_dict()
+        terminal.show({"ok": ok, **told})
     raise typer.Exit(0 if ok else 1)
 
 

@@ -24,6 +24,7 @@ from footfall.io.link_images import decode_images, encode_images
 from footfall.io.recordings import MEASURED
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.writing import RecordingWriter
+from footfall.session.recording_replay import replay_recording
 from footfall.sim import player as players
 from footfall.sim.player import Playback, Player
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
@@ -118,6 +119,11 @@ def test_record_download_and_play_into_a_second_session(plain, tmp_path):
     assert (second.link.frames, second.link.gaps, second.link.late, second.link.faults) == (57, 3, 0, 0)
     second.close()
     assert digests(kept(plain, second.id, tmp_path)) == digests(frames)
+    (again,) = listed(plain, second.id)
+    reports = [replay_recording(one) for one in (path, tmp_path / f"{second.id}-{again['name']}")]
+    assert [report.problems for report in reports] == [(), ()]
+    assert reports[0].counts == reports[1].counts == {"frames": 57, "gaps": 3, "restarts": 0, "dropped": 0}
+    assert reports[0].digest == reports[1].digest
 
 
 def play(server: Running, recording: Recording, rate: float = 20.0, start: float = 0.0) -> Player:

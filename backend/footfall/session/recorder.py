@@ -343,7 +343,9 @@ class RecordedLink(RoverLink):
         self._recorder.take((TO_ROVER, json.loads(text)))
 
 
-def acknowledgement(kind: str, command_id: str, state: str = "", reason: str = "", time: float | None = None) -> Item:
+def acknowledgement(
+    kind: str, command_id: str, state: str = "", reason: str = "", time: float | None = None
+) -> tuple[str, dict[str, Any]]:
     """What to record of an acknowledgement: "ack" of a command, "stop_ack" of a stop. time: rover clock [s]."""
     body = {"type": kind, "id": command_id} | ({"state": state, "reason": reason} if state else {})
     return ACKNOWLEDGEMENTS, body | ({} if time is None else {"time": time})

@@ -80,6 +80,17 @@ class ReplayReport:
             "problems": list(self.problems),
         }
 
+    def lines(self) -> list[str]:
+        """What was found, for people."""
+        found = [
+            f"{p.kind:<9} {p.recorded[:12]}  {p.verdict}" + (f": {p.text}" if p.text else "") for p in self.products
+        ]
+        return [*found, *(f"problem: {text}" for text in self.problems)]
+
+    def summary(self) -> str:
+        """All of it in one line."""
+        return f"{self.events} events, {len(self.products)} products, {'the same' if self.ok else 'NOT the same'}"
+
 
 def replay(
     bundle: str | os.PathLike[str] | bytes,

@@ -47,7 +47,8 @@ class Recording:
     """A recording in a file; one that was cut short is recovered in memory first.
 
     robot, legs: who was recorded; start, end: times of the first and last message [ns]; messages: how many;
-    counts: frames, gaps, restarts, dropped. Raises InvalidInput where the file is no recording of FootFall.
+    counts: frames, gaps, restarts, dropped; whole: whether its end was written. Raises InvalidInput where the file
+    is no recording of FootFall.
     """
 
     def __init__(self, path: Path) -> None:
@@ -55,7 +56,8 @@ class Recording:
         self._content: Path | bytes = path
         try:
             with path.open("rb") as file:
-                if not is_whole(file):
+                self.whole = is_whole(file)
+                if not self.whole:
                     out = BytesIO()
                     recover(file, out)
                     self._content = out.getvalue()
@@ -63,6 +65,8 @@ class Recording:
                 self._read_summary(make_reader(stream))
         except FileNotFoundError as err:
             raise InvalidInput(f"there is no recording {path}") from err
+        except InvalidInput as err:
+            raise InvalidInput(f"{path.name} is no recording: {err.message.removeprefix(f'{path.name} is ')}") from err
         except (McapError, struct.error, ValueError) as err:
             raise InvalidInput(f"{path.name} is no readable recording: {err}") from err
 
