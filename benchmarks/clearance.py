@@ -21,9 +21,9 @@ from benchmarks.timing import SEED, Figure
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
 from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
-from footfall.robot.leg_clearance_kernel import leg_stays_clear, place_leg
+from footfall.robot.leg_clearance_kernel import LegTables, leg_stays_clear, place_leg
 from footfall.robot.leg_frames import PART_COUNT
-from footfall.robot.leg_span_kernel import UNSURE, WORK, clear_span, line_bends
+from footfall.robot.leg_span_kernel import UNSURE, WORK, line_bends, span_of_own_parts, span_to_others
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
@@ -137,13 +137,20 @@ def false_whole(total: int) -> tuple[int, int, int]:
     return asked, whole, wrong
 
 
+def clear_span(q: NDArray[np.float64], d: NDArray[np.float64], most: float, tables: LegTables, mode: str) -> float:
+    """For how much of the line q + s d, to both sides, at most ``most``, the leg is proven to be clear; or UNSURE."""
+    poses, work, (bends, rates) = np.empty((PART_COUNT, 3, 4)), np.empty(WORK), line_bends(d, tables)
+    place_leg(q, tables.T_site_hip, tables.lengths, poses)
+    h = span_to_others(poses, d, bends, most, tables, MODES[mode], work)
+    return span_of_own_parts(poses, d, bends, rates, h, tables, work) if h != UNSURE else h
+
+
 def false_spans(total: int) -> tuple[int, int, int]:
     """Lines asked about, of how many a piece was called clear, and how many of those pieces were not.
 
     Of each, both ends of the piece and a place in it are asked of the exact check.
     """
     asked = whole = wrong = 0
-    work = np.empty(WORK)
     for case in cases():
         if asked >= total:
             break
@@ -152,10 +159,9 @@ def false_spans(total: int) -> tuple[int, int, int]:
             qs = case.joints(_AT_ONCE // 10, mode)
             asked += len(qs)
             for q in qs:
-                d, poses = case.rng.uniform(-1.0, 1.0, 6), np.empty((PART_COUNT, 3, 4))
-                place_leg(q, tables.T_site_hip, tables.lengths, poses)
+                d = case.rng.uniform(-1.0, 1.0, 6)
                 most = float(case.rng.choice([0.01, 0.05, 0.2]))
-                half = clear_span(poses, d, *line_bends(d, tables), most, tables, MODES[mode], work)
+                half = clear_span(q, d, most, tables, mode)
                 if half != UNSURE:
                     whole += 1
                     places = half * np.array([-1.0, 1.0, case.rng.uniform(-1.0, 1.0)])

@@ -3,6 +3,7 @@
 import json
 import struct
 import time
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -68,8 +69,14 @@ class Viewer:
             elif (message := json.loads(said))["op"] == "advertise":
                 new = {channel["id"]: channel for channel in message["channels"]}
                 self.channels |= new
-                wanted = [{"id": number, "channelId": number} for number in new]
-                self.socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+                self.subscribe(new)
+            elif message["op"] == "status" and "nknown channel" in message["message"]:
+                # the library advertises a channel a moment before it takes subscriptions to it
+                self.subscribe([int(message["message"].split()[-1])])
+
+    def subscribe(self, numbers: Iterable[int]) -> None:
+        wanted = [{"id": number, "channelId": number} for number in numbers]
+        self.socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
 
 
 def test_live_channels_schemas_and_messages_are_those_of_the_recording(sessions, shown, snapshot):

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from benchmarks.clearance import clear_span
 from footfall.core.frames import apply
 from footfall.planning.step.solids import part_poses
 from footfall.robot.bvh import robot_meshes
@@ -12,7 +13,7 @@ from footfall.robot.clearance import MODES, LegClearance, clearance_ground
 from footfall.robot.collision import CollisionScene
 from footfall.robot.description import PARTS, with_payload
 from footfall.robot.leg_clearance_kernel import _motion, leg_is_clear, leg_stays_clear, path_is_clear, place_leg
-from footfall.robot.leg_span_kernel import UNSURE, WORK, _speed, _twists, clear_span, line_bends
+from footfall.robot.leg_span_kernel import UNSURE, _speed, _twists, line_bends
 from footfall.robot.model import Robot
 from footfall.robot.shells import CENTER
 from footfall.terrain.generate import fractal
@@ -122,10 +123,6 @@ def placed(q, tables):
     return poses
 
 
-def span(q, d, most, tables, mode):
-    return clear_span(placed(q, tables), d, *line_bends(d, tables), most, tables, MODES[mode], np.empty(WORK))
-
-
 @pytest.mark.parametrize("size", [0.001, 0.1, 1.0])
 def test_no_point_of_a_link_moves_farther_along_a_line_than_its_bounds(athlete, size):
     rng = np.random.default_rng(int(1000 * size))
@@ -165,7 +162,7 @@ def test_within_a_clear_span_no_posture_collides(athlete, leg, payload, clearanc
     for q in lifted(robot, posture, leg, rng, 250):
         d = rng.normal(size=6)
         most = float(rng.choice([0.02, 0.1, 0.5]))
-        found = span(q, d, most, compiled.tables, mode)
+        found = clear_span(q, d, most, compiled.tables, mode)
         alone = leg_is_clear(q, compiled.tables, MODES[mode])
         assert (found >= 0.0) == alone
         assert found <= most
@@ -176,7 +173,7 @@ def test_within_a_clear_span_no_posture_collides(athlete, leg, payload, clearanc
                 assert not exact.collides(q + s * d, mode), (q.tolist(), d.tolist(), s)
     assert len(spans) > 20
     assert 0 < whole < len(spans)
-    assert span(q, np.zeros(6), 1.0, compiled.tables, mode) in (UNSURE, 1.0)
+    assert clear_span(q, np.zeros(6), 1.0, compiled.tables, mode) in (UNSURE, 1.0)
 
 
 def test_the_reach_holds_every_ball_of_the_cover(athlete):

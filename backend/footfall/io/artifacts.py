@@ -117,6 +117,10 @@ HOMES: dict[str, tuple[str, ...]] = {
     "footfall.terrain.dem": ("Dem",),
     "footfall.terrain.epipolar": ("PairAlignment",),
     "footfall.terrain.grid_depth": ("CellSamples",),
+    "footfall.terrain.pair_views": (
+        "PairView",
+        "SnapshotViews",
+    ),
     "footfall.terrain.settings": (
         "BlendSettings",
         "TerrainSettings",

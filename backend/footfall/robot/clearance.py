@@ -30,8 +30,8 @@ proven, not sampled:
    is least at d = 0, where it is R − r. So where e ≤ R − r the ground is at z ≤ p_z − √(r² − d²): the ball of radius
    r is clear, with none above. What a table of larger balls says of smaller ones is used for motion alone.
 
-5. *Lines.* ``clear_span`` says how far along a straight line q + s d the leg is clear. A point x that joints with axes
-   a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's middle and
+5. *Lines.* ``leg_span_kernel`` says how far along a straight line q + s d the leg is clear. A point x that joints with
+   axes a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's middle and
    the part's turning times its reach together. The second derivative of x is Σᵢⱼ dᵢ dⱼ aₖ × (aₘ × (x − oₘ)), k the
    smaller and m the larger of i and j, at most Σᵢⱼ |dᵢ dⱼ| |x − oₘ|, and |x − oₘ| is at most what the links between
    measure, in any posture. So x moves by at most v s + b s², v the most speed at q and b half of that sum, and by at

@@ -27,27 +27,19 @@ ENOUGH = 0.6
 """Where a ball around some others allows this share of a span, those others are not looked at for more."""
 
 WORK = PART_COUNT + 6 * PART_COUNT + 3 * SCRATCH
-"""Numbers that :func:`clear_span` needs to work in."""
-
-
-@njit(cache=True)
-def clear_span(
-    poses: Array, d: Array, bends: Array, rates: Array, most: float, tables: LegTables, mode: int, work: Array
-) -> float:
-    """A half length h ≤ ``most`` with the leg proven to be clear at q + s d for every s from −h to h, or UNSURE.
-
-    poses: (7, 3, 4) of the parts in site at finite angles q, see place_leg. d: (6,) [rad]. bends, rates: of
-    :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
-    """
-    h = span_to_others(poses, d, bends, most, tables, mode, work)
-    return span_of_own_parts(poses, d, bends, rates, h, tables, work) if h >= 0.0 else h
+"""Numbers that the spans need to work in."""
 
 
 @njit(cache=True)
 def span_to_others(
     poses: Array, d: Array, bends: Array, most: float, tables: LegTables, mode: int, work: Array
 ) -> float:
-    """:func:`clear_span` of the ground and of all that does not move."""
+    """A half length h ≤ ``most`` with the leg proven to be clear at q + s d for every s from −h to h, or UNSURE: clear of
+    the ground and of all that does not move.
+
+    poses: (7, 3, 4) of the parts in site at finite angles q, see place_leg. d: (6,) [rad]. bends: of
+    :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
+    """
     speeds, twists, scratch = work[:7], work[7:49].reshape(7, 6), work[49:].reshape(SCRATCH, 3)
     _twists(d, poses, twists)
     for part in range(PART_COUNT):
@@ -67,7 +59,10 @@ def span_to_others(
 def span_of_own_parts(
     poses: Array, d: Array, bends: Array, rates: Array, most: float, tables: LegTables, work: Array
 ) -> float:
-    """:func:`clear_span` of the leg's own parts; it is mostly long, so it may be asked for less often."""
+    """As :func:`span_to_others`, of the leg's own parts; it is mostly long, so it may be asked for less often.
+
+    rates: of :func:`line_bends`.
+    """
     twists, scratch = work[7:49].reshape(7, 6), work[49:].reshape(SCRATCH, 3)
     _twists(d, poses, twists)
     return _span_of_own_parts(poses, twists, bends, rates, most, tables, scratch)
