@@ -31,13 +31,13 @@ proven, not sampled:
    r is clear, with none above. What a table of larger balls says of smaller ones is used for motion alone.
 
 5. *Lines.* ``leg_span_kernel`` says how far along a straight line q + s d the leg is clear. A point x that joints with
-   axes a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's middle and
-   the part's turning times its reach together. The second derivative of x is Σᵢⱼ dᵢ dⱼ aₖ × (aₘ × (x − oₘ)), k the
-   smaller and m the larger of i and j, at most Σᵢⱼ |dᵢ dⱼ| |x − oₘ|, and |x − oₘ| is at most what the links between
-   measure, in any posture. So x moves by at most v s + b s², v the most speed at q and b half of that sum, and by at
-   most Σ |dᵢ| |x − oᵢ| s; 4 holds with either as m. Two parts of the leg are seen from the one nearer to the hip: only
-   the joints between move the other. The smallest s that a pair or a ball allows is the answer. The centre of mass
-   moves likewise, and so does its margin (planning/step/leg_free_kernel.py).
+   axes a through points o turn has the velocity Σ dᵢ aᵢ × (x − oᵢ): no point of a part is faster than the part's
+   middle and the part's turning times its reach together. The second derivative of x is Σᵢⱼ dᵢ dⱼ aₖ × (aₘ × (x −
+   oₘ)), k the smaller and m the larger of i and j, at most Σᵢⱼ |dᵢ dⱼ| |x − oₘ|, and |x − oₘ| is at most what the
+   links between measure, in any posture. So x moves by at most v s + b s², v the most speed at q and b half of that
+   sum, and by at most Σ |dᵢ| |x − oᵢ| s; 4 holds with either as m. Two parts of the leg are seen from the one nearer
+   to the hip: only the joints between move the other. The smallest s that a pair or a ball allows is the answer. The
+   centre of mass moves likewise, and so does its margin (planning/step/leg_free_kernel.py).
 
 The wheel in mode "true" is the smaller wheel of the exact check with δ = 0. Unknown ground is no obstacle, as there.
 Every distance is required with SLACK more. That is above what the two computations may differ by: rounding, the

@@ -34,8 +34,8 @@ WORK = PART_COUNT + 6 * PART_COUNT + 3 * SCRATCH
 def span_to_others(
     poses: Array, d: Array, bends: Array, most: float, tables: LegTables, mode: int, work: Array
 ) -> float:
-    """A half length h ≤ ``most`` with the leg proven to be clear at q + s d for every s from −h to h, or UNSURE: clear of
-    the ground and of all that does not move.
+    """A half length h ≤ ``most`` with the leg proven to be clear at q + s d for every s from −h to h, or UNSURE: of
+    the ground, and of all that does not move.
 
     poses: (7, 3, 4) of the parts in site at finite angles q, see place_leg. d: (6,) [rad]. bends: of
     :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
