@@ -3,10 +3,11 @@
 import os
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import psycopg
 import pytest
 
 from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, InvalidInput, WorkerLost
@@ -211,7 +212,61 @@ def test_a_database_that_goes_away_and_comes_back(alone, postgres):
             with pytest.raises(StoreRefused, match="can't be reached"):
                 alone.submit("pid", {}, None)
             assert not alone.ready
+            before.cancel()  # its worker may outlive the loss, and is told once it can be
         finally:
             postgres.start()
-        assert before.wait(PATIENCE)  # with its worker, or as lost
+        with pytest.raises((Cancelled, WorkerLost)):
+            before.finish(PATIENCE)
         assert worker_pid(alone)
+
+
+@contextmanager
+def refusing(url, **changes):
+    """A database that refuses some changes of tables; yields how many it has refused so far."""
+    with closing(psycopg.connect(url, autocommit=True)) as database:
+        database.execute("CREATE SEQUENCE refused MINVALUE 0")  # counts on where all else is rolled back
+        database.execute(
+            """CREATE FUNCTION refuse() RETURNS trigger LANGUAGE plpgsql AS
+            $$ BEGIN PERFORM nextval('refused'); RAISE EXCEPTION 'not now'; END $$"""
+        )
+        for table, what in changes.items():
+            database.execute(
+                f"""CREATE TRIGGER refuse BEFORE INSERT OR UPDATE ON {table} FOR EACH ROW WHEN ({what})
+                EXECUTE FUNCTION refuse()""".encode()
+            )
+        try:
+            yield lambda: sum(*database.execute("SELECT last_value, is_called::int FROM refused"))
+        finally:
+            database.execute("DROP FUNCTION refuse CASCADE; DROP SEQUENCE refused")
+
+
+def test_the_end_of_a_job_is_told_once_it_can_be(alone):
+    url, got = url_of(alone._data), []
+    with worker(alone._data):
+        with refusing(url, job_reports="NEW.result IS NOT NULL") as refused:
+            job = alone.submit("pid", {}, None, lambda job, product: got.append(product) or "x")
+            until(lambda: refused() >= 1, "the job has ended, and its worker could not say so", PATIENCE)
+            assert not job.ended
+        assert job.finish(PATIENCE) == "x"
+        assert int(got[0]) == worker_pid(alone)
+
+
+def test_a_worker_that_cannot_say_how_a_job_ended_gives_itself_up(alone):
+    """Its server hears of it all the time, and would wait for ever."""
+    with worker(alone._data):
+        ended = {"job_reports": "NEW.result IS NOT NULL", "procrastinate_jobs": "NEW.status NOT IN ('todo', 'doing')"}
+        with refusing(url_of(alone._data), **ended):
+            job = alone.submit("pid", {}, None)
+            with pytest.raises(WorkerLost, match="nothing was heard"):
+                job.finish(PATIENCE)
+        assert worker_pid(alone)
+
+
+def test_a_server_is_back_before_the_database_knows_that_its_connection_is_lost(alone):
+    url = url_of(alone._data)
+    bounded = f"{url}%20-clock_timeout%3D10s"
+    with closing(board.Board(bounded, alone._name)) as again, closing(board.Board(url)) as other:
+        assert again.workers() == 0  # connected, though the one before is
+        assert other.is_there(alone._name)
+        alone.close()
+        assert other.is_there(alone._name)

@@ -139,10 +139,11 @@ class Board:
         if self._database is None or self._database.closed:
             self._database = psycopg.connect(self._url, autocommit=True, connect_timeout=3)
             if self._presence is not None:
-                self._database.execute("SELECT pg_advisory_lock(hashtextextended(%s, 1))", (self._presence,))
+                # shared: the database may not know yet that the connection before is lost, and hold its lock
+                self._database.execute("SELECT pg_advisory_lock_shared(hashtextextended(%s, 1))", (self._presence,))
         return self._database
 
 
 def connector(url: str) -> SyncPsycopgConnector:
-    """For who asks for work."""
-    return SyncPsycopgConnector(conninfo=url, min_size=1, max_size=4, timeout=3.0)
+    """For who asks for work. Tried anew each time, not after pauses that grow with the time the database is away."""
+    return SyncPsycopgConnector(conninfo=url, min_size=1, max_size=4, timeout=3.0, reconnect_timeout=1.0)

@@ -1,5 +1,6 @@
 """The pool of jobs that workers on any machine take from the database: the same to its sessions as a local one."""
 
+import contextlib
 import errno
 import logging
 import secrets
@@ -33,6 +34,7 @@ class _Sent:
         self.job, self.exchange = job, exchange
         self.told: tuple[float, str] | None = None
         self.preview: str | None = None
+        self.cancel_unheard = False
 
 
 class RemoteJobs:
@@ -56,6 +58,7 @@ class RemoteJobs:
             raise _refused(url, err) from err
         self._records = Records()
         self._sent: dict[int, _Sent] = {}
+        self._over: dict[int, str] = {}
         self._guard = threading.Lock()
         self._closing = threading.Event()
         self._watching = threading.Thread(target=self._watch, name="footfall-remote-jobs")
@@ -138,6 +141,8 @@ class RemoteJobs:
             self._cancel(number)
             one.job.end(error=Cancelled("the job pool was closed"))
             one.exchange.remove()
+        with contextlib.suppress(psycopg.Error):
+            self._drop_ended()
         self._app.close()
         self._board.close()
 
@@ -156,38 +161,51 @@ class RemoteJobs:
         try:
             self._board.cancel(number)
         except psycopg.Error as err:
-            logging.getLogger(__name__).warning("a job can't be cancelled: %s", err)
+            logging.getLogger(__name__).warning("a job can't be cancelled yet: %s", err)
+            with self._guard:
+                if number in self._sent:
+                    self._sent[number].cancel_unheard = True
         return False
 
     def _watch(self) -> None:
         while not self._closing.wait(POLL):
             with self._guard:
                 sent = dict(self._sent)
-            if not sent:
+            if not sent and not self._over:
                 continue
             try:
-                found = {seen.number: seen for seen in self._board.look(list(sent))}
-                workers = self._board.workers() if any(one.status == "todo" for one in found.values()) else 1
+                self._follow_all(sent)
+                self._drop_ended()
             except psycopg.Error as err:
                 logging.getLogger(__name__).warning("jobs can't be looked after: %s", err)
                 self._closing.wait(1.0)
-                continue
-            for number, one in sent.items():
-                try:
-                    self._follow(number, one, found.get(number), workers)
-                except psycopg.Error as err:
-                    logging.getLogger(__name__).warning("job %s can't be looked after: %s", one.job.id, err)
-                except Exception as err:
-                    logging.getLogger(__name__).exception("job %s can't be followed", one.job.id)
-                    text = f"the {one.job.kind} was given up: {type(err).__name__}: {err}"
-                    self._end(number, one, error=FootFallError(text))
+
+    def _follow_all(self, sent: Mapping[int, _Sent]) -> None:
+        found = {seen.number: seen for seen in self._board.look(list(sent))}
+        workers = self._board.workers() if any(one.status == "todo" for one in found.values()) else 1
+        for number, one in sent.items():
+            try:
+                self._follow(number, one, found.get(number), workers)
+            except psycopg.Error as err:
+                logging.getLogger(__name__).warning("job %s can't be looked after: %s", one.job.id, err)
+            except Exception as err:
+                logging.getLogger(__name__).exception("job %s can't be followed", one.job.id)
+                text = f"the {one.job.kind} was given up: {type(err).__name__}: {err}"
+                self._end(number, one, error=FootFallError(text))
+
+    def _drop_ended(self) -> None:
+        """What can't be dropped now is at the next look: a worker goes on with what it finds in the database."""
+        for number, job in list(self._over.items()):
+            self._board.drop(number, job)
+            del self._over[number]
 
     def _follow(self, number: int, sent: _Sent, seen: Seen | None, workers: int) -> None:
         job = sent.job
+        if sent.cancel_unheard:
+            self._board.cancel(number)
+            sent.cancel_unheard = False
         if seen is None:
             self._end(number, sent, error=WorkerLost(f"the {job.kind} was taken out of the queue by somebody else"))
-        elif seen.status == "todo":
-            job.waits("waiting for a worker" if workers else "no worker is connected: start `footfall worker`")
         elif seen.error is not None:
             self._end(number, sent, error=error_of(seen.error))
         elif seen.result is not None:
@@ -198,6 +216,8 @@ class RemoteJobs:
                 self._end(number, sent, error=FootFallError(text))
             else:
                 self._end(number, sent, product)
+        elif seen.status == "todo":
+            job.waits("waiting for a worker" if workers else "no worker is connected: start `footfall worker`")
         elif seen.status in ("cancelled", "aborted"):
             self._end(number, sent, error=Cancelled("cancelled before it started"))
         elif seen.status != "doing" or seen.abandoned:
@@ -226,7 +246,7 @@ class RemoteJobs:
                 return
         sent.job.end(product, error)
         sent.exchange.remove()
-        self._board.drop(number, sent.job.id)
+        self._over[number] = sent.job.id
 
 
 def _refused(url: str, err: Exception) -> StoreRefused:

@@ -7,13 +7,14 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from multiprocessing import parent_process
 from pathlib import Path
 from typing import Any
 
 import procrastinate
 import psycopg
+from procrastinate.connector import Notify
 from procrastinate.exceptions import ConnectorException
 from procrastinate.job_context import AbortReason, JobContext
 from procrastinate.worker import Worker
@@ -77,9 +78,10 @@ async def _serve(url: str, data: Path, pool: Jobs, board: Board, workers: int, o
     stopping = asyncio.create_task(stop.wait())
     while not stop.is_set():
         # one connection listens all the time; one of the others tells that the worker is there, whatever it does
-        connector = procrastinate.PsycopgConnector(conninfo=url, min_size=2, max_size=workers + 4, timeout=5.0)
+        connector = _Connector(conninfo=url, min_size=2, max_size=workers + 4, timeout=5.0)
         app = procrastinate.App(connector=connector)
-        app.task(name=TASK, queue=QUEUE, pass_context=True)(_Work(data, pool, board).make)
+        work = _Work(data, pool, board)
+        app.task(name=TASK, queue=QUEUE, pass_context=True)(work.make)
         worker = Worker(
             app,
             queues=[QUEUE],
@@ -95,7 +97,7 @@ async def _serve(url: str, data: Path, pool: Jobs, board: Board, workers: int, o
             await asyncio.to_thread(board.prepare)
             async with app.open_async():
                 working = asyncio.create_task(worker.run())
-                failing = asyncio.create_task(_until_unheard(board, worker))
+                failing = asyncio.create_task(_until_unheard(board, worker, work))
                 on_ready()
                 await asyncio.wait((working, stopping, failing), return_when=asyncio.FIRST_COMPLETED)
                 failing.cancel()
@@ -108,10 +110,23 @@ async def _serve(url: str, data: Path, pool: Jobs, board: Board, workers: int, o
             await asyncio.wait((stopping,), timeout=AGAIN)
 
 
-async def _until_unheard(board: Board, worker: Worker) -> None:
-    """Returns once servers no longer hear of a worker, which would give up all that it does."""
+class _Connector(procrastinate.PsycopgConnector):
+    """Listens again after the database was lost; procrastinate's own would end for good, unseen by its worker."""
+
+    async def listen_notify(self, on_notification: Notify, channels: Iterable[str]) -> None:
+        names = list(channels)
+        while True:
+            try:
+                await super().listen_notify(on_notification, names)
+            except ConnectorException as err:
+                _log.warning("new jobs are not heard of at once: %s", err.__cause__ or err)
+            await asyncio.sleep(AGAIN)
+
+
+async def _until_unheard(board: Board, worker: Worker, work: "_Work") -> None:
+    """Returns once servers no longer hear of a worker, which would give up all that it does, or of how a job ended."""
     heard = time.monotonic()
-    while time.monotonic() - heard < SILENCE / 2:
+    while not work.unheard.is_set() and time.monotonic() - heard < SILENCE / 2:
         await asyncio.sleep(HEARTBEAT)
         number = worker.worker_id
         try:
@@ -126,6 +141,8 @@ class _Work:
 
     def __init__(self, data: Path, pool: Jobs, board: Board) -> None:
         self._data, self._pool, self._board = data, pool, board
+        self.unheard = threading.Event()
+        """The end of a job could not be told. Its server waits as long as this worker is heard of, so that must end."""
 
     def make(
         self,
@@ -163,7 +180,24 @@ class _Work:
                 error = err
             except OSError as err:
                 error = FootFallError(f"the shared folder can't be used: {err.strerror or err}")
-            self._board.end(job, made[-1] if made and error is None else None, error and error_text(error))
+            except Exception as err:
+                _log.exception("the %s can't be made", kind)
+                error = WorkerLost(f"the worker could not make the {kind}: {type(err).__name__}: {err}")
+            self._tell_end(job, made[-1] if made and error is None else None, error and error_text(error))
+
+    def _tell_end(self, job: str, result: str | None, error: str | None) -> None:
+        """Tries again for as long as servers wait for a worker: what was made outlives a lost database."""
+        until = time.monotonic() + SILENCE
+        while True:
+            try:
+                self._board.end(job, result, error)
+                return
+            except psycopg.Error as err:
+                _log.warning("the end of a job can't be told: %s", err)
+                if time.monotonic() > until:
+                    self.unheard.set()
+                    raise
+            time.sleep(AGAIN / 4)
 
     def _is_awaited(self, server: str) -> bool:
         """Whether the server that asks is there, or comes back soon."""
