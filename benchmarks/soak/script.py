@@ -17,6 +17,7 @@ from footfall.api.access import BASE
 SESSION = "/sessions/current"
 STEP = 0.06
 """Longest way of a step from where the wheel stood at first, along x and y [m]."""
+TRIES = 5
 ENDED = ("done", "failed", "cancelled")
 
 
@@ -26,6 +27,14 @@ class Interrupted(Exception):
 
 class Moved(Interrupted):
     """The gate refused because the rover stands elsewhere than it was planned from: telemetry was behind its motion."""
+
+
+class Stale(Interrupted):
+    """The gate refused because the latest telemetry is too old: on a busy machine that passes."""
+
+
+REFUSED = {"start": Moved, "telemetry": Stale}
+"""Check of the gate → what its refusal is here."""
 
 
 class Script:
@@ -127,8 +136,7 @@ class Script:
         return self._get("/stop")["stopped"]
 
     def _run(self, digest: str) -> None:
-        token = self._post(f"/sequences/{digest}/arm", None, 200)["token"]
-        sent = self._post(f"/sequences/{digest}/send", {"arming": token}, 202)
+        sent = self._sent(digest)
         self._ledger.runs[sent["run"]] = sent["commands"]
         run = until(
             lambda: (one := self._get(f"{SESSION}/run"))["number"] == sent["run"] and one["ended"] and one,
@@ -137,6 +145,16 @@ class Script:
         if run["outcome"] != "done":
             raise Interrupted(f"run {run['number']} ended: {run['outcome']}, {run['reason']}")
 
+    def _sent(self, digest: str) -> Any:
+        """Arm and send; again, a few times, where telemetry was too old and is fresh again."""
+        for _ in range(TRIES):
+            try:
+                token = self._post(f"/sequences/{digest}/arm", None, 200)["token"]
+                return self._post(f"/sequences/{digest}/send", {"arming": token}, 202)
+            except Stale:
+                until(self.linked, "fresh telemetry", 10.0)
+        raise Interrupted(f"telemetry was too old {TRIES} times")
+
     def _get(self, path: str) -> Any:
         return self._answered(self.client.get(path), 200)
 
@@ -144,8 +162,8 @@ class Script:
         return self._answered(self.client.post(path, json=body), status)
 
     def _answered(self, answer: httpx.Response, status: int) -> Any:
-        if answer.status_code == 409 and answer.json().get("check") == "start":
-            raise Moved(answer.text)
+        if answer.status_code == 409 and (kind := REFUSED.get(answer.json().get("check"))):
+            raise kind(answer.text)
         if answer.status_code != status:
             raise Interrupted(f"{answer.request.method} {answer.request.url.path}: {answer.text}")
         return answer.json()
