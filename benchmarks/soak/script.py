@@ -2,6 +2,7 @@
 
 import json
 import threading
+import time
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -18,6 +19,8 @@ SESSION = "/sessions/current"
 STEP = 0.06
 """Longest way of a step from where the wheel stood at first, along x and y [m]."""
 TRIES = 5
+PAUSE = 0.3
+"""Before it is tried again [s]: three frames of telemetry."""
 ENDED = ("done", "failed", "cancelled")
 
 
@@ -30,10 +33,10 @@ class Moved(Interrupted):
 
 
 class Stale(Interrupted):
-    """The gate refused because the latest telemetry is too old: on a busy machine that passes."""
+    """The gate refused because of the latest telemetry: too old (a busy machine), or from before a stop was cleared."""
 
 
-REFUSED = {"start": Moved, "telemetry": Stale}
+REFUSED = {"start": Moved, "telemetry": Stale, "mode": Stale}
 """Check of the gate → what its refusal is here."""
 
 
@@ -146,14 +149,15 @@ class Script:
             raise Interrupted(f"run {run['number']} ended: {run['outcome']}, {run['reason']}")
 
     def _sent(self, digest: str) -> Any:
-        """Arm and send; again, a few times, where telemetry was too old and is fresh again."""
+        """Arm and send; again, a few times, where newer telemetry may let it."""
         for _ in range(TRIES):
             try:
                 token = self._post(f"/sequences/{digest}/arm", None, 200)["token"]
                 return self._post(f"/sequences/{digest}/send", {"arming": token}, 202)
             except Stale:
+                time.sleep(PAUSE)
                 until(self.linked, "fresh telemetry", 10.0)
-        raise Interrupted(f"telemetry was too old {TRIES} times")
+        raise Interrupted(f"telemetry spoke against it {TRIES} times")
 
     def _get(self, path: str) -> Any:
         return self._answered(self.client.get(path), 200)

@@ -85,7 +85,7 @@ def test_undo_goes_back_over_choices_and_edits_in_their_order(console: Page, qui
     edited = held(quiet)["sequence"]
     console.locator("#h-footfall").click()
     console.keyboard.press("a")
-    expect(console.locator("#hand")).to_be_visible()
+    expect(console.locator("#hand-acts")).to_be_visible()
     console.keyboard.press("ArrowUp")
     # what is being moved is the latest choice: taken back as such, without a wait
     console.keyboard.press("Control+z")

@@ -10,6 +10,15 @@ from tests.support.server import Running, until
 
 Keep = Callable[[str], None]
 
+LATE_POINTS = """() => {
+  const ask = window.fetch;
+  window.fetch = async (...asked) => {
+    if (String(asked[0]).endsWith("/points")) await new Promise((done) => setTimeout(done, 4000));
+    return ask(...asked);
+  };
+}"""
+"""Points take four seconds to the server."""
+
 
 def planned(page: Page, served: Running) -> dict:
     """Plan the step; the new result."""
@@ -92,11 +101,14 @@ def test_a_point_at_the_ghost_is_moved_and_passed(page: Page, served: Running, l
     height = page.get_by_label("z of point 1", exact=True)
     expect(height).to_be_visible(timeout=SLOW)
     before = float(height.input_value())
+    page.evaluate(LATE_POINTS)
     height.focus()
     page.keyboard.press("ArrowUp")
     assert 0 < float(height.input_value()) - before <= 0.05 + 1e-9
     point = [float(page.get_by_label(f"{axis} of point 1", exact=True).input_value()) for axis in "xyz"]
-    result = planned(page, served)
+    page.locator("#h-plan").click()
+    page.wait_for_timeout(1500)  # it draws what it knows once a second, while the point is on its way
+    result = planned(page, served)  # with the point as it was shown
     assert result["through"][0] == pytest.approx(point, abs=1e-3)
     assert result["status"] == "found", result["reason"]
     path = held(served, f"{SESSION}/plans/current/wheel-path")["points"]

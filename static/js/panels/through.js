@@ -14,6 +14,7 @@ const PAUSE = 700; // ms after which numbers that were typed or stepped are set
 let listed = []; // [x, y, z] each
 let leg = null; // whose wheel they are for
 let pausing = 0; // the timer while numbers here are not set yet
+let setting = null; // the promise of those that are on their way to the server
 let drawn = "";
 
 export function start() {
@@ -32,15 +33,24 @@ export function start() {
 // points of another leg's swing would lead this one astray
 export const points = () => (leg === (known.summary?.footfall?.leg ?? leg) ? listed : []);
 
-async function set() {
+function set() {
   clearTimeout(pausing);
   pausing = 0;
-  await put("/sessions/current/points", { leg, points: listed });
-  await refresh();
+  const asked = { leg, points: listed };
+  const mine = Promise.resolve(setting).catch(() => {}).then(async () => {
+    await put("/sessions/current/points", asked);
+    await refresh();
+  }).finally(() => {
+    if (setting !== mine) return; // others are on their way by now
+    setting = null;
+    draw(known); // as the server has them
+  });
+  setting = mine;
+  return mine;
 }
 
-// What is typed counts before it rests.
-export const settled = () => (pausing ? set() : Promise.resolve());
+// What is typed counts before it rests, and what is on its way before it has arrived.
+export const settled = () => (pausing ? set() : Promise.resolve(setting));
 
 const change = (to) => attempt(() => {
   listed = to;
@@ -98,7 +108,7 @@ function place(path, point) {
 }
 
 function draw({ summary }) {
-  if (!summary || pausing) return; // not under the hands of somebody who types
+  if (!summary || pausing || setting) return; // not under the hands of somebody who types
   if (summary.points) ({ leg, points: listed } = summary.points);
   else listed = [];
   const shown = points();
