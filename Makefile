@@ -14,12 +14,11 @@ run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
-# Playwright's loop suffers no other in its process; the 3-D scene is drawn in software and gets the machine for itself.
+# Playwright's loop suffers no other in its process; a browser that draws in software gets the machine for itself.
 test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
 	$(BIN)/python -m pytest -m "not browser" -n auto --dist loadfile --no-loadscope-reorder
-	$(BIN)/python -m pytest -m "browser and not scene" -n auto
-	$(BIN)/python -m pytest -m scene
+	$(BIN)/python -m pytest -m browser
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

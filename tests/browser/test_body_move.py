@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held, press
+from tests.support.page_steps import SESSION, SLOW, held, press
 from tests.support.server import Running, until
 
 Keep = Callable[[str], None]
@@ -41,8 +41,10 @@ def test_a_checked_move_becomes_commands_and_is_sent(page: Page, served: Running
         "the arrival",
         sequence["duration"] + 60,
     )
-    with served.client() as client:
-        state = client.get("/sessions/current/telemetry").json()
-    assert state["posture"] == sequence["predicted"][-1]
+    # the rover says "done" before its next frame of telemetry comes
+    until(
+        lambda: held(served, f"{SESSION}/telemetry")["posture"] == sequence["predicted"][-1], "telemetry of the arrival"
+    )
+    state = held(served, f"{SESSION}/telemetry")
     np.testing.assert_allclose(state["T_site_base"], sequence["Ts_site_base"][-1], atol=1e-9)
     look("arrived")
