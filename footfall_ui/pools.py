@@ -5,7 +5,7 @@ import multiprocessing
 from collections.abc import Iterator
 from pathlib import Path
 
-from footfall.session.job import JobPool
+from footfall.session.job_pool import JobPool
 from footfall.session.jobs import Jobs
 from footfall.session.storage.databases import binding
 

@@ -51,7 +51,7 @@ class ChoicesAnswer(TypedDict):
 def info(request: Request, sessions: AllSessions) -> InfoAnswer:
     """Version, limits and parts of the running server."""
     limits: Limits = request.app.state.limits
-    listed = all_limits(limits, getattr(sessions.jobs, "queue_limit", None))
+    listed = all_limits(limits, sessions.jobs.queue_limit)
     return cast(InfoAnswer, {**request.app.state.parts(), "version": SOFTWARE_VERSION, "limits": listed})
 
 

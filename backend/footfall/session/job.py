@@ -5,9 +5,9 @@ import threading
 import time
 import uuid
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, NotFound
 from footfall.core.value import Value
@@ -189,43 +189,3 @@ class Records:
             if job_id not in self._jobs:
                 raise NotFound(f"there is no job {job_id}", job=job_id)
             return self._jobs[job_id]
-
-
-class JobPool(Protocol):
-    """Where jobs are done: in processes of the server's own, at once, or by workers elsewhere."""
-
-    def submit(
-        self,
-        kind: str,
-        parents: Mapping[str, Value],
-        settings: Value | None,
-        on_done: OnDone | None = None,
-        on_change: OnChange | None = None,
-        *,
-        on_preview: OnPreview | None = None,
-        session: str = "",
-        urgent: bool = False,
-    ) -> Job:
-        """See :meth:`footfall.session.jobs.Jobs.submit`."""
-        ...
-
-    def adopt(self, job: Job) -> None:
-        """Keep the record of a job that needs no work."""
-        ...
-
-    def get(self, job_id: str) -> Job:
-        """Raises NotFound."""
-        ...
-
-    def tally(self) -> dict[tuple[str, str], Tally]:
-        """How many jobs of each kind are queued, running, or have ended and how, and how long those took."""
-        ...
-
-    @property
-    def ready(self) -> bool:
-        """Whether it takes jobs."""
-        ...
-
-    def close(self) -> None:
-        """Cancel what runs and waits."""
-        ...

@@ -11,14 +11,14 @@ from collections.abc import Iterator, Mapping
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from structlog.contextvars import bound_contextvars
 
-from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, WorkerLost
+from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records, Tally
+from footfall.session.job import Job
+from footfall.session.job_pool import JobPool
 from footfall.session.recipes import make
 from footfall.session.worker import work
 
@@ -26,67 +26,30 @@ CANCEL_GRACE = 1.0
 """A worker that has not stopped this long after it was asked to is killed [s]."""
 
 
-RETRY_AFTER = 5
-"""When to ask again where the queue is full [s]."""
-
-
-class InlineJobs:
+class InlineJobs(JobPool):
     """Jobs that run in the caller's thread, at once: for scripts, samples and tests."""
 
     def __init__(self, recipes: str = "footfall.session.recipes") -> None:
+        super().__init__()
         self._recipes = import_module(recipes).RECIPES
-        self._records = Records()
-
-    def submit(
-        self,
-        kind: str,
-        parents: Mapping[str, Value],
-        settings: Value | None,
-        on_done: OnDone | None = None,
-        on_change: OnChange | None = None,
-        *,
-        on_preview: OnPreview | None = None,
-        session: str = "",
-        urgent: bool = False,
-    ) -> Job:
-        """Do the work; the job has ended when this returns."""
-        job = Job(kind, session, on_done, on_change, on_preview)
-        self._records.add(job)
-        try:
-            product = make(self._recipes, kind, parents, settings, _Here(job))
-        except FootFallError as err:
-            job.end(error=err)
-        else:
-            job.end(product)
-        return job
-
-    def adopt(self, job: Job) -> None:
-        """Keep the record of a job that needs no work."""
-        self._records.add(job)
-
-    def get(self, job_id: str) -> Job:
-        """Raises NotFound."""
-        return self._records.get(job_id)
-
-    def tally(self) -> dict[tuple[str, str], Tally]:
-        """See :meth:`Jobs.tally`."""
-        return self._records.tally()
 
     @property
     def ready(self) -> bool:
-        """See :attr:`Jobs.ready`."""
+        """Always."""
         return True
 
     def close(self) -> None:
         """Nothing is running."""
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, err: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+    def _take_on(self, job: Job, parents: Mapping[str, Value], settings: Value | None, urgent: bool) -> None:
+        """The job has ended when this returns."""
+        self._records.add(job)
+        try:
+            product = make(self._recipes, job.kind, parents, settings, _Here(job))
+        except FootFallError as err:
+            job.end(error=err)
+        else:
+            job.end(product)
 
 
 class _Here:
@@ -105,8 +68,8 @@ class _Here:
         self.job.preview(product)
 
 
-class Jobs:
-    """A pool of worker processes; close it, or use it as a context manager.
+class Jobs(JobPool):
+    """A pool of worker processes.
 
     recipes: module with ``RECIPES`` (kind → recipe) and optionally ``preload()``; workers import it.
     workers: number of processes. queue_limit: waiting jobs before new ones are refused.
@@ -116,9 +79,8 @@ class Jobs:
         self, recipes: str = "footfall.session.recipes", workers: int = 2, queue_limit: int = 32, warm: bool = False
     ) -> None:
         """``warm``: start the processes now, not with the first job."""
+        super().__init__(queue_limit)
         self._recipes = recipes
-        self.queue_limit = queue_limit
-        self._records = Records()
         self._queue: list[tuple[int, int, Job, tuple[Any, ...]]] = []
         self._order = itertools.count()
         self._wake = threading.Condition()
@@ -128,57 +90,6 @@ class Jobs:
         ]
         for thread in self._threads:
             thread.start()
-
-    def submit(
-        self,
-        kind: str,
-        parents: Mapping[str, Value],
-        settings: Value | None,
-        on_done: OnDone | None = None,
-        on_change: OnChange | None = None,
-        *,
-        on_preview: OnPreview | None = None,
-        session: str = "",
-        urgent: bool = False,
-    ) -> Job:
-        """Queue one product to be made; ``urgent`` goes before what waits.
-
-        on_done(job, product): called in a pool thread before the job counts as done; returns the digest;
-        what it raises fails the job. on_change(job): called there at every progress and at the end.
-        on_preview(job, product): called there with coarse forms of the product, where its recipe makes any.
-
-        Raises Busy where the queue is full, Conflict where the pool is closed.
-        """
-        job = Job(kind, session, on_done, on_change, on_preview)
-        sent = {name: (value.digest, value) for name, value in parents.items()}
-        asked = None if settings is None else (settings.digest, settings)
-        with self._wake:
-            if self._closing:
-                raise Conflict("the job pool is closed")
-            if len(self._queue) >= self.queue_limit:
-                raise Busy(
-                    f"{self.queue_limit} jobs are waiting already; cancel one, or wait",
-                    limit=self.queue_limit,
-                    retry_after=RETRY_AFTER,
-                )
-            waiting = (not urgent, next(self._order), job, (kind, sent, asked))
-            heapq.heappush(self._queue, waiting)
-            job.unqueue = lambda: self._unqueue(waiting)
-            self._records.add(job)
-            self._wake.notify()
-        return job
-
-    def adopt(self, job: Job) -> None:
-        """Keep the record of a job that needs no work."""
-        self._records.add(job)
-
-    def get(self, job_id: str) -> Job:
-        """Raises NotFound."""
-        return self._records.get(job_id)
-
-    def tally(self) -> dict[tuple[str, str], Tally]:
-        """How many jobs of each kind are queued, running, or have ended and how, and how long those took."""
-        return self._records.tally()
 
     @property
     def ready(self) -> bool:
@@ -197,13 +108,18 @@ class Jobs:
             if thread is not threading.current_thread():
                 thread.join()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, err: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+    def _take_on(self, job: Job, parents: Mapping[str, Value], settings: Value | None, urgent: bool) -> None:
+        sent = {name: (value.digest, value) for name, value in parents.items()}
+        asked = None if settings is None else (settings.digest, settings)
+        with self._wake:
+            if self._closing:
+                raise Conflict("the job pool is closed")
+            self._require_room(len(self._queue))
+            waiting = (not urgent, next(self._order), job, (job.kind, sent, asked))
+            heapq.heappush(self._queue, waiting)
+            job.unqueue = lambda: self._unqueue(waiting)
+            self._records.add(job)
+            self._wake.notify()
 
     def _serve(self, warm: bool) -> None:
         process = _Process(self._recipes)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from footfall.core.errors import Conflict
 from footfall.session.commanding import Commanding
 from footfall.session.executions import ExecutionSession
-from footfall.session.job import JobPool
+from footfall.session.job_pool import JobPool
 from footfall.session.light_time import LightTime
 from footfall.session.link import Send
 from footfall.session.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement

@@ -9,7 +9,8 @@ from footfall.core.value import Value
 from footfall.io.bundles import write_zip
 from footfall.session.event import Event
 from footfall.session.fold import SessionState
-from footfall.session.job import Job, JobPool
+from footfall.session.job import Job
+from footfall.session.job_pool import JobPool
 from footfall.session.journal import Journal
 from footfall.session.recipes import built_robot
 from footfall.session.shelf import Shelf

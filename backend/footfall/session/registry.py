@@ -14,7 +14,7 @@ from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
-from footfall.session.job import JobPool
+from footfall.session.job_pool import JobPool
 from footfall.session.jobs import Jobs
 from footfall.session.light_time import LightTime
 from footfall.session.live import LiveSession

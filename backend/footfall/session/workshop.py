@@ -8,7 +8,8 @@ from footfall.core.value import Value
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult
 from footfall.session.acting import told
-from footfall.session.job import Job, JobPool
+from footfall.session.job import Job
+from footfall.session.job_pool import JobPool
 from footfall.session.journal import Journal
 from footfall.session.remembered import on_map
 from footfall.session.shelf import Shelf

@@ -7,18 +7,16 @@ import secrets
 import threading
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import procrastinate
 import psycopg
 from procrastinate.exceptions import ConnectorException
 from psycopg_pool import PoolTimeout
 
-from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, WorkerLost
+from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records, Tally
-from footfall.session.jobs import RETRY_AFTER
+from footfall.session.job import Job
+from footfall.session.job_pool import JobPool
 from footfall.session.remote.board import QUEUE, SILENCE, TASK, Board, Seen, connector
 from footfall.session.remote.exchange import Exchange, error_of, remove_forgotten
 from footfall.session.storage.interface import StoreRefused
@@ -37,15 +35,15 @@ class _Sent:
         self.cancel_unheard = False
 
 
-class RemoteJobs:
-    """Jobs for ``footfall worker``; close it, or use it as a context manager. Thread-safe.
+class RemoteJobs(JobPool):
+    """Jobs for ``footfall worker``. Thread-safe.
 
-    url: of the database. data: the folder that server and workers share. queue_limit: waiting jobs before new ones are
-    refused. Raises StoreRefused where the database can't be reached.
+    url: of the database. data: the folder that server and workers share. Making it, and submitting, raise StoreRefused
+    where the database can't be reached.
     """
 
     def __init__(self, url: str, data: Path, queue_limit: int = 32) -> None:
-        self.queue_limit = queue_limit
+        super().__init__(queue_limit)
         self._url, self._data = url, data
         self._name = secrets.token_hex(8)
         self._board = Board(url, self._name)
@@ -56,71 +54,12 @@ class RemoteJobs:
             self._app.open()
         except (psycopg.Error, ConnectorException, PoolTimeout) as err:
             raise _refused(url, err) from err
-        self._records = Records()
         self._sent: dict[int, _Sent] = {}
         self._over: dict[int, str] = {}
         self._guard = threading.Lock()
         self._closing = threading.Event()
         self._watching = threading.Thread(target=self._watch, name="footfall-remote-jobs")
         self._watching.start()
-
-    def submit(
-        self,
-        kind: str,
-        parents: Mapping[str, Value],
-        settings: Value | None,
-        on_done: OnDone | None = None,
-        on_change: OnChange | None = None,
-        *,
-        on_preview: OnPreview | None = None,
-        session: str = "",
-        urgent: bool = False,
-    ) -> Job:
-        """See :meth:`footfall.session.jobs.Jobs.submit`. Raises StoreRefused where the database can't be reached."""
-        if self._closing.is_set():
-            raise Conflict("the job pool is closed")
-        with self._guard:
-            waiting = sum(one.job.state == "queued" for one in self._sent.values())
-        if waiting >= self.queue_limit:
-            text = f"{self.queue_limit} jobs are waiting already; cancel one, or wait"
-            raise Busy(text, limit=self.queue_limit, retry_after=RETRY_AFTER)
-        job = Job(kind, session, on_done, on_change, on_preview)
-        exchange = Exchange(self._data, job.id, session)
-        try:
-            exchange.open()
-            message = {
-                "job": job.id,
-                "kind": kind,
-                "session": session,
-                "parents": {name: exchange.put(value) for name, value in parents.items()},
-                "settings": None if settings is None else exchange.put(settings),
-                "server": self._name,
-            }
-            task = self._app.configure_task(TASK, queue=QUEUE, priority=int(urgent))
-            number = task.defer(**message)
-        except (ConnectorException, PoolTimeout) as err:
-            exchange.remove()
-            raise _refused(self._url, err) from err
-        except BaseException:
-            exchange.remove()
-            raise
-        job.unqueue = lambda: self._cancel(number)
-        self._records.add(job)
-        with self._guard:
-            self._sent[number] = _Sent(job, exchange)
-        return job
-
-    def adopt(self, job: Job) -> None:
-        """Keep the record of a job that needs no work."""
-        self._records.add(job)
-
-    def get(self, job_id: str) -> Job:
-        """Raises NotFound."""
-        return self._records.get(job_id)
-
-    def tally(self) -> dict[tuple[str, str], Tally]:
-        """See :meth:`footfall.session.jobs.Jobs.tally`."""
-        return self._records.tally()
 
     @property
     def ready(self) -> bool:
@@ -146,15 +85,37 @@ class RemoteJobs:
         self._app.close()
         self._board.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, err: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     # -- inside ----------------------------------------------------------------------------------
+
+    def _take_on(self, job: Job, parents: Mapping[str, Value], settings: Value | None, urgent: bool) -> None:
+        if self._closing.is_set():
+            raise Conflict("the job pool is closed")
+        with self._guard:
+            waiting = sum(one.job.state == "queued" for one in self._sent.values())
+        self._require_room(waiting)
+        exchange = Exchange(self._data, job.id, job.session)
+        try:
+            exchange.open()
+            message = {
+                "job": job.id,
+                "kind": job.kind,
+                "session": job.session,
+                "parents": {name: exchange.put(value) for name, value in parents.items()},
+                "settings": None if settings is None else exchange.put(settings),
+                "server": self._name,
+            }
+            task = self._app.configure_task(TASK, queue=QUEUE, priority=int(urgent))
+            number = task.defer(**message)
+        except (ConnectorException, PoolTimeout) as err:
+            exchange.remove()
+            raise _refused(self._url, err) from err
+        except BaseException:
+            exchange.remove()
+            raise
+        job.unqueue = lambda: self._cancel(number)
+        self._records.add(job)
+        with self._guard:
+            self._sent[number] = _Sent(job, exchange)
 
     def _cancel(self, number: int) -> bool:
         """Ask for it; how it ends shows in the database."""
