@@ -74,7 +74,7 @@ def scrubs(browser: Browser, served: Apart, times: int) -> Iterator[float]:
     """Updates of the ghost that the page sends a second while its slider is dragged, the scene drawn beside it."""
     page = browser.new_page(viewport={"width": 1280, "height": 720})
     page.goto(f"{served.url}/?fixedDpr=0.5")
-    page.wait_for_function("!document.getElementById('scrub').disabled")
+    page.locator("#scrub:enabled").wait_for()
     for _ in range(times):
         yield updates(page, 3.0)
     page.close()

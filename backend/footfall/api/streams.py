@@ -16,7 +16,7 @@ from footfall.core.errors import InvalidInput
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
 
-RATE = 5.0
+RATE = 20.0
 """Most telemetry messages to one listener in a second, where it asks for no other rate."""
 RATES = (0.1, 50.0)
 """Rates that a listener may ask for [1/s]."""
