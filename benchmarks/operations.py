@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.timing import Figure
 from footfall.io.event_log import line
-from footfall.session.event import Event, next_event
+from footfall.session.log.event import Event, next_event
 from footfall.session.storage.backup import backup
 from footfall.session.storage.store import SessionStore
 from footfall.session.storage.verify import verify

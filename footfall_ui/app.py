@@ -24,9 +24,9 @@ from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.account_store import FILE as ACCOUNTS_FILE
 from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
-from footfall.session.accounts import Accounts
-from footfall.session.light_time import LightTime
+from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
+from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import MAX_BINARY_FRAME, PATH
 from footfall_ui.listening import Tls, address_of, front_of, listen, require_safe
 from footfall_ui.pools import pool_of

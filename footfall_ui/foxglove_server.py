@@ -16,8 +16,8 @@ from foxglove import Channel, Context, Schema
 from footfall.core.errors import Conflict, FootFallError
 from footfall.io.recordings.messages import Written, form_of, of_frame, of_images, of_object, topics
 from footfall.session.live import LiveSession
-from footfall.session.recorder import Item
 from footfall.session.registry import Sessions
+from footfall.session.rover.recorder import Item
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import TelemetryFrame
 

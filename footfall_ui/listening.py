@@ -66,7 +66,7 @@ def listen(host: str, port: int) -> socket.socket:
     if not 0 <= port <= 65535:
         raise InvalidInput("a port is a number from 0 to 65535", port=port)
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    # asyncio sends without delay (TCP_NODELAY) only where the socket names its protocol; else most answers take 40 ms more
+    # asyncio sends at once (TCP_NODELAY) only where the socket names its protocol; else most answers take 40 ms more
     made = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

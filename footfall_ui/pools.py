@@ -5,8 +5,8 @@ import multiprocessing
 from collections.abc import Iterator
 from pathlib import Path
 
-from footfall.session.job_pool import JobPool
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
+from footfall.session.jobs.pool import JobPool
 from footfall.session.storage.databases import binding
 
 PATIENCE = 5.0

@@ -16,7 +16,7 @@ from websockets.typing import Subprotocol
 
 from footfall.api.auth.roles import authorise
 from footfall.api.auth.who import identity_of
-from footfall.session.identity import Role
+from footfall.session.access.identity import Role
 from footfall_ui.scene_policy import scene_policy
 from footfall_ui.viser_door import SECRET_HEADER, SceneDoor
 

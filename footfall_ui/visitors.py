@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import viser
 
-from footfall.session.identity import LOCAL, Identity
+from footfall.session.access.identity import LOCAL, Identity
 
 PAGE = "scene"
 """What the scene's frame is called where acts name their page."""

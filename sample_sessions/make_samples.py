@@ -22,7 +22,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 from footfall.sim.render import render_snapshot

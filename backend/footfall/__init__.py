@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from footfall.planning.stance.shift import shifted_state
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.plan import plan_step
-    from footfall.session.replay import replay
+    from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -39,7 +39,7 @@ _where = {
     "make_sequence": "footfall.io.scripting",
     "export": "footfall.io.exports",
     "read_sequence": "footfall.io.imports",
-    "replay": "footfall.session.replay",
+    "replay": "footfall.session.replay.recompute",
 }
 
 __version__ = SOFTWARE_VERSION

@@ -12,11 +12,11 @@ import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
-from footfall.session.identity import Identity, Role
+from footfall.session.access.identity import Identity, Role
 from footfall.terminal import Json, Reporting, say
 
 if TYPE_CHECKING:
-    from footfall.session.accounts import Accounts
+    from footfall.session.access.accounts import Accounts
 
 accounts_app = typer.Typer(
     cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Who may come in, and what they may do."
@@ -145,7 +145,7 @@ def revoke_token(name: TokenName, data: Data = DEFAULT_DATA) -> None:
 @contextmanager
 def _accounts(data: Path) -> "Iterator[Accounts]":
     from footfall.io.account_store import FILE
-    from footfall.session.accounts import Accounts
+    from footfall.session.access.accounts import Accounts
 
     with closing(Accounts(data.expanduser() / FILE)) as accounts:
         yield accounts

@@ -118,7 +118,7 @@ def serve(
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
     from footfall.logs import start_logging
-    from footfall.session.light_time import LightTime
+    from footfall.session.rover.light_time import LightTime
     from footfall_ui.app import serve as run
     from footfall_ui.listening import Tls
 
@@ -182,9 +182,9 @@ def replay(
 ) -> None:
     """Recompute what sessions recorded; read recordings of rovers anew. Exit code 1 where that is not as it was."""
     from footfall.io.recordings import SUFFIX, UNFINISHED
-    from footfall.session.recording_replay import RecordingReport, replay_recording
-    from footfall.session.replay import ReplayReport
-    from footfall.session.replay import replay as run
+    from footfall.session.replay.recompute import ReplayReport
+    from footfall.session.replay.recompute import replay as run
+    from footfall.session.replay.recordings import RecordingReport, replay_recording
 
     reports: dict[str, ReplayReport | RecordingReport] = {}
     missing = [str(path) for path in bundles if not path.exists()]
@@ -270,7 +270,7 @@ def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
     from footfall.api.jsonable import jsonable
     from footfall.io.session_page import encode
     from footfall.recorded import Recorded
-    from footfall.session.page_story import page_story
+    from footfall.session.replay.page_story import page_story
 
     recorded = Recorded(source)
     content = encode(jsonable(page_story(recorded.events, recorded.value, recorded.robot())))

@@ -12,8 +12,8 @@ from footfall.planning.step.problem import PlanResult
 from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.event import event_of
-from footfall.session.fold import fold_all
+from footfall.session.log.event import event_of
+from footfall.session.log.fold import fold_all
 from footfall.session.storage.store import read_session
 from footfall.telemetry.images import Snapshot
 

@@ -72,7 +72,7 @@ def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequ
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
     from footfall.recorded import Recorded, sequence_of
-    from footfall.session.event import event_of
+    from footfall.session.log.event import event_of
     from footfall.session.storage.store import read_session
     from footfall.terrain.dem import Dem
 

@@ -20,7 +20,7 @@ from benchmarks.scenes import robot
 from benchmarks.step import targets
 from benchmarks.timing import Figure
 from footfall.planning.step.problem import Status
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 from footfall_ui.app import Server, create_app

@@ -17,7 +17,7 @@ from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 

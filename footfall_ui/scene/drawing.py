@@ -12,7 +12,7 @@ from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.acting import acting
+from footfall.session.access.acting import acting
 from footfall.session.live import LiveSession
 from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState

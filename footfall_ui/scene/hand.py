@@ -8,7 +8,7 @@ import viser
 from numpy.typing import NDArray
 
 from footfall.core.errors import FootFallError
-from footfall.session.acting import acting
+from footfall.session.access.acting import acting
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz, rotation_from_quat_wxyz, transform
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.session.hand import Held
+from footfall.session.choosing.hand import Held
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import height_at
 from footfall_ui.scene.drawn import Drawn

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.planning.stance.follow import base_path
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.fold import SessionState
+from footfall.session.log.fold import SessionState
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.robot import RobotDrawing

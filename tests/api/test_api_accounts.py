@@ -23,8 +23,8 @@ from footfall.api.guard import refusal
 from footfall.core.errors import InvalidInput
 from footfall.io.account_store import FILE
 from footfall.planning.stance.stand import stand
-from footfall.session.accounts import Accounts
-from footfall.session.identity import Identity, Role
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import Identity, Role
 from footfall.terrain.generate import plane
 from footfall_ui.app import create_app
 from footfall_ui.listening import require_safe

@@ -10,7 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from footfall.api import health
 from footfall.core.errors import Cancelled, CommandRefused
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
 from tests.support.server import running_server, until

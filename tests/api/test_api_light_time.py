@@ -8,7 +8,7 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from footfall.io.recordings.reading import Recording
-from footfall.session.light_time import LightTime
+from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import AckMessage, HelloMessage, StopAckMessage, encode
 from tests.support.frames import digests, moving_frames
 from tests.support.server import until

@@ -16,7 +16,7 @@ from footfall.core.errors import Busy, InvalidBundle, InvalidImages, InvalidInpu
 from footfall.io import bundles
 from footfall.io.image_files import MAX_PIXELS, decode_image
 from footfall.io.terrain_files import decode_terrain
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.jobs.local import InlineJobs, Jobs
 from footfall.session.registry import Sessions
 from footfall.terrain.dem import MAX_CELLS
 from tests.support.hostile import png_that_claims, tiff_that_claims, zip_of

@@ -13,7 +13,7 @@ from footfall.api.assemble import assemble
 from footfall.api.jsonable import jsonable
 from footfall.api.schemas import MapOrder, StepSettingsModel
 from footfall.planning.step.problem import StepSettings
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 
 UNSAID = {"description", "title", "default", "examples", "example"}

@@ -13,7 +13,7 @@ from footfall.api.auth.who import IDENTITY
 from footfall.api.idempotency import Idempotency
 from footfall.api.paging import page
 from footfall.core.errors import InvalidInput
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
 from tests.support.local import Local

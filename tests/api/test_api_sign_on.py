@@ -16,8 +16,8 @@ from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.io.account_store import FILE
 from footfall.io.sign_on_file import FILE as SIGN_ON_FILE
 from footfall.io.sign_on_file import SignOnSettings, read_sign_on
-from footfall.session.accounts import Accounts
-from footfall.session.identity import Identity, Role
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import Identity, Role
 from footfall_ui.app import serve
 from tests.support.provider import CLIENT, SECRET, provider
 from tests.support.server import running_server

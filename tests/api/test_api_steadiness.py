@@ -11,7 +11,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import contacts
 from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import center_of_mass, wheel_centers
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.recorded import present
 from footfall.session.registry import Sessions
 from footfall.session.steadiness import along, judged

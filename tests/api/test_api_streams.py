@@ -13,7 +13,7 @@ import pytest
 from footfall.api import streams as streams_
 from footfall.api.streams import Streams, session_stream
 from footfall.planning.stance.stand import stand
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane

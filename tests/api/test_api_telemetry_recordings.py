@@ -24,7 +24,7 @@ from footfall.io.link_images import decode_images, encode_images
 from footfall.io.recordings import MEASURED
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.writing import RecordingWriter
-from footfall.session.recording_replay import replay_recording
+from footfall.session.replay.recordings import replay_recording
 from footfall.sim import player as players
 from footfall.sim.player import Playback, Player
 from footfall.telemetry.images import Camera, ImagePair, Snapshot

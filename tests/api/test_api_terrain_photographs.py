@@ -7,7 +7,7 @@ import pytest
 
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_files import decode_terrain, encode_terrain
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field
 from footfall.terrain.surface import height_at

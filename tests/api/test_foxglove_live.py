@@ -13,7 +13,7 @@ from websockets.typing import Subprotocol
 
 from footfall.core.errors import Conflict
 from footfall.core.frames import transform
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall_ui.foxglove_server import FoxgloveServer

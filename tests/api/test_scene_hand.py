@@ -27,9 +27,9 @@ from footfall.core.frames import quat_wxyz
 from footfall.io.account_store import FILE
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.stand import stand
-from footfall.session.accounts import Accounts
-from footfall.session.hand import Held
-from footfall.session.identity import LOCAL, Identity, Role
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import LOCAL, Identity, Role
+from footfall.session.choosing.hand import Held
 from footfall_ui.scene.handles import Drag, Drags, place_of, pose_of
 from tests.support.chassis_ground import wavy
 from tests.support.server import running_server, until

@@ -9,7 +9,7 @@ import pytest
 import viser
 
 from footfall.planning.stance.stand import stand
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall_ui.scene import Scene
 from footfall_ui.scene.drawn import Drawn

@@ -11,7 +11,7 @@ import viser
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.stand import stand
 from footfall.sequence.commands import Sequence
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.recorded import present
 from footfall.session.registry import Sessions
 from footfall.session.view import SWITCHES, ViewState

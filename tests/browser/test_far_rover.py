@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from footfall.session.light_time import LightTime
+from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import HelloMessage, encode, message_object
 from tests.support.frames import moving_frames
 from tests.support.server import Running, running_server

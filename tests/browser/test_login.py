@@ -7,8 +7,8 @@ from argon2 import PasswordHasher
 from playwright.sync_api import expect
 
 from footfall.io.account_store import FILE
-from footfall.session.accounts import Accounts
-from footfall.session.identity import Identity, Role
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import Identity, Role
 from tests.support.server import Running, running_server
 
 pytestmark = pytest.mark.browser

@@ -10,7 +10,7 @@ from PIL import Image
 
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_files import read_terrain, write_terrain
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 from tests.support.command_line import FOOTFALL, run

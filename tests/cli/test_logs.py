@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall import logs
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
 from footfall_ui.rover_process import _listen
 from tests.support.server import running_server
 

@@ -12,7 +12,7 @@ from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.commanding import STOP_AGAIN_AFTER
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.sim.imager import Imager
 from footfall.sim.process import RoverClient

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
 from footfall.terrain.generate import plane
 from tests.support.server import until
 
 TINY = Path(__file__).parents[1] / "session"
 SERVER = """
 import sys, time
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
 if __name__ == "__main__":
     pool = Jobs("tiny_recipes", workers=1)
     pool.submit("pid", {}, None, lambda job, product: print(int(product), flush=True) or "x").finish(60)

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.soak.ledger import Ledger, compare
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.databases import bind
 from footfall.telemetry.state import RobotState, TelemetryFrame

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import footfall.session.storage.postgres_log  # noqa: F401 (loaded once, not in each life)
-from footfall.session.event import next_event
+from footfall.session.log.event import next_event
 from footfall.session.storage.store import SessionStore
 
 

@@ -14,9 +14,9 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.io.account_store import FILE
-from footfall.session.accounts import LOGIN_LASTS, Accounts, LoginRefused
-from footfall.session.identity import Identity, Role
-from footfall.session.throttle import LONGEST_WAIT, Throttle
+from footfall.session.access.accounts import LOGIN_LASTS, Accounts, LoginRefused
+from footfall.session.access.identity import Identity, Role
+from footfall.session.access.throttle import LONGEST_WAIT, Throttle
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"

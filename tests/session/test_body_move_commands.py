@@ -10,9 +10,9 @@ from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
 

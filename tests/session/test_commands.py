@@ -8,8 +8,8 @@ import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.sequence.edit import Edit
+from footfall.session.access.identity import LOCAL
 from footfall.session.gate.gate import Gate
-from footfall.session.identity import LOCAL
 from footfall.session.storage.sqlite_log import SqliteLog
 
 

@@ -12,11 +12,11 @@ from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit
-from footfall.session.executions import set_points_at
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.products.executions import set_points_at
+from footfall.session.products.sag import sag_of
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
-from footfall.session.sag import sag_of
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
 

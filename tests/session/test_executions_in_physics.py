@@ -11,9 +11,9 @@ from footfall.core.frames import apply
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.robot.kinematics import wheel_centers
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.link import CommandMessage, decode
 from footfall.terrain.generate import plane
 

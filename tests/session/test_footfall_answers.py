@@ -7,7 +7,7 @@ import pytest
 
 from footfall.core.value import Provenance
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
-from footfall.session.footfalls import judge_footfall
+from footfall.session.products.footfalls import judge_footfall
 
 SAYS = {
     "footing": REACHABLE_STABLE,

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
+from footfall.session.access.identity import Identity, Role
 from footfall.session.gate import lease
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
-from footfall.session.identity import Identity, Role
 from tests.support.server import until
 
 MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")

@@ -13,13 +13,13 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from footfall.core.errors import Conflict
 from footfall.core.value import Provenance
 from footfall.sequence.commands import Command, Sequence
+from footfall.session.access.identity import Identity, Role
 from footfall.session.commanding import Commanding
-from footfall.session.event import next_event
-from footfall.session.fold import SessionState, fold
 from footfall.session.gate.checks import STALE_AFTER, Facts
 from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
 from footfall.session.gate.machine import ARMED_FOR
-from footfall.session.identity import Identity, Role
+from footfall.session.log.event import next_event
+from footfall.session.log.fold import SessionState, fold
 from footfall.sim.orders import OrderedRover
 from footfall.telemetry.link import AckMessage, ClearStopMessage, CommandMessage, QueryMessage, StopMessage, decode
 from footfall.telemetry.state import RobotState, TelemetryFrame

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import InvalidImages
-from footfall.session.image_views import ImageViews
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
+from footfall.session.products.image_views import ImageViews
 from footfall.session.registry import Sessions
 from footfall.telemetry.images import Snapshot
 

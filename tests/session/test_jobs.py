@@ -8,7 +8,7 @@ import time
 import pytest
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, InvalidInput, NotFound, WorkerLost
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.jobs.local import InlineJobs, Jobs
 
 
 @pytest.fixture

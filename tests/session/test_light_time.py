@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import Conflict, InvalidInput
-from footfall.session import light_time as light_times
+from footfall.session.access.identity import LOCAL
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.runs import RECEIVED_WITHIN
-from footfall.session.identity import LOCAL
-from footfall.session.light_time import DelayLine, LightPath, LightTime
-from footfall.session.link import RoverLink
+from footfall.session.rover import light_time as light_times
+from footfall.session.rover.light_time import DelayLine, LightPath, LightTime
+from footfall.session.rover.link import RoverLink
 from tests.support.server import until
 
 steps = st.lists(

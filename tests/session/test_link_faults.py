@@ -7,7 +7,7 @@ import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.session.gate.gate import Gate
-from footfall.session.link import RESTART_AFTER, RoverLink
+from footfall.session.rover.link import RESTART_AFTER, RoverLink
 
 
 class Clock:

@@ -7,7 +7,7 @@ import pytest
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry, NotFound
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.edit import Edit
-from footfall.session.fold import fold_all
+from footfall.session.log.fold import fold_all
 from footfall.session.storage.sqlite_log import SqliteLog
 
 

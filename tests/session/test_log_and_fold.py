@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.event_log import line, read_lines
-from footfall.session.event import event_of, next_event
-from footfall.session.fold import EVENT_TYPES, SessionState, fold, fold_all
+from footfall.session.log.event import event_of, next_event
+from footfall.session.log.fold import EVENT_TYPES, SessionState, fold, fold_all
 
 DIGEST = st.integers(0, 5).map(lambda i: f"{i:032x}")
 REASON = st.text(max_size=5)

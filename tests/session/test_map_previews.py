@@ -15,11 +15,11 @@ from footfall.maps.reach_classes import UNSURE
 from footfall.maps.stack import COARSE
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.stand import stand
-from footfall.session.fold import fold_all
-from footfall.session.job import Job
-from footfall.session.jobs import InlineJobs, Jobs
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.local import InlineJobs, Jobs
+from footfall.session.log.fold import fold_all
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.terrain.generate import plane
 
 LEG = 2

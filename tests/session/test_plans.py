@@ -13,10 +13,10 @@ import pytest
 from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound, WorkerLost
 from footfall.planning.step.alternatives import CLEARER, HIGHER, KINDS
 from footfall.planning.step.problem import StepSettings
-from footfall.session.fold import fold_all
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.local import Jobs
+from footfall.session.log.fold import fold_all
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 
 

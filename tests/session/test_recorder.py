@@ -15,10 +15,10 @@ import pytest
 from footfall.core.errors import NotFound
 from footfall.io.recordings import ACKNOWLEDGEMENTS, TO_ROVER, UNFINISHED
 from footfall.io.recordings.reading import Recording
-from footfall.session import recorder
-from footfall.session.jobs import InlineJobs
-from footfall.session.recorder import Recorder, RecordingLimits
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.rover import recorder
+from footfall.session.rover.recorder import Recorder, RecordingLimits
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import digests, moving_frames
 from tests.support.server import until
@@ -259,7 +259,7 @@ KILLED = """
 import sys, time
 sys.path.insert(0, sys.argv[1])
 from footfall.io.robot_files import load_robot
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from tests.support.frames import moving_frames
 session = Sessions(sys.argv[2], jobs=InlineJobs("tiny_recipes")).create("killed")

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidInput
 from footfall.io.recordings import TO_ROVER
 from footfall.io.recordings.writing import RecordingWriter
-from footfall.session.recorder import acknowledgement
-from footfall.session.recording_replay import MOST_PROBLEMS, UNHEARD, replay_recording
+from footfall.session.replay.recordings import MOST_PROBLEMS, UNHEARD, replay_recording
+from footfall.session.rover.recorder import acknowledgement
 from footfall.telemetry.link import ClearStopMessage, CommandMessage, StopMessage, message_object
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.command_line import run

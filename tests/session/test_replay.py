@@ -11,8 +11,8 @@ from footfall.io.artifacts import encode
 from footfall.io.bundles import log_bytes, write_zip
 from footfall.planning.step.problem import StepSettings
 from footfall.sequence.edit import Edit
-from footfall.session.compare import differences
-from footfall.session.replay import replay
+from footfall.session.replay.compare import differences
+from footfall.session.replay.recompute import replay
 from footfall.session.storage.store import read_session
 
 

@@ -13,11 +13,11 @@ from footfall.planning.stance.stand import stand
 from footfall.planning.step.problem import Status
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers
-from footfall.session.event import next_event
-from footfall.session.fold import fold, fold_all
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.log.event import next_event
+from footfall.session.log.fold import fold, fold_all
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
 

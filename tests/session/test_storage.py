@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.io.bundles import log_bytes, read_bundle, session_bytes
 from footfall.maps.layers import MapSettings
-from footfall.session.event import event_of, next_event
-from footfall.session.fold import fold_all
+from footfall.session.log.event import event_of, next_event
+from footfall.session.log.fold import fold_all
 from footfall.session.storage import schema
 from footfall.session.storage.head import SLOT, HeadFile, read_head
 from footfall.session.storage.sqlite_log import DATABASE, SqliteLog

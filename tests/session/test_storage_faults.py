@@ -14,7 +14,7 @@ import pytest
 from footfall.core.errors import Conflict, InvalidBundle
 from footfall.session import journal as journal_module
 from footfall.session.clock import ClockWatch
-from footfall.session.event import next_event
+from footfall.session.log.event import next_event
 from footfall.session.storage import sqlite_log
 from footfall.session.storage.sqlite_log import DATABASE
 from footfall.session.storage.store import SessionStore

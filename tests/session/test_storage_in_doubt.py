@@ -6,7 +6,7 @@ import psycopg
 import pytest
 
 from footfall.session import journal as journal_module
-from footfall.session.event import next_event
+from footfall.session.log.event import next_event
 from footfall.session.storage.databases import bind
 from footfall.session.storage.interface import OutcomeUnknown, StoreRefused
 from footfall.session.storage.postgres_log import PostgresLog

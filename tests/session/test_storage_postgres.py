@@ -12,8 +12,8 @@ import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput
 from footfall.session import journal as journal_module
-from footfall.session.event import next_event
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.log.event import next_event
 from footfall.session.registry import Sessions
 from footfall.session.storage import postgres_log, postgres_schema
 from footfall.session.storage.backup import backup

@@ -17,7 +17,7 @@ from footfall.core.errors import FootFallError, InvalidInput, NotFound
 from footfall.io.artifacts import encode
 from footfall.io.bundles import read_bundle
 from footfall.maps.layers import MapSettings
-from footfall.session.event import next_event
+from footfall.session.log.event import next_event
 from footfall.session.storage.backup import backup
 from footfall.session.storage.databases import open_log
 from footfall.session.storage.prune import prune

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane

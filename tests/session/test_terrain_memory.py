@@ -7,11 +7,11 @@ import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidTerrain
 from footfall.planning.stance.stand import stand
-from footfall.session.event import next_event
-from footfall.session.fold import fold, fold_all
-from footfall.session.jobs import InlineJobs
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.log.event import next_event
+from footfall.session.log.fold import fold, fold_all
 from footfall.session.registry import Sessions
-from footfall.session.replay import replay
+from footfall.session.replay.recompute import replay
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.clear import Area

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import Conflict, InvalidBundle
 from footfall.sequence.edit import Edit
-from footfall.session.acting import acting
-from footfall.session.event import event_of, next_event
-from footfall.session.fold import SessionState, fold, fold_all
-from footfall.session.identity import Identity, Role
+from footfall.session.access.acting import acting
+from footfall.session.access.identity import Identity, Role
+from footfall.session.log.event import event_of, next_event
+from footfall.session.log.fold import SessionState, fold, fold_all
 
 ADA = Identity("ada", Role.PLANNER, "192.0.2.1", "page-a")
 BOB = Identity("bob", Role.PLANNER, "192.0.2.2", "page-b")

@@ -17,8 +17,8 @@ from footfall.api.access import BASE
 from footfall.api.assemble import assemble
 from footfall.api.limits import Limits
 from footfall.api.lineage import head_of
-from footfall.session.job import Job
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.local import Jobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
 

@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 
 from footfall.api.auth.oidc import SignOn
-from footfall.session.accounts import Accounts
+from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import PATH
 from footfall_ui.app import Server, create_app

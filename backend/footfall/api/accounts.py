@@ -15,8 +15,8 @@ from footfall.api.problems import Problem
 from footfall.api.routing import Routes
 from footfall.api.schemas import Strictly
 from footfall.core.errors import Conflict
-from footfall.session.accounts import LOGIN_LASTS, Accounts, AccountsUnreadable, LoginRefused
-from footfall.session.identity import Identity
+from footfall.session.access.accounts import LOGIN_LASTS, Accounts, AccountsUnreadable, LoginRefused
+from footfall.session.access.identity import Identity
 
 router = Routes(tags=["accounts"])
 

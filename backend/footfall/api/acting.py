@@ -6,7 +6,7 @@ from fastapi import Depends, Header
 from starlette.requests import HTTPConnection
 
 from footfall.api.auth.who import LONGEST_PAGE_NAME, PAGE_HEADER, PAGE_NAME, identity_of, paged
-from footfall.session.identity import Identity
+from footfall.session.access.identity import Identity
 
 Page = Annotated[
     str,

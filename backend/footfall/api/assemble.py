@@ -52,10 +52,10 @@ from footfall.api.problems import add_problem_responses
 from footfall.api.streams import Streams
 from footfall.api.unchanged import Unchanged
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.session.accounts import Accounts
-from footfall.session.checks import Checks
-from footfall.session.image_views import ImageViews
+from footfall.session.access.accounts import Accounts
+from footfall.session.products.image_views import ImageViews
 from footfall.session.registry import Sessions
+from footfall.session.replay.checks import Checks
 
 _DESCRIPTION = """A ground tool for walking rovers.
 

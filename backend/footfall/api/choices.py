@@ -6,8 +6,8 @@ from footfall.api.access import OneSession
 from footfall.api.answers import ChoiceAnswer, PointsAnswer
 from footfall.api.choice_schemas import PointsOrder, UndoOrder
 from footfall.api.routing import Routes
-from footfall.session.fold_choices import Choice
 from footfall.session.live import LiveSession
+from footfall.session.log.fold_choices import Choice
 
 router = Routes(tags=["choices"])
 

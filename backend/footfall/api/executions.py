@@ -11,7 +11,7 @@ from footfall.api.schemas import settings_value
 from footfall.api.sequence_answers import ExecutionAnswer, ExecutionFigures
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.session.sag import Sag
+from footfall.session.products.sag import Sag
 
 router = Routes(tags=["executions"])
 

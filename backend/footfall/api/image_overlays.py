@@ -14,8 +14,8 @@ from footfall.api.routing import Routes
 from footfall.core import frames
 from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import PlanResult
-from footfall.session.image_views import ImageViews
 from footfall.session.live import LiveSession
+from footfall.session.products.image_views import ImageViews
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.projection import in_image, sight
 from footfall.terrain.dem import Dem

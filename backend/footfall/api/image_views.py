@@ -10,7 +10,7 @@ from footfall.api.images import PairName, SnapshotName, pair_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import NotFound
 from footfall.io.image_files import encode_png
-from footfall.session.image_views import ImageViews
+from footfall.session.products.image_views import ImageViews
 
 router = Routes(tags=["images"])
 

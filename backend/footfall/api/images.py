@@ -15,7 +15,7 @@ from footfall.api.schemas import Calibration, CameraModel, ImageRequest
 from footfall.core.errors import Conflict, NotFound
 from footfall.io.image_files import decode_image, encode_png
 from footfall.session.live import LiveSession
-from footfall.session.snapshot_age import moved_since, taken_at
+from footfall.session.products.snapshot_age import moved_since, taken_at
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
 

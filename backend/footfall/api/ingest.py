@@ -15,8 +15,8 @@ from footfall.api.routing import Routes
 from footfall.api.rover import RoverDoor, fault_of, require_same_rover
 from footfall.core.errors import Conflict, FootFallError, InvalidTelemetry
 from footfall.io.link_images import decode_images
-from footfall.session.light_time import LONGEST, LightTime
 from footfall.session.live import LiveSession
+from footfall.session.rover.light_time import LONGEST, LightTime
 from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.link import PROTOCOL, HelloMessage, message_from
 from footfall.telemetry.state import MODES, TelemetryFrame

@@ -13,8 +13,8 @@ from footfall.api.jsonable import dumps
 from footfall.api.limits import PAGE_ITEMS
 from footfall.api.paging import Cursor, Limit, page
 from footfall.api.routing import Routes
-from footfall.session.fold import TERRAIN_KINDS
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.log.fold import TERRAIN_KINDS
 
 router = Routes(tags=["jobs"])
 

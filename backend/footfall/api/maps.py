@@ -18,7 +18,7 @@ from footfall.maps.colors import layer_legend
 from footfall.maps.layers import LAYERS, UNKNOWN, MapSettings, MapStack
 from footfall.maps.quality_settings import FACTORS, WEIGHTS, QualitySettings
 from footfall.maps.suggest import Explanation, Suggestions
-from footfall.session.identity import Role
+from footfall.session.access.identity import Role
 
 router = Routes(tags=["maps"])
 

@@ -83,7 +83,7 @@ def read_plan(live: OneSession, digest: Digest) -> PlanResult:
 @router.get("/sessions/{session}/plans/{digest}/wheel-path")
 def read_wheel_path(live: OneSession, digest: Digest) -> WheelPath:
     """Where the wheel's centre is at each waypoint, site frame [m]."""
-    from footfall.session.plan_figures import wheel_path
+    from footfall.session.products.plan_figures import wheel_path
 
     result = product(live, digest, PlanResult, live.state.plan)
     if result.plan is None:

@@ -19,7 +19,7 @@ from footfall.core.errors import InvalidInput
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.recovery import recover
 from footfall.io.ros2_messages import NS
-from footfall.session.recorder import recording_name
+from footfall.session.rover.recorder import recording_name
 
 router = Routes(tags=["recordings"])
 MCAP = "application/octet-stream"

@@ -10,8 +10,8 @@ from footfall.api.jobs import accepted
 from footfall.api.jsonable import jsonable
 from footfall.api.routing import Routes, files
 from footfall.io.session_page import encode
-from footfall.session.checks import Checks
-from footfall.session.side_by_side import SideBySide, side_by_side
+from footfall.session.replay.checks import Checks
+from footfall.session.replay.side_by_side import SideBySide, side_by_side
 
 router = Routes(tags=["recordings"])
 
@@ -63,7 +63,7 @@ def read_check(session: SessionId, checks: AllChecks) -> CheckAnswer:
 def download_page(session: SessionId, sessions: AllSessions) -> Response:
     """One session as a page that plays without a server."""
     # the numeric libraries load when a page is first asked for
-    from footfall.session.page_story import page_story
+    from footfall.session.replay.page_story import page_story
 
     live = sessions.get(session)
     content = encode(jsonable(page_story(live.events(), live.get, live.robot)))

@@ -14,7 +14,7 @@ from footfall.api.auth.who import cookie_name
 from footfall.api.front import Front
 from footfall.api.routing import Routes
 from footfall.core.errors import Conflict, FootFallError
-from footfall.session.accounts import AccountsUnreadable
+from footfall.session.access.accounts import AccountsUnreadable
 
 router = Routes(tags=["accounts"])
 _log = logging.getLogger(__name__)

@@ -15,7 +15,7 @@ from footfall.api.jsonable import jsonable
 from footfall.api.routing import Routes
 from footfall.api.schemas import StopOrder
 from footfall.core.errors import FootFallError
-from footfall.session.identity import Identity
+from footfall.session.access.identity import Identity
 from footfall.session.registry import Sessions
 
 router = Routes(tags=["stop"])

@@ -17,7 +17,7 @@ from footfall.api.multipart import file_of, form_of, is_multipart, json_of, mult
 from footfall.api.routing import Routes, files
 from footfall.api.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
 from footfall.session.live import LiveSession
 from footfall.terrain.age import BANDS, age_shares
 from footfall.terrain.dem import Dem

@@ -11,12 +11,12 @@ import numpy as np
 from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import CommandRefused
 from footfall.sequence.commands import Sequence
+from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
-from footfall.session.identity import LOCAL, Identity
+from footfall.session.jobs.requests import ExecutionRequest
 from footfall.session.linked import LinkedSession
 from footfall.session.recorded import present
-from footfall.session.requests import ExecutionRequest
 from footfall.session.summary import fields_of
 
 

@@ -13,14 +13,14 @@ from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
 from footfall.sequence.commands import Sequence
-from footfall.session.fold import SessionState
+from footfall.session.access.identity import Identity
 from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
 from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.gate.runs import Run, command_id
-from footfall.session.identity import Identity
-from footfall.session.link import RoverLink
+from footfall.session.log.fold import SessionState
+from footfall.session.rover.link import RoverLink
 from footfall.telemetry.link import ClearStopMessage, CommandMessage, QueryMessage, StopMessage, encode
 
 WATCH_PERIOD = 0.1

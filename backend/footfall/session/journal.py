@@ -9,10 +9,10 @@ from contextlib import suppress
 from typing import Any
 
 from footfall.core.errors import Conflict
-from footfall.session.acting import told
+from footfall.session.access.acting import told
 from footfall.session.clock import ClockWatch, Reading
-from footfall.session.event import Event, next_event
-from footfall.session.fold import SessionState, fold, fold_all
+from footfall.session.log.event import Event, next_event
+from footfall.session.log.fold import SessionState, fold, fold_all
 from footfall.session.storage.interface import TurnedUp
 from footfall.session.storage.store import SessionStore
 

@@ -7,11 +7,11 @@ from contextlib import suppress
 
 from footfall.core.errors import Conflict
 from footfall.session.commanding import Commanding
-from footfall.session.executions import ExecutionSession
-from footfall.session.job_pool import JobPool
-from footfall.session.light_time import LightTime
-from footfall.session.link import Send
-from footfall.session.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
+from footfall.session.jobs.pool import JobPool
+from footfall.session.products.executions import ExecutionSession
+from footfall.session.rover.light_time import LightTime
+from footfall.session.rover.link import Send
+from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import ErrorMessage, encode

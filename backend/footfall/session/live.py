@@ -22,7 +22,6 @@ from footfall.core.value import Value
 from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
 from footfall.session.commanded import CommandedSession
-from footfall.session.fold import SessionState
 from footfall.session.gate.checks import (
     POSE_TOLERANCE,
     STALE_AFTER,
@@ -30,11 +29,12 @@ from footfall.session.gate.checks import (
     pose_difference,
     worst_joint,
 )
+from footfall.session.jobs.requests import ExportRequest
+from footfall.session.log.fold import SessionState
+from footfall.session.products.remembered import on_map
+from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.recorded import ViewState, present
-from footfall.session.remembered import on_map
-from footfall.session.requests import ExportRequest
 from footfall.session.summary import summary
-from footfall.session.terrains import SHORT_JOB
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, cast
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
 from footfall.io.bundles import write_zip
-from footfall.session.event import Event
-from footfall.session.fold import SessionState
-from footfall.session.job import Job
-from footfall.session.job_pool import JobPool
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.pool import JobPool
+from footfall.session.jobs.recipes import built_robot
 from footfall.session.journal import Journal
-from footfall.session.recipes import built_robot
+from footfall.session.log.event import Event
+from footfall.session.log.fold import SessionState
 from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
 from footfall.session.view import ViewState

@@ -14,11 +14,11 @@ from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
-from footfall.session.job_pool import JobPool
-from footfall.session.jobs import Jobs
-from footfall.session.light_time import LightTime
+from footfall.session.jobs.local import Jobs
+from footfall.session.jobs.pool import JobPool
 from footfall.session.live import LiveSession
-from footfall.session.recorder import DEFAULT_LIMITS, RecordingLimits
+from footfall.session.rover.light_time import LightTime
+from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
 from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.listing import found_sessions, is_session_folder

@@ -16,7 +16,7 @@ from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
-from footfall.session.remembered import on_map
+from footfall.session.products.remembered import on_map
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 

@@ -7,11 +7,11 @@ from footfall.core.errors import Cancelled, Conflict
 from footfall.core.value import Value
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult
-from footfall.session.acting import told
-from footfall.session.job import Job
-from footfall.session.job_pool import JobPool
+from footfall.session.access.acting import told
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.pool import JobPool
 from footfall.session.journal import Journal
-from footfall.session.remembered import on_map
+from footfall.session.products.remembered import on_map
 from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot

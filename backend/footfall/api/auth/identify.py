@@ -14,8 +14,8 @@ from footfall.api.access import BASE
 from footfall.api.auth.who import ENDS, IDENTITY, ROVER, cookie_name
 from footfall.api.front import Front
 from footfall.api.problems import problem
-from footfall.session.accounts import Accounts, AccountsUnreadable, Pass
-from footfall.session.identity import LOCAL, Identity, Role
+from footfall.session.access.accounts import Accounts, AccountsUnreadable, Pass
+from footfall.session.access.identity import LOCAL, Identity, Role
 
 PAGE_FILES = ("/login.html", "/icon.svg", "/css/", "/js/", "/vendor/")
 """What everybody may read: the page's own files, which hold no secret."""

@@ -18,7 +18,7 @@ import httpx
 
 from footfall.core.errors import FootFallError
 from footfall.io.sign_on_file import ROLES, SignOnSettings
-from footfall.session.identity import Role
+from footfall.session.access.identity import Role
 
 LASTS = 600.0
 """How long a login may be under way [s]."""

@@ -8,7 +8,7 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from footfall.api.front import Front
-from footfall.session.identity import Identity
+from footfall.session.access.identity import Identity
 
 IDENTITY = "footfall.identity"
 """Name in the scope of HTTP requests and WebSockets alike: an Identity, or None on the few paths open to anybody."""

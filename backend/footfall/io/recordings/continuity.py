@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Continuity:
-    """Counts as :class:`footfall.session.link.RoverLink` does.
+    """Counts as :class:`footfall.session.rover.link.RoverLink` does.
 
     frames: recorded; gaps: numbers that are missing between them; restarts: how often the number did not grow.
     dropped: what the recorder itself could not take (frames among it are missing numbers too).

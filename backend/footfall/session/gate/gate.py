@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import Any, cast
 
 from footfall.sequence.commands import Sequence
+from footfall.session.access.identity import Identity
 from footfall.session.gate import machine
 from footfall.session.gate.lease import Conn, Done
 from footfall.session.gate.machine import Latch, State
 from footfall.session.gate.runs import Run
-from footfall.session.identity import Identity
 
 
 class Gate:

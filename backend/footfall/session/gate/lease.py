@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from footfall.core.errors import CommandRefused
-from footfall.session.identity import Identity, Role
+from footfall.session.access.identity import Identity, Role
 
 CONN_FOR = 90.0
 """A conn that is not renewed runs out after this [s]: a browser wakes a page that nobody looks at once a minute."""

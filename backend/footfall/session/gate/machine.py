@@ -17,10 +17,10 @@ from typing import Any, NoReturn
 
 from footfall.core.errors import CommandRefused
 from footfall.sequence.commands import Sequence
+from footfall.session.access.identity import Identity
 from footfall.session.gate import lease
 from footfall.session.gate.lease import Conn, Done
 from footfall.session.gate.runs import STEP_BY_STEP, Run
-from footfall.session.identity import Identity
 
 ARMED_FOR = 10.0
 """An arming that is not used expires after this [s]."""

@@ -10,7 +10,7 @@
 from dataclasses import dataclass, replace
 
 from footfall.sequence.commands import Command, Sequence
-from footfall.session.identity import Identity
+from footfall.session.access.identity import Identity
 
 RECEIVED_WITHIN = 3.0
 """A command that the rover has not acknowledged after this ends the run [s]."""

@@ -15,8 +15,8 @@ from psycopg_pool import PoolTimeout
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job
-from footfall.session.job_pool import JobPool
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.pool import JobPool
 from footfall.session.remote.board import QUEUE, SILENCE, TASK, Board, Seen, connector
 from footfall.session.remote.exchange import Exchange, error_of, remove_forgotten
 from footfall.session.storage.interface import StoreRefused

@@ -23,8 +23,8 @@ from structlog.contextvars import bound_contextvars
 
 from footfall.core.errors import FootFallError, InvalidInput, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job
-from footfall.session.jobs import Jobs
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.local import Jobs
 from footfall.session.remote.board import HEARTBEAT, QUEUE, SILENCE, TASK, Board
 from footfall.session.remote.exchange import Exchange, error_text
 from footfall.session.storage.databases import binding
@@ -40,7 +40,7 @@ _log = logging.getLogger(__name__)
 def serve_jobs(
     data: Path,
     workers: int = 2,
-    recipes: str = "footfall.session.recipes",
+    recipes: str = "footfall.session.jobs.recipes",
     on_ready: Callable[[], None] = lambda: None,
 ) -> None:
     """Work until SIGINT or SIGTERM. data: the folder that the servers share, bound to their database.

@@ -6,7 +6,7 @@ import os
 import threading
 from pathlib import Path
 
-import footfall.session.requests  # noqa: F401 (registers values that are found in files)
+import footfall.session.jobs.requests  # noqa: F401 (registers values that are found in files)
 from footfall.core.errors import InvalidBundle, NotFound
 from footfall.core.value import Value
 from footfall.io.artifacts import decode, encode

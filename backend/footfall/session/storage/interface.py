@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from footfall.io.event_log import Record
-from footfall.session.event import Event
+from footfall.session.log.event import Event
 
 
 class StoreRefused(OSError):

@@ -14,7 +14,7 @@ from footfall.core.value import Value
 from footfall.io import bundles
 from footfall.io.bundles import ARTIFACTS, VERSION, Bundle, log_bytes
 from footfall.io.event_log import Record
-from footfall.session.event import Event, event_of
+from footfall.session.log.event import Event, event_of
 from footfall.session.storage.artifact_folder import ArtifactFolder, sync_folder, write_whole
 from footfall.session.storage.databases import has_log, log_name, open_log, sole_writer
 from footfall.session.storage.head import HEAD, HeadFile, compare, new_head, read_head

@@ -7,7 +7,7 @@ from typing import Self
 
 from footfall.core.errors import Busy
 from footfall.core.value import Value
-from footfall.session.job import Job, OnChange, OnDone, OnPreview, Records, Tally
+from footfall.session.jobs.job import Job, OnChange, OnDone, OnPreview, Records, Tally
 
 RETRY_AFTER = 5
 """When to ask again where the queue is full [s]."""

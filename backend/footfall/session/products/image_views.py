@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 from footfall.telemetry.images import Camera, Snapshot

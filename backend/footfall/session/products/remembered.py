@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from footfall.session.fold import SessionState
+from footfall.session.log.fold import SessionState
 from footfall.session.shelf import Shelf
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

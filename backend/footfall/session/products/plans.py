@@ -6,12 +6,12 @@ from typing import Any
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
-from footfall.session.fold import ProductRecord
-from footfall.session.footing import FootingSession
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import StepRequest
+from footfall.session.log.fold import ProductRecord
+from footfall.session.products.footing import FootingSession
+from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.recorded import present
-from footfall.session.requests import StepRequest
-from footfall.session.terrains import SHORT_JOB
 
 
 class PlanSession(FootingSession):
@@ -81,7 +81,7 @@ class PlanSession(FootingSession):
     def plans_shown(self) -> list[dict[str, Any]]:
         """The present plan and those to compare it with, as plain JSON, each with its figures."""
         # names what compares plans only when plans are compared
-        from footfall.session.plan_figures import plan_figures
+        from footfall.session.products.plan_figures import plan_figures
 
         state = self.state
         return [

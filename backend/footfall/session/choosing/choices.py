@@ -7,8 +7,8 @@ import numpy as np
 
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.planning.step.problem import MOST_THROUGH, Point
-from footfall.session.fold_choices import Choice
-from footfall.session.plans import PlanSession
+from footfall.session.log.fold_choices import Choice
+from footfall.session.products.plans import PlanSession
 
 
 class ChoiceSession(PlanSession):

@@ -22,8 +22,8 @@ from footfall.io.recordings import ACKNOWLEDGEMENTS, SUFFIX, TO_ROVER, UNFINISHE
 from footfall.io.recordings.recovery import recover
 from footfall.io.recordings.writing import RecordingWriter
 from footfall.robot.description import RobotDescription
-from footfall.session.light_time import LightTime
-from footfall.session.link import RoverLink
+from footfall.session.rover.light_time import LightTime
+from footfall.session.rover.link import RoverLink
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import TelemetryFrame
 

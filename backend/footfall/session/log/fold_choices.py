@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from footfall.core.value import Value, value
-from footfall.session.event import Event
-from footfall.session.fold_commands import Changes
+from footfall.session.log.event import Event
+from footfall.session.log.fold_commands import Changes
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "footfall": ("footfall",),

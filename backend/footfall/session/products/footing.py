@@ -10,11 +10,11 @@ from footfall.core.errors import Conflict
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
-from footfall.session.footfalls import judge_footfall
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import MapRequest
+from footfall.session.products.footfalls import judge_footfall
+from footfall.session.products.stances import StanceSession
 from footfall.session.recorded import present
-from footfall.session.requests import MapRequest
-from footfall.session.stances import StanceSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -103,7 +103,7 @@ class FootingSession(StanceSession):
         return answer
 
     def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:
-        """What terrain and maps say of a footfall now; see :func:`~footfall.session.footfalls.judge_footfall`."""
+        """What terrain and maps say of a footfall now; see :func:`.footfalls.judge_footfall`."""
         state = self.state
         dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
         made = state.maps.get(str(footfall.leg))

@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 from footfall.core.errors import Conflict, NotFound
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.sequence.commands import Sequence
+from footfall.session.choosing.hand import HandSession
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE, pose_difference
-from footfall.session.hand import HandSession
-from footfall.session.job import Job
-from footfall.session.link import RoverLink
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import ExecutionRequest
+from footfall.session.products.sag import Sag, sag_of
 from footfall.session.recorded import present
-from footfall.session.requests import ExecutionRequest
-from footfall.session.sag import Sag, sag_of
+from footfall.session.rover.link import RoverLink
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 

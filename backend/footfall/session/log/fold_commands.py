@@ -10,7 +10,7 @@ from dataclasses import field, replace
 from typing import Any, Protocol
 
 from footfall.core.value import LATER, Value, value
-from footfall.session.event import Event
+from footfall.session.log.event import Event
 
 OPEN_STATES = ("sent", "received", "started")
 """States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""

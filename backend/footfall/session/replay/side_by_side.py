@@ -9,9 +9,9 @@ import numpy as np
 
 from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
-from footfall.session.compare import Difference, differences
-from footfall.session.fold import SessionState
+from footfall.session.log.fold import SessionState
 from footfall.session.recorded import RecordedSession
+from footfall.session.replay.compare import Difference, differences
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 

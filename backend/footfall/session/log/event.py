@@ -13,7 +13,7 @@ class Event:
     """One thing that happened.
 
     seq: 0, 1, 2… without gaps. time: wall clock, seconds since 1970-01-01 UTC.
-    type: one of the names that :mod:`footfall.session.fold` knows. payload: plain JSON.
+    type: one of the names that :mod:`footfall.session.log.fold` knows. payload: plain JSON.
     previous, hash: the chain; see :mod:`footfall.io.event_log`.
     """
 

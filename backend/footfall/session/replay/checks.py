@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from footfall.core.errors import Conflict, NotFound
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import CheckRequest
 from footfall.session.registry import Sessions
-from footfall.session.requests import CheckRequest
 
 
 class Checks:

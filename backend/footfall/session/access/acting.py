@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from footfall.session.identity import Identity
+from footfall.session.access.identity import Identity
 
 _who: ContextVar[Identity | None] = ContextVar("who acts", default=None)
 

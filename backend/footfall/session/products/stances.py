@@ -5,10 +5,10 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
+from footfall.session.products.terrains import SHORT_JOB, TerrainSession
 from footfall.session.recorded import present
-from footfall.session.requests import BodyMoveRequest, ShiftRequest
-from footfall.session.terrains import SHORT_JOB, TerrainSession
 
 
 class StanceSession(TerrainSession):

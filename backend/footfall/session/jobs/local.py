@@ -17,10 +17,10 @@ from structlog.contextvars import bound_contextvars
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
-from footfall.session.job import Job
-from footfall.session.job_pool import JobPool
-from footfall.session.recipes import make
-from footfall.session.worker import work
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.pool import JobPool
+from footfall.session.jobs.recipes import make
+from footfall.session.jobs.worker import work
 
 CANCEL_GRACE = 1.0
 """A worker that has not stopped this long after it was asked to is killed [s]."""
@@ -29,7 +29,7 @@ CANCEL_GRACE = 1.0
 class InlineJobs(JobPool):
     """Jobs that run in the caller's thread, at once: for scripts, samples and tests."""
 
-    def __init__(self, recipes: str = "footfall.session.recipes") -> None:
+    def __init__(self, recipes: str = "footfall.session.jobs.recipes") -> None:
         super().__init__()
         self._recipes = import_module(recipes).RECIPES
 
@@ -76,7 +76,11 @@ class Jobs(JobPool):
     """
 
     def __init__(
-        self, recipes: str = "footfall.session.recipes", workers: int = 2, queue_limit: int = 32, warm: bool = False
+        self,
+        recipes: str = "footfall.session.jobs.recipes",
+        workers: int = 2,
+        queue_limit: int = 32,
+        warm: bool = False,
     ) -> None:
         """``warm``: start the processes now, not with the first job."""
         super().__init__(queue_limit)

@@ -14,10 +14,10 @@ from footfall.maps.layers import LAYERS, MapStack
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence as Commands
-from footfall.session.event import Event
-from footfall.session.fold import fold_all
-from footfall.session.footfalls import decisive
-from footfall.session.plan_figures import plan_figures, swing
+from footfall.session.log.event import Event
+from footfall.session.log.fold import fold_all
+from footfall.session.products.footfalls import decisive
+from footfall.session.products.plan_figures import plan_figures, swing
 from footfall.terrain.dem import Dem
 from footfall.terrain.surface import height_at
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from footfall.core.errors import Conflict
-from footfall.session.light_time import LightPath, LightTime
+from footfall.session.rover.light_time import LightPath, LightTime
 from footfall.telemetry.state import TelemetryFrame
 
 Send = Callable[[str], None]

@@ -12,10 +12,10 @@ from footfall.core.errors import Conflict, FootFallError, InvalidInput
 from footfall.maps.layers import MapStack
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Footfall, Point
-from footfall.session.acting import actor
-from footfall.session.choices import ChoiceSession
-from footfall.session.identity import LOCAL, Identity
-from footfall.session.read_outs import Hip, ReadOut, from_hip, read_chassis, read_footfall, read_point
+from footfall.session.access.acting import actor
+from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.choosing.choices import ChoiceSession
+from footfall.session.choosing.read_outs import Hip, ReadOut, from_hip, read_chassis, read_footfall, read_point
 from footfall.session.recorded import present
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem

@@ -17,10 +17,10 @@ from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.stance.find_problem import ShiftResult
 from footfall.planning.stance.move import BodyMoveResult
 from footfall.planning.step.problem import PlanResult, Status
-from footfall.session.compare import differences
-from footfall.session.event import event_of
-from footfall.session.fold import SessionState, fold_all
-from footfall.session.recipes import RECIPES, Recipe, make
+from footfall.session.jobs.recipes import RECIPES, Recipe, make
+from footfall.session.log.event import event_of
+from footfall.session.log.fold import SessionState, fold_all
+from footfall.session.replay.compare import differences
 from footfall.session.storage.artifact_folder import bytes_digest, verify_artifact
 from footfall.session.storage.store import read_session
 

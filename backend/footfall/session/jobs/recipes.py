@@ -14,7 +14,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, preview_of
 from footfall.core.value import Value
 from footfall.planning.step.problem import Status
-from footfall.session.requests import (
+from footfall.session.jobs.requests import (
     BodyMoveRequest,
     CheckRequest,
     ExecutionRequest,
@@ -23,7 +23,7 @@ from footfall.session.requests import (
     ShiftRequest,
     StepRequest,
 )
-from footfall.session.warm import WARM_UPS as WARM_UPS
+from footfall.session.jobs.warm import WARM_UPS as WARM_UPS
 
 Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
 
@@ -183,7 +183,7 @@ def check(parents: Mapping[str, Any], settings: CheckRequest, progress: Progress
     """No parents; CheckRequest → the report of a replay as JSON. It is told, and no product of the session."""
     import json
 
-    from footfall.session.replay import replay
+    from footfall.session.replay.recompute import replay
 
     return json.dumps(replay(settings.bundle.tobytes(), progress=progress).as_dict()).encode()
 

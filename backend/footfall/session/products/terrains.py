@@ -1,9 +1,9 @@
 """The terrains of a session: loaded, built from images, blended, cleared, undone."""
 
 from footfall.core.errors import Conflict
-from footfall.session.job import Job
+from footfall.session.jobs.job import Job
+from footfall.session.products.remembered import map_below
 from footfall.session.recorded import RecordedSession, present
-from footfall.session.remembered import map_below
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.clear import Area

@@ -8,9 +8,9 @@ from typing import Any
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
 from footfall.planning.step.problem import Footfall, Point
-from footfall.session.event import Event
-from footfall.session.fold_choices import Choice, chosen, edit_redone, edit_undone, forgotten, redone, undone
-from footfall.session.fold_commands import (
+from footfall.session.log.event import Event
+from footfall.session.log.fold_choices import Choice, chosen, edit_redone, edit_undone, forgotten, redone, undone
+from footfall.session.log.fold_commands import (
     CHANGES,
     CommandRecord,
     ConnRecord,

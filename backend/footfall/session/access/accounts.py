@@ -22,8 +22,8 @@ from argon2.exceptions import InvalidHashError, VerificationError
 from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
 from footfall.core.value import Value, value
 from footfall.io.account_store import Account, AccountStore, AuditEntry, Change, Key
-from footfall.session.identity import Identity, Role
-from footfall.session.throttle import Throttle
+from footfall.session.access.identity import Identity, Role
+from footfall.session.access.throttle import Throttle
 
 LOGIN_LASTS = 12 * 3600.0
 """A login of the page ends after this long [s], used or not."""
