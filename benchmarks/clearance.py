@@ -27,7 +27,7 @@ from footfall.robot.leg_span_kernel import UNSURE, WORK, line_bends, span_of_own
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 RAISED = 0.15
 _AT_ONCE = 2000

@@ -11,9 +11,9 @@ from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera, Snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.selfmask import robot_parts
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.rover_mask.selfmask import robot_parts
 
 LIFT = 0.004
 """Points are looked at this far above the ground, so that their own triangle doesn't hide them [m]."""

@@ -19,7 +19,7 @@ from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.reach import reach
 from footfall.maps.reach_classes import UNSURE
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 LEG = 2
 STRIDE = 4

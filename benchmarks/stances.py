@@ -16,8 +16,8 @@ from footfall.robot.kinematics import wheel_centers, wheel_jacobian, wheel_pose
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
+from footfall.terrain.ground.surface import height_at, normal_at
 from footfall.terrain.rocks import add_rocks
-from footfall.terrain.surface import height_at, normal_at
 
 ENCODER_SD = np.deg2rad(0.5)
 SAG = 0.03

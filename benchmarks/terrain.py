@@ -26,11 +26,11 @@ from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import Snapshot
 from footfall.terrain.build import build_terrain, match_pairs
 from footfall.terrain.dem import Dem
-from footfall.terrain.posture_fit import fit_posture
+from footfall.terrain.ground.surface import pick
+from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.pairs.stereo import disparity
+from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.stereo import disparity
-from footfall.terrain.surface import pick
-from footfall.terrain.triangulate import triangulate
 
 PHOTOGRAPHS = Path(__file__).resolve().parents[2] / "shared" / "data"
 

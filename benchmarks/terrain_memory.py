@@ -21,11 +21,11 @@ from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
-from footfall.terrain.epipolar import align_pair, estimate_rotation
 from footfall.terrain.generate import rock_field
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.pairs.epipolar import align_pair, estimate_rotation
 from footfall.terrain.rocks import add_rocks
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.surface import height_at
 
 SMALL, LARGE, RECOVERED = 0.2, 1.0, 0.02
 """Planted turns of a right camera that are to be recovered and refused, and how well [deg]."""

@@ -19,7 +19,7 @@ from starlette.types import Scope
 
 from footfall.api.assemble import assemble
 from footfall.api.auth.oidc import SignOn
-from footfall.api.front import LOOPBACK, Front
+from footfall.api.door.front import LOOPBACK, Front
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.account_store import FILE as ACCOUNTS_FILE
 from footfall.io.sign_on_file import read_sign_on

@@ -4,7 +4,7 @@ import socket
 from dataclasses import dataclass
 from pathlib import Path
 
-from footfall.api.front import Front, is_loopback_name
+from footfall.api.door.front import Front, is_loopback_name
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 
 EVERYWHERE = ("0.0.0.0", "::")

@@ -267,7 +267,7 @@ def export(
 
 
 def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
-    from footfall.api.jsonable import jsonable
+    from footfall.api.bodies.jsonable import jsonable
     from footfall.io.session_page import encode
     from footfall.recorded import Recorded
     from footfall.session.replay.page_story import page_story

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from typer.core import TyperGroup
 
-from footfall.api.jsonable import dumps
+from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress as Report
 from footfall.planning.step.problem import PlanResult
@@ -93,7 +93,7 @@ def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> "tuple[
 
 def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
     """What a terrain is."""
-    from footfall.api.terrains import about_terrain
+    from footfall.api.routes.terrains import about_terrain
 
     about = about_terrain(dem)
     if as_json:

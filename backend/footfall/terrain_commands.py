@@ -73,7 +73,7 @@ def build(
     from footfall.io.terrain_files import write_terrain
     from footfall.recorded import Recorded
     from footfall.terrain.build import build_terrain
-    from footfall.terrain.bundle_adjustment import refine as refine_pairs
+    from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
     from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
     from footfall.terrain.settings import TerrainSettings
 
@@ -187,7 +187,7 @@ def blend(
 ) -> None:
     """Lay ground known from elsewhere under a map, without a step between them."""
     from footfall.io.terrain_files import read_terrain, write_terrain
-    from footfall.terrain.blend import blend as run
+    from footfall.terrain.fusion.blend import blend as run
     from footfall.terrain.settings import BlendSettings
 
     settings = BlendSettings(deviation=deviation, time=time, level=level, seam=seam, reach=reach)
@@ -210,8 +210,8 @@ def collision(
     The mesh lies nowhere below that ground, and above it by no more than the error that is printed, which is measured.
     """
     from footfall.io.terrain_files import read_terrain, write_collision_mesh
-    from footfall.terrain.simplified import simplified
-    from footfall.terrain.views import CollisionView, collision_view
+    from footfall.terrain.ground.simplified import simplified
+    from footfall.terrain.ground.views import CollisionView, collision_view
 
     made = simplified(collision_view(read_terrain(path), CollisionView(raise_by, buffer)), tolerance)
     write_collision_mesh(made, out)

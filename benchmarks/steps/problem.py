@@ -20,8 +20,8 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, rock_field, slope
+from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import add_rocks
-from footfall.terrain.triangulate import triangulate
 
 REAL_GROUND = Path(__file__).resolve().parents[3] / "shared" / "data"
 """Where real terrain is looked for; the problems on it are left out where the folder is absent."""

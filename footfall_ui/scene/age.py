@@ -4,8 +4,8 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from footfall.terrain.age import BANDS, age_bands
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.age import BANDS, age_bands
 from footfall_ui.scene.drawn import Drawn
 
 SPACING = 0.075

@@ -17,7 +17,7 @@ from footfall.session.live import LiveSession
 from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import pick
+from footfall.terrain.ground.surface import pick
 from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding

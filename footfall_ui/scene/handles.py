@@ -16,7 +16,7 @@ from footfall.core.frames import quat_wxyz, rotation_from_quat_wxyz, transform
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.session.choosing.hand import Held
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.footfall import NO, OPEN, YES
 

@@ -13,7 +13,7 @@ from footfall.core.grid import GridGeometry
 from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 SUN = np.array([-0.45, 0.35, 0.82])
 

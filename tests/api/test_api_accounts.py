@@ -18,8 +18,8 @@ from websockets.typing import Origin, Subprotocol
 
 from footfall.api.access import BASE
 from footfall.api.auth.roles import Needs, allows, declared, needed
-from footfall.api.front import Front
-from footfall.api.guard import refusal
+from footfall.api.door.front import Front
+from footfall.api.door.guard import refusal
 from footfall.core.errors import InvalidInput
 from footfall.io.account_store import FILE
 from footfall.planning.stance.stand import stand

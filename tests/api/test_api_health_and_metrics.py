@@ -8,7 +8,7 @@ from collections import namedtuple
 
 from prometheus_client.parser import text_string_to_metric_families
 
-from footfall.api import health
+from footfall.api.routes import health
 from footfall.core.errors import Cancelled, CommandRefused
 from footfall.session.jobs.job import Job
 from footfall.telemetry.link import HelloMessage, message_object

@@ -17,7 +17,7 @@ from footfall.session.registry import Sessions
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 from tests.support.jobs import finished, result
 from tests.support.server import Running, running_server, until
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from footfall.api.access import BASE
 from footfall.api.assemble import assemble
-from footfall.api.limits import IN_FILES, MAX_IMAGE_BYTES, MAX_IMAGES, PAGE_ITEMS, Limits
-from footfall.api.pace import MOST_CLIENTS, Buckets
+from footfall.api.door.limits import IN_FILES, MAX_IMAGE_BYTES, MAX_IMAGES, PAGE_ITEMS, Limits
+from footfall.api.door.pace import MOST_CLIENTS, Buckets
 from footfall.core.errors import Busy, InvalidBundle, InvalidImages, InvalidInput, InvalidTerrain
 from footfall.io import bundles
 from footfall.io.image_files import MAX_PIXELS, decode_image

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from footfall.api.answer_models import answer_model
 from footfall.api.assemble import assemble
-from footfall.api.jsonable import jsonable
-from footfall.api.schemas import MapOrder, StepSettingsModel
+from footfall.api.bodies.answer_models import answer_model
+from footfall.api.bodies.jsonable import jsonable
+from footfall.api.bodies.schemas import MapOrder, StepSettingsModel
 from footfall.planning.step.problem import StepSettings
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions

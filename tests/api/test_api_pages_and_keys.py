@@ -10,8 +10,8 @@ from starlette.responses import PlainTextResponse
 
 from footfall.api.assemble import assemble
 from footfall.api.auth.who import IDENTITY
-from footfall.api.idempotency import Idempotency
-from footfall.api.paging import page
+from footfall.api.bodies.paging import page
+from footfall.api.door.idempotency import Idempotency
 from footfall.core.errors import InvalidInput
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions

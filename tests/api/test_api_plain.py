@@ -8,7 +8,7 @@ import httpx
 import numpy as np
 import pytest
 
-from footfall.api.jsonable import dumps, jsonable
+from footfall.api.bodies.jsonable import dumps, jsonable
 from tests.support.problems import problem
 
 

@@ -11,7 +11,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from footfall.api import rover as link_end
+from footfall.api.routes import rover as link_end
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.telemetry.link import ErrorMessage, HelloMessage, encode

@@ -10,7 +10,7 @@ from footfall.io.terrain_files import decode_terrain, encode_terrain
 from footfall.session.replay.recompute import replay
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 from tests.support import yard
 from tests.support.problems import problem
 from tests.support.server import until

@@ -12,8 +12,8 @@ from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers, wheel_pose
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at, normal_at
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.surface import height_at, normal_at
+from footfall.terrain.ground.triangulate import triangulate
 
 RESOLUTION = 0.1
 SPAN = 8.0

@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from footfall.core.frames import inverse
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 from tests.browser.test_console_access import SMALL, violations
 from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, until

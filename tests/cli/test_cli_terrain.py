@@ -16,7 +16,7 @@ from footfall.telemetry.link import state_object
 from footfall.telemetry.photographs import PhotographedPair
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import rock_field
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 from tests.support import yard
 from tests.support.command_line import run
 

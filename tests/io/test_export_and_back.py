@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from footfall.api.sequences import ExportFormat
+from footfall.api.routes.sequences import ExportFormat
 from footfall.cli import export as command
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export

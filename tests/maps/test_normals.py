@@ -8,7 +8,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.maps.normals import cell_normals
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import normal_at
+from footfall.terrain.ground.surface import normal_at
 
 RADIUS = 0.242
 

@@ -37,7 +37,7 @@ from footfall.robot.obstacles import CHASSIS, SELF, TERRAIN
 from footfall.robot.obstacles import LEG as LEG_CODE
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 LEG = 2
 OWN = slice(12, 18)

@@ -31,7 +31,7 @@ from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import normal_at
+from footfall.terrain.ground.surface import normal_at
 
 LEG = 2
 

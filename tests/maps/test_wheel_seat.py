@@ -10,7 +10,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.maps.wheel_seat import wheel_seat
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 RADIUS, HALF = 0.242, 0.11
 

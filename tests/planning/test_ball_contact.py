@@ -6,7 +6,7 @@ import pytest
 from footfall.planning.compliance.ball_contact import ball_contacts
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, slope
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 RADIUS = 0.35
 

@@ -17,7 +17,7 @@ from footfall.planning.step.problem import Status
 from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass, link_poses
 from footfall.telemetry.state import RobotState
-from footfall.terrain.triangulate import crop, triangulate
+from footfall.terrain.ground.triangulate import crop, triangulate
 from tests.support.chassis_ground import lifted, wavy
 from tests.support.shifts import back
 

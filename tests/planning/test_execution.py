@@ -23,7 +23,7 @@ from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 from tests.support.chassis_ground import wavy
 
 LEG = 2

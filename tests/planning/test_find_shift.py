@@ -19,7 +19,7 @@ from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.ik import solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass
-from footfall.terrain.surface import height_at, normal_at
+from footfall.terrain.ground.surface import height_at, normal_at
 from tests.support.chassis_ground import lifted, wavy
 
 OUT_OF_REACH = ((0, (2.6, 0.1)), (2, (-1.6, 2.1)), (4, (-1.2, -2.3)))

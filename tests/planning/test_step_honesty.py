@@ -24,7 +24,7 @@ from footfall.robot.kinematics import center_of_mass, wheel_pose
 from footfall.telemetry.state import RobotState
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane, slope
-from footfall.terrain.surface import height_at, normal_at
+from footfall.terrain.ground.surface import height_at, normal_at
 
 TARGET = (2.05, 0.45)
 

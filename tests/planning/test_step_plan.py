@@ -24,8 +24,8 @@ from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import link_poses, wheel_pose
 from footfall.terrain.from_arrays import from_heights
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import crop
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import crop
 from tests.support.chassis_ground import wavy, with_posture
 
 NAMES = ("line", "fast", "astar", "sbl", "rrtconnect")

@@ -13,8 +13,8 @@ from footfall.robot.leg_clearance_kernel import RAISED_GROUND, leg_is_clear
 from footfall.robot.model import Robot
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, slope
+from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import add_rocks
-from footfall.terrain.triangulate import triangulate
 
 RAISED = 0.15
 

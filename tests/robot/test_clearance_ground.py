@@ -8,7 +8,7 @@ from footfall.core.grid import GridGeometry
 from footfall.robot.ground import surface_points
 from footfall.robot.ground_tables import PER_METRE, ground_tables, needed_height
 from footfall.terrain.from_arrays import from_heights
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 
 def needed(tables, k, points):

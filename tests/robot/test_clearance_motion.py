@@ -17,7 +17,7 @@ from footfall.robot.leg_span_kernel import UNSURE, _speed, _twists, line_bends
 from footfall.robot.model import Robot
 from footfall.robot.shells import CENTER
 from footfall.terrain.generate import fractal
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 RAISED = 0.15
 

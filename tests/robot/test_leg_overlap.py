@@ -15,7 +15,7 @@ from footfall.robot.leg_overlap import LegOverlap
 from footfall.robot.model import Robot
 from footfall.robot.obstacles import CHASSIS, LEG, NOTHING, PAYLOAD, SELF, TERRAIN
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 LEG_NUMBER = 1
 CLEARANCE, RAISED = 0.01, 0.15

@@ -14,7 +14,7 @@ from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.state import TelemetryFrame
-from footfall.terrain.clear import Area
+from footfall.terrain.fusion.clear import Area
 from footfall.terrain.generate import rock_field
 from footfall.terrain.settings import TerrainSettings
 

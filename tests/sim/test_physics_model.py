@@ -18,7 +18,7 @@ from footfall.sim.physics.model import PhysicsModel, build_model
 from footfall.sim.physics.settings import Noise, PhysicsSettings
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 T_SITE_BASE = transform(rotation_rpy(0.1, -0.2, 0.7), (0.3, -0.4, 5.0))
 

@@ -11,8 +11,8 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import rock_field
+from footfall.terrain.ground.surface import height_at
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.surface import height_at
 
 SCALE = 0.5
 

@@ -17,12 +17,12 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import Snapshot
-from footfall.terrain.align import align
 from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.align import align
 from footfall.terrain.generate import plane
+from footfall.terrain.ground.surface import height_at
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.surface import height_at
 
 CENTER = np.array([0.5, -0.2, 1.0])
 

@@ -12,11 +12,11 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.build import build_terrain, grid_around
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane, step
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.photographs import terrain_from_pairs
-from footfall.terrain.selfmask import robot_parts
+from footfall.terrain.rover_mask.selfmask import robot_parts
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import triangulate
 
 
 def errors(dem: Dem, world: Dem) -> np.ndarray:

@@ -10,7 +10,7 @@ from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.sim.render import reduced, render_scene
 from footfall.telemetry.images import ImagePair
-from footfall.terrain.bundle_adjustment import refine
+from footfall.terrain.pairs.bundle_adjustment import refine
 
 NAMES = ("haz0", "haz1", "haz2")
 PAIRS = np.deg2rad([[0.0, 0.0, 0.0], [0.3, -0.25, 0.2], [-0.2, 0.3, -0.35]])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from footfall.telemetry.images import Camera
-from footfall.terrain.edge_on import incidence
-from footfall.terrain.refine import Refined
+from footfall.terrain.pairs.edge_on import incidence
+from footfall.terrain.pairs.refine import Refined
 
 F, BASELINE, DOFFS = 120.0, 0.2, 3.0
 CAMERA = Camera("left", 90, 70, F, F, 44.5, 34.5, np.eye(4))

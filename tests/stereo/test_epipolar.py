@@ -13,15 +13,15 @@ from footfall.io.image_files import read_pair
 from footfall.sim.render import render_scene
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.terrain.build import build_terrain
-from footfall.terrain.epipolar import (
+from footfall.terrain.pairs.epipolar import (
     FEWEST_MATCHES,
     align_pair,
     estimate_rotation,
     matches,
     turn_right_image,
 )
+from footfall.terrain.pairs.stereo import disparity
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.stereo import disparity
 
 FLOOR = np.deg2rad(0.02)
 AXES = {"pitch": (1.0, 0.0, 0.0), "yaw": (0.0, 1.0, 0.0), "roll": (0.0, 0.0, 1.0)}

@@ -3,8 +3,8 @@ import pytest
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
-from footfall.terrain.fuse import despike, fuse
-from footfall.terrain.grid_depth import CellSamples
+from footfall.terrain.fusion.fuse import despike, fuse
+from footfall.terrain.fusion.grid_depth import CellSamples
 
 GRID = GridGeometry(0.0, 0.0, 0.1, 6, 7)
 

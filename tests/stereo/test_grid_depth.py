@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from footfall.core import frames
 from footfall.core.grid import GridGeometry
-from footfall.terrain.grid_depth import grid_depth, site_points
+from footfall.terrain.fusion.grid_depth import grid_depth, site_points
 
 WIDTH, HEIGHT, FOCAL = 64, 48, 60.0
 INTRINSICS = (FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)

@@ -10,13 +10,13 @@ from footfall.core.errors import InvalidInput
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.projection import in_image, sight
-from footfall.terrain.drape import draped_grid
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
-from footfall.terrain.image_lines import seen, seen_lines
-from footfall.terrain.line_of_sight import TOLERANCE, in_sight
-from footfall.terrain.surface import height_at, pick
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.drape import draped_grid
+from footfall.terrain.ground.image_lines import seen, seen_lines
+from footfall.terrain.ground.line_of_sight import TOLERANCE, in_sight
+from footfall.terrain.ground.surface import height_at, pick
+from footfall.terrain.ground.triangulate import triangulate
 
 
 def looking(x: float, y: float, z: float, heading: float, down: float) -> np.ndarray:

@@ -2,7 +2,7 @@ import numpy as np
 from trimesh.triangles import closest_point
 
 from footfall.robot.shapes import box
-from footfall.terrain.nearest import nearest_triangles
+from footfall.terrain.rover_mask.nearest import nearest_triangles
 
 
 def triangles(rng, n: int) -> tuple[np.ndarray, np.ndarray]:

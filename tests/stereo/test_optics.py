@@ -9,7 +9,7 @@ from footfall.sim.optics import EASY, HARD, CameraEffects, camera_effects, expos
 from footfall.sim.render import RenderScene, render_pair, render_scene, render_snapshot
 from footfall.telemetry.images import Camera
 from footfall.terrain.generate import plane
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 CAMERA = Camera("flat", 200, 100, 100.0, 100.0, 99.5, 49.5, np.eye(4))
 AXIS = np.tile([0.0, 0.0, 1.0], (20_000, 1))

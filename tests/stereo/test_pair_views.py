@@ -25,7 +25,7 @@ from footfall.terrain.pair_views import (
     silhouette,
     snapshot_views,
 )
-from footfall.terrain.selfmask import robot_parts
+from footfall.terrain.rover_mask.selfmask import robot_parts
 from footfall.terrain.settings import TerrainSettings
 
 

@@ -9,10 +9,10 @@ from footfall.core.errors import InvalidImages
 from footfall.io.photograph_files import read_photographs
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.generate import rock_field
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.pairs.stereo import require_rectified
 from footfall.terrain.photographs import rectified, terrain_from_photographs
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.stereo import require_rectified
-from footfall.terrain.surface import height_at
 from tests.support import yard
 
 SETTINGS = TerrainSettings(resolution=0.04, half_size=3.0, matcher="3way")

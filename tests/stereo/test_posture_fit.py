@@ -8,13 +8,13 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.sim.render import RenderScene, render_pair, render_snapshot
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain import stereo
 from footfall.terrain.build import build_terrain
 from footfall.terrain.generate import plane
-from footfall.terrain.leg_errors import ENCODER_SD, SAG, told_errors
-from footfall.terrain.posture_fit import fit_posture
+from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.pairs import stereo
+from footfall.terrain.rover_mask.leg_errors import ENCODER_SD, SAG, told_errors
+from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.triangulate import triangulate
 
 
 def with_posture(state: RobotState, posture: np.ndarray) -> RobotState:

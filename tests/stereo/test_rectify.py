@@ -8,9 +8,9 @@ from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.io.image_files import LEVEL_FORWARD
 from footfall.telemetry.calibration import CameraModel, PairCalibration
-from footfall.terrain.epipolar import estimate_rotation, matches
-from footfall.terrain.rectify import rectified_cameras, rectify, require_simultaneous
-from footfall.terrain.stereo import require_rectified
+from footfall.terrain.pairs.epipolar import estimate_rotation, matches
+from footfall.terrain.pairs.rectify import rectified_cameras, rectify, require_simultaneous
+from footfall.terrain.pairs.stereo import require_rectified
 
 LENSES = {
     "none": [],

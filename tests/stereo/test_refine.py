@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footfall.terrain.refine import CONTRAST_AS_NOISE, FARTHEST, refined
-from footfall.terrain.refine_kernel import fit_planes
+from footfall.terrain.pairs.refine import CONTRAST_AS_NOISE, FARTHEST, refined
+from footfall.terrain.pairs.refine_kernel import fit_planes
 
 HEIGHT, WIDTH = 60, 90
 INSIDE = (slice(8, -8), slice(25, -8))

@@ -10,7 +10,7 @@ from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane, rock_field
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 
 def test_same_seed_same_images_alone_or_together(athlete, rocks, rock_state, rock_snapshot):

@@ -11,7 +11,7 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.selfmask import mesh_depths, robot_mask, robot_parts
+from footfall.terrain.rover_mask.selfmask import mesh_depths, robot_mask, robot_parts
 
 
 def mesh_mask(parts: list[Mesh], camera: Camera, margin: float, extra_px: int) -> np.ndarray:

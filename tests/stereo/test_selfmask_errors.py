@@ -10,8 +10,8 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.leg_errors import told_errors
-from footfall.terrain.selfmask import displacements, mesh_depths, robot_depths, robot_mask, robot_parts
+from footfall.terrain.rover_mask.leg_errors import told_errors
+from footfall.terrain.rover_mask.selfmask import displacements, mesh_depths, robot_depths, robot_mask, robot_parts
 
 SAG = 0.03
 

@@ -13,10 +13,10 @@ from footfall.sim.raycast import RayScene
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, rock_field, slope
-from footfall.terrain.simplified import height_differences, simplified
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import triangulate
-from footfall.terrain.views import CollisionView, collision_view
+from footfall.terrain.ground.simplified import height_differences, simplified
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.ground.views import CollisionView, collision_view
 
 
 def holed(dem: Dem, rng: np.random.Generator, holes: int) -> Dem:

@@ -11,12 +11,12 @@ import pytest
 from footfall.core.errors import InvalidInput, InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.terrain.blend import blend
-from footfall.terrain.clear import Area, clear, inside
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.fusion.blend import blend
+from footfall.terrain.fusion.clear import Area, clear, inside
+from footfall.terrain.ground.views import CollisionView, collision_view
 from footfall.terrain.settings import BlendSettings
-from footfall.terrain.views import CollisionView, collision_view
 
 CELL = 0.05
 

@@ -15,7 +15,7 @@ from schemathesis.engine import events, from_schema
 
 from footfall.api.access import BASE
 from footfall.api.assemble import assemble
-from footfall.api.limits import Limits
+from footfall.api.door.limits import Limits
 from footfall.api.lineage import head_of
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.local import Jobs

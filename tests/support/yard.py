@@ -12,7 +12,7 @@ from footfall.telemetry.calibration import CameraModel, PairCalibration
 from footfall.telemetry.images import Camera
 from footfall.telemetry.photographs import PhotographedPair
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 SIZE, FOCAL, BASELINE, HEIGHT, DOWN = (320, 240), 230.0, 0.2, 1.6, 0.55
 

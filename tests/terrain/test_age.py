@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footfall.terrain.age import BANDS, age_bands, age_shares, ages
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.fusion.age import BANDS, age_bands, age_shares, ages
 from footfall_ui.scene.age import MOST, OVER, hatching
 
 

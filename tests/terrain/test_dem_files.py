@@ -17,7 +17,7 @@ from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io.terrain_files import WRITABLE, decode_terrain, encode_terrain, read_terrain, write_terrain
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 
 @pytest.fixture

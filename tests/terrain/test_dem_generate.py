@@ -5,8 +5,8 @@ import pytest
 
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.generate import fractal, plane, rock_field, slope, step
+from footfall.terrain.ground.surface import height_at
 from footfall.terrain.rocks import add_rocks, covered_fraction, draw_rocks, rocks_per_area
-from footfall.terrain.surface import height_at
 
 
 @pytest.mark.parametrize("make", [plane, slope, step, fractal, rock_field])

@@ -11,10 +11,10 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
-from footfall.terrain.rasterise import rasterise
-from footfall.terrain.resample import resample, square_cells
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.rasterise import rasterise
+from footfall.terrain.ground.resample import resample, square_cells
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import triangulate
 
 
 def mesh_of(solid):

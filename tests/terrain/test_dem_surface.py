@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidInput
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane, slope
-from footfall.terrain.surface import height_at, normal_at, pick
-from footfall.terrain.triangulate import crop, triangulate
+from footfall.terrain.ground.surface import height_at, normal_at, pick
+from footfall.terrain.ground.triangulate import crop, triangulate
 
 
 def rough(seed, rows=9, cols=12, holes=0.12, resolution=0.37, x0=-1.3, y0=2.1):

@@ -5,7 +5,20 @@ from typing import Any
 
 from fastapi import Depends, FastAPI
 
-from footfall.api import (
+from footfall.api.access import BASE
+from footfall.api.auth.identify import Identify
+from footfall.api.auth.oidc import SignOn
+from footfall.api.auth.roles import authorise
+from footfall.api.door.front import LOOPBACK, Front
+from footfall.api.door.guard import Guard
+from footfall.api.door.idempotency import Idempotency
+from footfall.api.door.limits import LIMITS, Limits
+from footfall.api.door.observe import Observe
+from footfall.api.door.pace import Pace
+from footfall.api.door.problems import add_problem_responses
+from footfall.api.door.unchanged import Unchanged
+from footfall.api.openapi import describe, operation_id
+from footfall.api.routes import (
     accounts,
     choices,
     conn,
@@ -37,20 +50,7 @@ from footfall.api import (
     telemetry,
     terrains,
 )
-from footfall.api.access import BASE
-from footfall.api.auth.identify import Identify
-from footfall.api.auth.oidc import SignOn
-from footfall.api.auth.roles import authorise
-from footfall.api.front import LOOPBACK, Front
-from footfall.api.guard import Guard
-from footfall.api.idempotency import Idempotency
-from footfall.api.limits import LIMITS, Limits
-from footfall.api.observe import Observe
-from footfall.api.openapi import describe, operation_id
-from footfall.api.pace import Pace
-from footfall.api.problems import add_problem_responses
 from footfall.api.streams import Streams
-from footfall.api.unchanged import Unchanged
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.access.accounts import Accounts
 from footfall.session.products.image_views import ImageViews

@@ -7,8 +7,8 @@ from typing import Any, get_type_hints
 
 from fastapi import APIRouter, Response
 
-from footfall.api.answer_models import answer_model
-from footfall.api.jsonable import jsonable
+from footfall.api.bodies.answer_models import answer_model
+from footfall.api.bodies.jsonable import jsonable
 
 BINARY = {"type": "string", "contentMediaType": "application/octet-stream"}
 _TOLD: dict[str, dict[str, str]] = {"application/json": {"type": "object"}}

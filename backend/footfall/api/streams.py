@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from fastapi import Header, Query
 from fastapi.sse import ServerSentEvent
 
-from footfall.api.jsonable import dumps
+from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import InvalidInput
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame

@@ -111,12 +111,12 @@ HOMES: dict[str, tuple[str, ...]] = {
         "RobotState",
         "TelemetryFrame",
     ),
-    "footfall.terrain.align": ("Alignment",),
-    "footfall.terrain.bundle_adjustment": ("Refinement",),
-    "footfall.terrain.clear": ("Area",),
+    "footfall.terrain.fusion.align": ("Alignment",),
+    "footfall.terrain.pairs.bundle_adjustment": ("Refinement",),
+    "footfall.terrain.fusion.clear": ("Area",),
     "footfall.terrain.dem": ("Dem",),
-    "footfall.terrain.epipolar": ("PairAlignment",),
-    "footfall.terrain.grid_depth": ("CellSamples",),
+    "footfall.terrain.pairs.epipolar": ("PairAlignment",),
+    "footfall.terrain.fusion.grid_depth": ("CellSamples",),
     "footfall.terrain.pair_views": (
         "PairView",
         "SnapshotViews",
@@ -125,9 +125,9 @@ HOMES: dict[str, tuple[str, ...]] = {
         "BlendSettings",
         "TerrainSettings",
     ),
-    "footfall.terrain.simplified": ("SimplifiedMesh",),
-    "footfall.terrain.views": ("CollisionView",),
-    "footfall.terrain.visibility": ("DepthView",),
+    "footfall.terrain.ground.simplified": ("SimplifiedMesh",),
+    "footfall.terrain.ground.views": ("CollisionView",),
+    "footfall.terrain.fusion.visibility": ("DepthView",),
 }
 _home = {name: module for module, names in HOMES.items() for name in names}
 

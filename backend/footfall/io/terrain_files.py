@@ -21,8 +21,8 @@ from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
-from footfall.terrain.resample import resample
-from footfall.terrain.simplified import SimplifiedMesh
+from footfall.terrain.ground.resample import resample
+from footfall.terrain.ground.simplified import SimplifiedMesh
 
 MAX_FILE_BYTES = 1_000_000_000
 """Larger files are refused unread."""

@@ -15,7 +15,7 @@ from PIL import Image
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
-from footfall.terrain.resample import square_cells
+from footfall.terrain.ground.resample import square_cells
 
 _MEMORY = ("variance", "count", "time", "source")
 _LONGEST_SOURCES = 1 << 16

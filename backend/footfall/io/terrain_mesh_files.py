@@ -9,8 +9,8 @@ import trimesh
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.terrain.dem import Dem
-from footfall.terrain.rasterise import rasterise
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.rasterise import rasterise
+from footfall.terrain.ground.triangulate import triangulate
 
 MAX_TRIANGLES = 20_000_000
 MAX_COORDINATE = 1e8
@@ -18,7 +18,7 @@ MAX_COORDINATE = 1e8
 
 
 def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem:
-    """Highest surface of a mesh, z up; see :func:`footfall.terrain.rasterise.rasterise`."""
+    """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.rasterise.rasterise`."""
     ending = name.rsplit(".", 1)[-1].lower()
     try:
         # no resolver: a mesh file may not make us read others

@@ -27,7 +27,7 @@ from footfall.robot.obstacles import PAYLOAD as PAYLOAD_CODE
 from footfall.robot.obstacles import TERRAIN as TERRAIN_CODE
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import crop
+from footfall.terrain.ground.triangulate import crop
 
 Array = NDArray[np.float64]
 Certified = Callable[[Array, str], NDArray[np.bool_]]

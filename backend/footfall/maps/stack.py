@@ -21,9 +21,9 @@ from footfall.maps.standing import contacts
 from footfall.maps.traversability import Traversability, traversability
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
-from footfall.terrain.age import ages
 from footfall.terrain.dem import Dem
-from footfall.terrain.unseen import without_holes
+from footfall.terrain.fusion.age import ages
+from footfall.terrain.ground.unseen import without_holes
 
 COARSE = 4
 """The preview has every so many-th cell."""

@@ -7,7 +7,7 @@ from footfall.core.value import Value, value
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at, normal_at
+from footfall.terrain.ground.surface import height_at, normal_at
 
 Array = NDArray[np.float64]
 

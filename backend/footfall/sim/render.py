@@ -21,8 +21,8 @@ from footfall.sim.regolith import grain
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.selfmask import robot_parts
-from footfall.terrain.triangulate import crop
+from footfall.terrain.ground.triangulate import crop
+from footfall.terrain.rover_mask.selfmask import robot_parts
 
 GROUND_ALBEDO = 0.42
 METAL_ALBEDO, METAL_CONTRAST = 0.62, 0.06

@@ -17,19 +17,19 @@ from footfall.core.value import Provenance
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain import stereo
-from footfall.terrain.align import align
 from footfall.terrain.dem import Dem
-from footfall.terrain.epipolar import align_pair
-from footfall.terrain.fuse import despike, fuse
-from footfall.terrain.grid_depth import CellSamples, grid_depth, site_points
-from footfall.terrain.leg_errors import LegError
-from footfall.terrain.memory import merge
-from footfall.terrain.posture_fit import fit_posture
-from footfall.terrain.rectify import require_simultaneous
-from footfall.terrain.selfmask import robot_mask
+from footfall.terrain.fusion.align import align
+from footfall.terrain.fusion.fuse import despike, fuse
+from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points
+from footfall.terrain.fusion.memory import merge
+from footfall.terrain.fusion.visibility import DepthView
+from footfall.terrain.pairs import stereo
+from footfall.terrain.pairs.epipolar import align_pair
+from footfall.terrain.pairs.rectify import require_simultaneous
+from footfall.terrain.rover_mask.leg_errors import LegError
+from footfall.terrain.rover_mask.posture_fit import fit_posture
+from footfall.terrain.rover_mask.selfmask import robot_mask
 from footfall.terrain.settings import TerrainSettings
-from footfall.terrain.visibility import DepthView
 
 
 class Matched(NamedTuple):
@@ -52,7 +52,7 @@ def build_terrain(
     map: what is remembered so far. With ``settings.keep`` the snapshot is moved onto it, within bounds, and merged
     into it; the result's ``correction`` says how it was moved. Raises InvalidImages where it does not fit.
     Ground that no pair saw stays unknown. A right camera that is turned a little is corrected first, see
-    :mod:`footfall.terrain.epipolar`. That, and pairs that can't be used (black, swapped, not matching, badly
+    :mod:`footfall.terrain.pairs.epipolar`. That, and pairs that can't be used (black, swapped, not matching, badly
     calibrated, not of one moment) and are left out, stand in the Dem's ``name``, in full in its ``left_out``; raises
     InvalidImages, with the reason of each, where none is left.
     """

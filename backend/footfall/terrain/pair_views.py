@@ -15,10 +15,10 @@ from footfall.core.value import Value, value
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain import stereo
 from footfall.terrain.build import Matched, match_pairs, without_robot
-from footfall.terrain.posture_fit import fit_posture
-from footfall.terrain.selfmask import robot_depths
+from footfall.terrain.pairs import stereo
+from footfall.terrain.rover_mask.posture_fit import fit_posture
+from footfall.terrain.rover_mask.selfmask import robot_depths
 from footfall.terrain.settings import TerrainSettings
 
 FREE, RIM, ROBOT = 0, 1, 2

@@ -13,9 +13,9 @@ from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.telemetry.state import RobotState
 from footfall.terrain.build import Matched, all_samples, build_terrain, dem_of, grid_around, match_pairs, site_points_of
-from footfall.terrain.bundle_adjustment import refine
 from footfall.terrain.dem import Dem
-from footfall.terrain.rectify import rectify
+from footfall.terrain.pairs.bundle_adjustment import refine
+from footfall.terrain.pairs.rectify import rectify
 from footfall.terrain.settings import TerrainSettings
 
 
@@ -31,8 +31,8 @@ def terrain_from_photographs(
 
     robot, state: whose cameras these are, and how it stands: its body is taken out of the images. Without them the
     images show no robot, and the map is centred on what they see.
-    refined: first turn cameras and pairs as all images together say (:mod:`footfall.terrain.bundle_adjustment`); the
-    name of the map tells. Raises InvalidImages where no pair can be used.
+    refined: first turn cameras and pairs as all images together say (:mod:`footfall.terrain.pairs.bundle_adjustment`);
+    the name of the map tells. Raises InvalidImages where no pair can be used.
     """
     settings = settings or TerrainSettings()
     pairs, left_out = rectified(photographs, settings, part(progress, 0.0, 0.1))

@@ -12,8 +12,8 @@ from starlette.websockets import WebSocket
 
 from footfall.api.access import BASE
 from footfall.api.auth.who import ENDS, IDENTITY, ROVER, cookie_name
-from footfall.api.front import Front
-from footfall.api.problems import problem
+from footfall.api.door.front import Front
+from footfall.api.door.problems import problem
 from footfall.session.access.accounts import Accounts, AccountsUnreadable, Pass
 from footfall.session.access.identity import LOCAL, Identity, Role
 

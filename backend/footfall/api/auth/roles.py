@@ -12,7 +12,7 @@ from starlette.requests import HTTPConnection
 
 from footfall.api.access import BASE
 from footfall.api.auth.who import IDENTITY, PAGE_HEADER, ROVER, paged
-from footfall.api.problems import Problem
+from footfall.api.door.problems import Problem
 from footfall.session.access.acting import set_actor
 from footfall.session.access.identity import LOCAL, Identity, Role
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from footfall.api.front import Front
+from footfall.api.door.front import Front
 from footfall.session.access.identity import Identity
 
 IDENTITY = "footfall.identity"

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 

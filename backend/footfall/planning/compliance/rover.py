@@ -26,7 +26,7 @@ from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 

@@ -27,7 +27,7 @@ from footfall.planning.step.problem import Check, Status, StepPlan, StepSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 

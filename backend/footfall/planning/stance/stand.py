@@ -15,8 +15,8 @@ from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at, normal_at
-from footfall.terrain.triangulate import crop
+from footfall.terrain.ground.surface import height_at, normal_at
+from footfall.terrain.ground.triangulate import crop
 
 Array = NDArray[np.float64]
 

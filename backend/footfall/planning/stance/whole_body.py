@@ -24,8 +24,8 @@ from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.triangulate import triangulate
 
 Array = NDArray[np.float64]
 

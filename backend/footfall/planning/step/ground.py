@@ -16,9 +16,9 @@ from footfall.planning.step.ground_tiles import GroundTiles
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at, normal_at
-from footfall.terrain.triangulate import triangulate
-from footfall.terrain.unseen import without_holes
+from footfall.terrain.ground.surface import height_at, normal_at
+from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.ground.unseen import without_holes
 
 Array = NDArray[np.float64]
 

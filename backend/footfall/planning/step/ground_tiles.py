@@ -1,8 +1,8 @@
 """The ground's triangles in square tiles, each a hierarchy that is built when something first comes near it.
 
 Building one hierarchy of all the ground in reach of a leg takes longer than planning a step over it, and a step comes
-near a small part only. The tiles hold the very triangles of :func:`~footfall.terrain.triangulate.triangulate`. Raised
-ground is the same tiles placed higher. A tile lies at the origin of its own frame, so equal patches of ground are one
+near a small part only. The tiles hold the very triangles of :mod:`footfall.terrain.ground.triangulate`. Raised ground
+is the same tiles placed higher. A tile lies at the origin of its own frame, so equal patches of ground are one
 hierarchy, for whatever stance, and large site coordinates cost no precision.
 """
 
@@ -18,7 +18,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.robot.bvh import bvh
 from footfall.terrain.dem import Dem
-from footfall.terrain.triangulate import triangulate
+from footfall.terrain.ground.triangulate import triangulate
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from footfall.robot.collision import TERRAIN, Collision
 from footfall.robot.description import PARTS, RobotDescription, link_name
 from footfall.robot.model import Robot
 from footfall.robot.shells import FIRST, LAST, point_shells
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 _ROUNDING = 1e-6
 """Tiles this much farther than allowed are still looked at [m]."""

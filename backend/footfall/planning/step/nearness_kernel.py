@@ -234,7 +234,7 @@ def _over_points(
 
 @njit(cache=True)
 def _height(heights: NDArray[np.float32], u: float, v: float) -> float:
-    """Height of the triangles at column u and row v, as terrain/surface.py has it; −inf off the grid."""
+    """Height of the triangles at column u and row v, as terrain/ground/surface.py has it; −inf off the grid."""
     if not (0.0 <= u < heights.shape[1] - 1 and 0.0 <= v < heights.shape[0] - 1):
         return -np.inf
     col, row = int(u), int(v)
@@ -354,7 +354,7 @@ def _block_apart(
     for r in range(first_r, last_r):
         for c in range(first_c, last_c):
             for half in range(2):
-                # as terrain/triangulate.py: south-west, south-east, north-east and south-west, north-east, north-west
+                # as terrain.ground.triangulate: south-west, south-east, north-east; south-west, north-east, north-west
                 for k in range(3):
                     row = r + (0 if k == 0 or (half == 0 and k == 1) else 1)
                     col = c + (0 if k == 0 or (half == 1 and k == 2) else 1)

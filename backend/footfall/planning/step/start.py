@@ -19,7 +19,7 @@ from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 ADVICE = "correct the state or the terrain, or put the legs down first"
 SPACING = 0.1

@@ -10,7 +10,7 @@ from footfall.planning.stance.body_shift import BodyShift, ShiftRefused
 from footfall.planning.step.problem import Point
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot

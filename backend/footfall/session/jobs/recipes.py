@@ -52,7 +52,7 @@ def photographs(parents: Mapping[str, Any], settings: Any, progress: Progress) -
 
 def blend(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """dem and the external one that goes under it; BlendSettings → Dem."""
-    from footfall.terrain.blend import blend
+    from footfall.terrain.fusion.blend import blend
 
     progress(0.0, "laying the terrain under the map")
     return blend(parents["dem"], parents["external"], settings)
@@ -60,7 +60,7 @@ def blend(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Valu
 
 def clear(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
     """dem; Area → Dem without it."""
-    from footfall.terrain.clear import clear
+    from footfall.terrain.fusion.clear import clear
 
     return clear(parents["dem"], settings)
 
@@ -212,8 +212,8 @@ def preload() -> None:
     """Import what the recipes need, before the first job waits for it."""
     for module in (
         "footfall.terrain.photographs",
-        "footfall.terrain.blend",
-        "footfall.terrain.clear",
+        "footfall.terrain.fusion.blend",
+        "footfall.terrain.fusion.clear",
         "footfall.maps.stack",
         "footfall.planning.step.plan",
         "footfall.planning.execution.plan",

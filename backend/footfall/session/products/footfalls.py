@@ -19,7 +19,7 @@ from footfall.maps.layers import (
 )
 from footfall.maps.reach_classes import hindrance_text
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at, normal_at
+from footfall.terrain.ground.surface import height_at, normal_at
 
 FOOTING_NAMES = {
     UNKNOWN: "unknown",

@@ -6,8 +6,8 @@ from footfall.session.products.remembered import map_below
 from footfall.session.recorded import RecordedSession, present
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
-from footfall.terrain.clear import Area
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.clear import Area
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
 SHORT_JOB = 120.0

@@ -19,7 +19,7 @@ from footfall.session.log.fold import fold_all
 from footfall.session.products.footfalls import decisive
 from footfall.session.products.plan_figures import plan_figures, swing
 from footfall.terrain.dem import Dem
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Get = Callable[[str], Value]
 

@@ -165,7 +165,7 @@ def whole_ground(dem: Dem) -> Dem:
 
 
 def _add_ground(spec: mujoco.MjSpec, ground: Dem) -> None:
-    """The Dem as a height field: the same triangles as :mod:`footfall.terrain.triangulate`."""
+    """The Dem as a height field: the same triangles as :mod:`footfall.terrain.ground.triangulate`."""
     heights, grid = ground.heights.astype(float), ground.geometry
     low = float(heights.min())
     span = max(float(heights.max()) - low, 1e-3)

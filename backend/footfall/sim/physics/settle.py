@@ -18,7 +18,7 @@ from footfall.robot.model import Robot
 from footfall.sim.physics.model import PhysicsModel
 from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
 from footfall.sim.statics import contact_jacobian
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from footfall.sim.physics.contacts import Touches, crossed, on_wheels
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import Contact, WheelEvent
-from footfall.terrain.surface import height_at
+from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 

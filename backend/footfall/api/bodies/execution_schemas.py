@@ -1,0 +1,23 @@
+"""What requests about executions may contain; as strict as those of ``schemas``."""
+
+from pydantic import ConfigDict
+
+from footfall.api.bodies.schemas import Name, Strictly, settings_model
+from footfall.planning.execution.settings import ExecutionSettings
+
+ExecutionSettingsModel = settings_model(ExecutionSettings)
+
+
+class ExecutionOrder(Strictly):
+    """Plan how to command a planned step; plan null means the present one."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"plan": None, "settings": {"mode": "droop_aware"}},
+                {"settings": {"mode": "pose_held", "stop_share": 0.1, "compliance": {"joint_scale": 0.9}}},
+            ]
+        }
+    )
+    plan: Name | None = None
+    settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]

@@ -1,0 +1,73 @@
+"""What answers about sequences and their executions hold."""
+
+from typing import Annotated, TypedDict
+
+from pydantic import Field
+
+from footfall.api.bodies.answers import Array, ConnAnswer, DigestText
+from footfall.core.value import Value
+from footfall.planning.execution.problem import Execution
+from footfall.planning.step.problem import Check, Status
+from footfall.sequence.commands import Command, RuleResult
+
+
+class SequenceAnswer(TypedDict):
+    """Commands, what each leads to, and every rule."""
+
+    id: Annotated[str, Field(description="stays over edits")]
+    digest: DigestText
+    session: str
+    robot: str
+    valid: bool
+    duration: float
+    commands: tuple[Command, ...]
+    start: Array
+    predicted: Array
+    set_points_before: Array | None
+    commanded: Array | None
+    T_site_base: Array
+    Ts_site_base: Array
+    rules: tuple[RuleResult, ...]
+    parents: dict[str, str]
+    current: bool
+    can_undo: bool
+
+
+class ArmedAnswer(TypedDict):
+    """A token that sends this version of the sequence once, within `expires_in` [s]."""
+
+    token: str
+    sequence: DigestText
+    expires_in: float
+    conn: ConnAnswer
+
+
+class SentAnswer(TypedDict):
+    """A run has begun: ids of its commands, row by row."""
+
+    run: int
+    commands: list[str]
+
+
+class ExecutionFigures(TypedDict):
+    """SI units; see `GET executions`."""
+
+    seconds: float
+    clearance: float
+    clearance_uncertainty: float
+    touch_down_offset: float
+    friction_use: float
+    sag: Array
+
+
+class ExecutionAnswer(TypedDict):
+    """How a step is commanded to a rover that sags, and what is expected of it."""
+
+    digest: DigestText
+    status: Status
+    reason: str
+    checks: tuple[Check, ...]
+    parents: dict[str, str]
+    settings: Value | None
+    execution: Execution | None
+    figures: ExecutionFigures | None

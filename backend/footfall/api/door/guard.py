@@ -1,0 +1,111 @@
+"""Which requests are heard at all: those for this server's own names, from its own pages or from programs.
+
+Two doors are open to a web page of somebody else in the operator's browser: requests across origins (WebSockets are
+never held back by the browser) and DNS rebinding. The first shows in ``Origin``, the second in ``Host``. Where a
+browser sends a login's cookie along, it also has to say that one of our own pages asks.
+"""
+
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from footfall.api.door.front import LOOPBACK_NAMES, Front, is_loopback_name
+from footfall.api.door.headers import protected
+from footfall.api.door.problems import problem
+
+_READING = ("GET", "HEAD", "OPTIONS")
+
+
+def refusal(scope: Scope, front: Front) -> tuple[str, str] | None:
+    """Return (problem kind, reason) for a request or WebSocket to be refused, or None."""
+    headers = Headers(scope=scope)
+    host, origin = headers.get("host", "").lower(), headers.get("origin")
+    here = is_loopback_name(_hostname(f"//{host}"))
+    if not here and host not in front.hosts:
+        names = ", ".join([*LOOPBACK_NAMES, *front.hosts])
+        return "foreign-host", f"this server answers to {names} only, not to {host!r}"
+    if not front.proxied and ("forwarded" in headers or "x-forwarded-for" in headers):
+        return "forwarded", "a proxy passed this on; `footfall serve --behind-tls-proxy` allows that"
+    if origin is not None:
+        # The page and the request must share scheme, name and port: the browser's own rule.
+        own = f"{'https' if scope['scheme'] in ('https', 'wss') else 'http'}://{host}"
+        if origin.lower() in (own, front.public):
+            return None
+        return "foreign-origin", f"a page of {origin!r} may not use this server; open {front.public or own} instead"
+    if scope["type"] == "http" and scope["method"] in _READING:
+        return None
+    site = headers.get("sec-fetch-site")
+    if site not in (None, "same-origin", "none"):
+        return "foreign-origin", "a page of another site may not use this server"
+    if "cookie" in headers and "authorization" not in headers and site != "same-origin":
+        text = "with a login's cookie, a request must say which page sends it (Origin); programs use a token instead"
+        return "foreign-origin", text
+    return None
+
+
+def _hostname(url: str) -> str | None:
+    try:
+        return urlsplit(url).hostname
+    except ValueError:
+        return None
+
+
+class _TooLarge(HTTPException):
+    """The request's body went on past the limit; routes let it pass as what it is."""
+
+    def __init__(self, limit: int) -> None:
+        super().__init__(413, f"a request holds at most {limit} bytes")
+
+
+class Guard:
+    """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large."""
+
+    def __init__(self, app: ASGIApp, max_body: int, front: Front) -> None:
+        self.app = app
+        self.max_body = max_body
+        self.front = front
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            return await self.app(scope, receive, send)
+        refused = refusal(scope, self.front)
+        if scope["type"] == "websocket":
+            if refused is None:
+                return await self.app(scope, receive, send)
+            return await WebSocket(scope, receive, send).close(code=1008, reason=refused[0])
+        received, started = 0, False
+
+        async def send_guarded(message: Message) -> None:
+            nonlocal started
+            if message["type"] == "http.response.start":
+                started = True
+                headers = protected(scope["path"], message["headers"], self.front.public is not None)
+                message = {**message, "headers": headers}
+            await send(message)
+
+        if refused is not None:
+            return await problem(refused[0], 403, refused[1])(scope, receive, send_guarded)
+        too_large = problem(
+            "too-large", 413, f"a request holds at most {self.max_body} bytes", {"limit": self.max_body}
+        )
+        length = Headers(scope=scope).get("content-length", "0")
+        if length.isdecimal() and int(length) > self.max_body:
+            return await too_large(scope, receive, send_guarded)
+
+        async def receive_counted() -> Message:
+            nonlocal received
+            message = await receive()
+            received += len(message.get("body", b""))
+            if received > self.max_body:
+                raise _TooLarge(self.max_body)
+            return message
+
+        try:
+            return await self.app(scope, receive_counted, send_guarded)
+        except _TooLarge:
+            if started:
+                raise
+            return await too_large(scope, receive, send_guarded)

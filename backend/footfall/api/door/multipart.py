@@ -1,0 +1,144 @@
+"""Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
+
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+from fastapi import Request, UploadFile
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
+from starlette.datastructures import FormData
+
+from footfall.api.bodies.schemas import Strictly
+from footfall.api.routing import BINARY
+from footfall.core.errors import InvalidInput
+
+_M = TypeVar("_M", bound=Strictly)
+
+MOST_TEXTS = 20
+"""Text members of a form that are read before any is judged."""
+
+LONGEST_STEM, LONGEST_ENDING = 100, 20
+"""Longest file name [bytes] and ending that are kept of an upload."""
+
+
+def is_multipart(request: Request) -> bool:
+    """Whether the request carries a form with files."""
+    return request.headers.get("content-type", "").startswith("multipart/form-data")
+
+
+@asynccontextmanager
+async def form_of(
+    request: Request, files: tuple[str, ...], texts: tuple[str, ...] = (), most: int = 2
+) -> AsyncIterator[FormData]:
+    """The request's form, of at most ``most`` files; a member that is none of ``files`` and ``texts`` is refused."""
+    async with request.form(max_files=most, max_fields=MOST_TEXTS) as form:
+        unknown = sorted({name for name in form if name not in (*files, *texts)})
+        if unknown:
+            known = ", ".join((*files, *texts))
+            raise InvalidInput(
+                f"the form has a member {unknown[0][:100]!r}; it may have: {known}", unknown=unknown[:10]
+            )
+        repeated = [name for name in texts if len(form.getlist(name)) > 1]
+        if repeated:
+            raise InvalidInput(f"the form gives {repeated[0]!r} more than once", member=repeated[0])
+        yield form
+
+
+async def file_of(form: FormData, name: str) -> tuple[str, bytes]:
+    """File name and content of the form's member ``name``."""
+    found = await files_of(form, name, most=1)
+    if not found:
+        raise InvalidInput(f"the form needs a file called {name!r}", members=sorted(form.keys()))
+    return found[0]
+
+
+async def files_of(form: FormData, name: str, most: int, largest: int | None = None) -> list[tuple[str, bytes]]:
+    """File name and content of each of the form's members ``name``; none of more than ``largest`` bytes."""
+    found = form.getlist(name)
+    if len(found) > most:
+        raise InvalidInput(f"the form may have {most} files called {name!r}, not {len(found)}", limit=most)
+    files = []
+    for one in found:
+        if isinstance(one, str):
+            raise InvalidInput(f"the form's member {name!r} is a file, not text")
+        upload: UploadFile = one  # type: ignore[assignment]
+        file = PurePath((upload.filename or "").replace("\\", "/")).name
+        if largest is not None and (upload.size or 0) > largest:
+            raise InvalidInput(f"{file} is larger than {largest} bytes", file=file, limit=largest)
+        files.append((file, await upload.read()))
+    return files
+
+
+def json_of(form: FormData, name: str, model: type[_M]) -> _M:
+    """The form's JSON member ``name``; absent means all defaults."""
+    found = form.get(name, "{}")
+    if not isinstance(found, str):
+        raise InvalidInput(f"the form's member {name!r} is JSON text, not a file")
+    return parse(found, model, name)
+
+
+def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
+    """JSON text as a request model; raises what FastAPI raises for a body."""
+    try:
+        return model.model_validate_json(text)
+    except ValidationError as error:
+        errors: list[Any] = [{**one, "loc": (where, *one["loc"])} for one in error.errors()]
+        raise RequestValidationError(errors) from None
+
+
+@contextmanager
+def on_disk(name: str, content: bytes) -> Iterator[Path]:
+    """The content as a file of that name in a folder of its own, for readers that want a path.
+
+    A name that no file can have becomes a similar one with the same ending.
+    """
+    ending = PurePath(name).suffix
+    stem = name.removesuffix(ending).replace("\0", "").strip(".").encode()[:LONGEST_STEM].decode(errors="ignore")
+    with TemporaryDirectory(prefix="footfall-") as folder:
+        path = Path(folder) / f"{stem or 'upload'}{ending if len(ending) < LONGEST_ENDING else ''}"
+        path.write_bytes(content)
+        yield path
+
+
+def multipart_doc(
+    files: dict[str, str],
+    json_members: dict[str, type[Strictly]],
+    also: type[Strictly] | None = None,
+    optional: tuple[str, ...] = (),
+    several: tuple[str, ...] = (),
+) -> Any:
+    """OpenAPI request body of a form with files and JSON members, or of the JSON model ``also``.
+
+    optional: files that may be left out; several: that may come more than once.
+    """
+    properties: dict[str, Any] = {}
+    defs: dict[str, Any] = {}
+    for name, text in files.items():
+        many = {"type": "array", "items": BINARY} if name in several else BINARY
+        properties[name] = {**many, "description": text}
+    needed = [name for name in files if name not in optional]
+    for name, model in json_members.items():
+        schema = _schema(model)
+        defs |= schema.pop("$defs", {})
+        properties[name] = schema
+        needed += [name] if schema.get("required") else []
+    form: dict[str, Any] = {
+        "type": "object",
+        "required": needed,
+        "properties": properties,
+        "additionalProperties": False,
+        "$defs": defs,
+    }
+    encoding = {name: {"contentType": "application/json"} for name in json_members}
+    content: dict[str, Any] = {"multipart/form-data": {"schema": form, "encoding": encoding}}
+    if also is not None:
+        schema = _schema(also)
+        content["application/json"] = {"schema": schema, "example": schema.get("examples", [{}])[0]}
+    return {"requestBody": {"required": True, "content": content}}
+
+
+def _schema(model: type[Strictly]) -> dict[str, Any]:
+    return model.model_json_schema(ref_template="#/components/schemas/{model}")

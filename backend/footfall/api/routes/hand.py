@@ -1,0 +1,45 @@
+"""What is in hand: moved about with a live read-out, and chosen when it is let go. Moves are not logged."""
+
+from typing import TypedDict, cast
+
+from footfall.api.access import OneSession
+from footfall.api.bodies.answers import HeldAnswer
+from footfall.api.bodies.choice_schemas import HandOrder
+from footfall.api.routing import Routes
+
+router = Routes(tags=["hand"])
+
+
+class HandAnswer(TypedDict):
+    """null: nothing is in hand."""
+
+    hand: HeldAnswer | None
+
+
+@router.get("/sessions/{session}/hand")
+def read_hand(live: OneSession) -> HandAnswer:
+    """What is in hand, by whom, and what is told of the place where it is."""
+    return {"hand": cast("HeldAnswer | None", live.hand)}
+
+
+@router.put("/sessions/{session}/hand")
+def hold(live: OneSession, order: HandOrder) -> HandAnswer:
+    """Take something in hand and move it. The answer tells the place; every listener hears it as `hand`."""
+    place = None if order.place is None else tuple(order.place)
+    return {"hand": cast(HeldAnswer, live.hold(order.what, place, order.index))}
+
+
+@router.post("/sessions/{session}/hand/commit")
+def commit(live: OneSession) -> HandAnswer:
+    """Choose what is in hand where it is now: one event, which can be undone; a shifted chassis becomes a what-if.
+
+    422 says which leg can't follow the chassis; it is then back where it was.
+    """
+    return {"hand": cast(HeldAnswer, live.commit_hand())}
+
+
+@router.delete("/sessions/{session}/hand")
+def put_down(live: OneSession) -> HandAnswer:
+    """Put it down: what was moved and not committed is where it was."""
+    live.put_down()
+    return {"hand": None}

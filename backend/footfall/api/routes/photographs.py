@@ -1,0 +1,111 @@
+"""Photographs: stereo pairs of any calibrated cameras, uploaded together, made into a terrain by a job."""
+
+import re
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fastapi import Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from footfall.api.access import OneSession, product
+from footfall.api.bodies.answers import PhotographJob
+from footfall.api.bodies.schemas import PhotographOptions, settings_value
+from footfall.api.door.limits import MAX_IMAGE_BYTES, MAX_IMAGES
+from footfall.api.door.multipart import files_of, form_of, json_of, multipart_doc
+from footfall.api.routes.jobs import accepted
+from footfall.api.routing import Routes
+from footfall.core.errors import InvalidImages
+from footfall.io.photograph_files import PAIRS_FILE, pair_and_side, read_photographs
+from footfall.session.live import LiveSession
+from footfall.telemetry.photographs import Photographs
+from footfall.telemetry.state import RobotState
+from footfall.terrain.settings import TerrainSettings
+
+router = Routes(tags=["images"])
+
+MAX_TEXT_BYTES = 1 << 20
+
+LONGEST_NAME = 200
+"""Of a file [bytes]."""
+
+_NAME = re.compile(r"\w[\w .+-]*")
+
+File = tuple[str, bytes]
+
+
+@router.post(
+    "/sessions/{session}/terrains/photographs",
+    status_code=202,
+    openapi_extra=multipart_doc(
+        {
+            "calibration": "FootFall's calibration file; or two, left and right camera_info of ROS",
+            "images": f"up to {MAX_IMAGES}: NAME_left.png, NAME_right.png, …",
+            "pairs": "pairs.yaml: when and where each pair was taken",
+        },
+        {"options": PhotographOptions},
+        optional=("pairs",),
+        several=("calibration", "images"),
+    ),
+)
+async def build_from_photographs(live: OneSession, request: Request, response: Response) -> PhotographJob:
+    """Build a terrain from uploaded pairs, which need not be rectified; a job. Formats: docs/calibration.md.
+
+    A pair that can't be used is left out: ``left_out`` here, and of the terrain, says which and why.
+    """
+    async with form_of(request, ("calibration", "images", "pairs"), ("options",), MAX_IMAGES + 3) as form:
+        calibration = await files_of(form, "calibration", 2, MAX_TEXT_BYTES)
+        images = await files_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
+        pairs = await files_of(form, "pairs", 1, MAX_TEXT_BYTES)
+        options = json_of(form, "options", PhotographOptions)
+    return await run_in_threadpool(_build, live, calibration, images, pairs, options, response)
+
+
+def _build(
+    live: LiveSession,
+    calibration: list[File],
+    images: list[File],
+    pairs: list[File],
+    options: PhotographOptions,
+    response: Response,
+) -> PhotographJob:
+    pose = None
+    if options.with_rover:
+        pose = product(live, "current", RobotState, live.state.state).T_site_base
+    with TemporaryDirectory(prefix="footfall-") as folder:
+        photographs = _read(Path(folder), calibration, images, pairs, options.cameras, pose)
+    settings = settings_value(TerrainSettings, options.settings)
+    job = live.build_from_photographs(photographs, settings, with_rover=options.with_rover)
+    pairs_used = [pair.name for pair in photographs.pairs]
+    return {**accepted(job, response), "pairs": pairs_used, "left_out": dict(photographs.left_out)}
+
+
+def _read(
+    folder: Path, calibration: list[File], images: list[File], pairs: list[File], names: list[str] | None, pose: Any
+) -> Photographs:
+    """The files on disk, under names that can do no harm, for the reader that the command line uses too."""
+    written: set[str] = set()
+    for name, content in images:
+        if not _harmless(name) or pair_and_side(name) is None:
+            raise InvalidImages(f"{name!r} is no image of a pair: its name must be NAME_left.png or NAME_right.png")
+        if name in written:
+            raise InvalidImages(f"{name} was sent twice", file=name)
+        written.add(name)
+        (folder / name).write_bytes(content)
+    for _, content in pairs:
+        (folder / PAIRS_FILE).write_bytes(content)
+    files = []
+    for side, (name, content) in zip(("left", "right"), calibration, strict=False):
+        # what messages call them: the name that they came by, where a file can have it
+        plain = name if _harmless(name) else f"{side}.yaml"
+        path = folder / side / plain
+        path.parent.mkdir()
+        path.write_bytes(content)
+        files.append(path)
+    if not images:
+        raise InvalidImages("the form needs files called 'images': NAME_left.png and NAME_right.png of each pair")
+    return read_photographs(folder, files, names, pose)
+
+
+def _harmless(name: str) -> bool:
+    return _NAME.fullmatch(name) is not None and len(name.encode()) <= LONGEST_NAME

@@ -1,0 +1,75 @@
+"""The run: what is being sent to the rover, row by row, and steering it. All of it is for the holder of the conn."""
+
+from typing import Annotated, Any, Literal, TypedDict, cast
+
+from fastapi import Path
+
+from footfall.api.access import OneSession
+from footfall.api.acting import Actor
+from footfall.api.bodies.answers import DigestText
+from footfall.api.routing import Routes
+from footfall.core.errors import NotFound
+from footfall.session.live import LiveSession
+
+router = Routes(tags=["run"])
+
+Act = Annotated[
+    Literal["hold", "resume", "next", "abort"],
+    Path(
+        description="`hold`: nothing goes after the present row; `resume`: the rows that are left go one after "
+        "another; `next`: one row goes; `abort`: nothing more goes, the present row is carried out"
+    ),
+]
+
+
+class RowAnswer(TypedDict):
+    """One row of a run. state: queued, sent (released), received (acknowledged), started, done, refused (failed),
+    unknown, or unsent; times: when each of them came [s since 1970].
+    """
+
+    row: int
+    id: str
+    state: str
+    reason: str
+    times: dict[str, float]
+
+
+class RunAnswer(TypedDict):
+    """The latest run. state: going, held, aborting or ended; mode: whole, or steps where it waits after every row."""
+
+    number: int
+    sequence: DigestText
+    rows: list[RowAnswer]
+    mode: str
+    by: str
+    state: str
+    reason: str
+    outcome: str
+    queued: float
+    ended: float | None
+
+
+@router.get("/sessions/{session}/run", name="read")
+def read_run(live: OneSession) -> RunAnswer:
+    """The latest run, also when it has ended: how far each row came, and when."""
+    return _told(live)
+
+
+@router.post("/sessions/{session}/run/{act}", name="act")
+def act_on_run(live: OneSession, act: Act, who: Actor) -> RunAnswer:
+    """Steer what is being sent. Before rows go on, the rover is checked as before sending."""
+    acts: dict[str, Any] = {
+        "hold": live.hold_run,
+        "resume": live.resume_run,
+        "next": live.next_row,
+        "abort": live.abort_run,
+    }
+    acts[act](who)
+    return _told(live)
+
+
+def _told(live: LiveSession) -> RunAnswer:
+    run = live.run
+    if run is None:
+        raise NotFound("nothing has been sent to the rover yet")
+    return cast(RunAnswer, run)

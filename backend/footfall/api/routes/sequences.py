@@ -1,0 +1,167 @@
+"""Sequences: made from a plan, edited under If-Match, exported, armed and sent."""
+
+from typing import Annotated, Literal, cast
+
+import numpy as np
+from fastapi import Header, Query, Response
+
+from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
+from footfall.api.acting import Actor
+from footfall.api.bodies.sequence_answers import ArmedAnswer, SentAnswer, SequenceAnswer
+from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
+from footfall.api.door.problems import Problem
+from footfall.api.lineage import Lineage, find, head_of
+from footfall.api.routing import Routes, files
+from footfall.core.errors import InvalidInput, NotFound
+from footfall.io.exports import MEDIA, SUFFIXES
+from footfall.io.exports import export as encode
+from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.edit import Edit
+
+router = Routes(tags=["sequences"])
+
+IfMatch = Annotated[str | None, Header(description="the ETag of the version that this changes")]
+ExportFormat = Literal["json", "csv", "seqjson", "fprime", "fprime-dictionary", "yamcs", "ros2", "html"]
+
+
+@router.post("/sessions/{session}/sequences", status_code=201)
+def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAnswer:
+    """Turn a planned step, its execution or a move of the chassis into commands. They become the session's sequence."""
+    chosen = order.plan
+    if order.execution is not None:
+        if chosen is not None:
+            raise InvalidInput("a sequence is made of a plan or of an execution, not of both")
+        chosen = live.found_execution(None if order.execution == "current" else order.execution)
+    live.make_sequence(chosen)
+    lineage = head_of(live)
+    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
+    return _body(lineage, lineage.head, response)
+
+
+@router.get("/sequences/{sequence}")
+def read(sequence: SequenceId, sessions: AllSessions, response: Response) -> SequenceAnswer:
+    """Commands, what each leads to, and every rule. An id means the newest version, a digest that one."""
+    lineage, digest = find(sessions, sequence)
+    return _body(lineage, digest, response)
+
+
+@router.patch("/sequences/{sequence}")
+def change(
+    sequence: SequenceId, order: SequenceEdit, sessions: AllSessions, response: Response, if_match: IfMatch = None
+) -> SequenceAnswer:
+    """Apply one edit; every rule is checked again. A broken rule makes the sequence invalid, not the request."""
+    lineage = _matched(*find(sessions, sequence), if_match)
+    lineage.live.edit_sequence(lineage.head, _edit(order.edit))
+    return _now(lineage, response)
+
+
+@router.post("/sequences/{sequence}/undo")
+def undo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
+    """Take back the last edit."""
+    lineage = _matched(*find(sessions, sequence), if_match)
+    lineage.live.undo_sequence()
+    return _now(lineage, response)
+
+
+@router.post("/sequences/{sequence}/redo")
+def redo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
+    """Make the edit again that was taken back last, unless another came since."""
+    lineage = _matched(*find(sessions, sequence), if_match)
+    lineage.live.redo_sequence()
+    return _now(lineage, response)
+
+
+@router.get("/sequences/{sequence}/export", response_class=Response, responses=files(*sorted(set(MEDIA.values()))))
+def export(
+    sequence: SequenceId,
+    sessions: AllSessions,
+    format: Annotated[ExportFormat, Query(description="file format")] = "seqjson",
+) -> Response:
+    """The sequence as a file; refused while a rule does not hold. For machines, its numbers keep their bits."""
+    lineage, digest = find(sessions, sequence)
+    content = _sheet(lineage, digest) if format == "html" else lineage.live.export_sequence(digest, format)
+    name = f"sequence-{digest[:8]}{SUFFIXES[format]}"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"', "ETag": f'"{digest}"'}
+    return Response(content, media_type=MEDIA[format], headers=headers)
+
+
+@router.post("/sequences/{sequence}/arm")
+def arm(sequence: SequenceId, sessions: AllSessions, who: Actor) -> ArmedAnswer:
+    """Check the sequence against the rover as it is now. The token is good for one send within seconds.
+
+    Takes the conn where nobody holds it; refused where another does.
+    """
+    lineage, digest = find(sessions, sequence)
+    return cast(ArmedAnswer, lineage.live.arm(digest, who))
+
+
+@router.post("/sequences/{sequence}/send", status_code=202)
+def send(sequence: SequenceId, order: SendOrder, sessions: AllSessions, who: Actor) -> SentAnswer:
+    """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
+    lineage, digest = find(sessions, sequence)
+    return cast(SentAnswer, lineage.live.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
+
+
+def _sheet(lineage: Lineage, digest: str) -> bytes:
+    # Not a product of the session: replay would hold later versions to how this one draws it.
+    return encode(_sequence(lineage, digest), "html", robot=lineage.live.robot)
+
+
+def _edit(model: EditModel) -> Edit:
+    command = None
+    if model.command is not None:
+        members = model.command.model_dump()
+        joints = members.pop("joints")
+        command = Command(joints=None if joints is None else np.array(joints, float), **members)
+    return Edit(model.kind, model.row, command, model.to, model.joint, model.number)
+
+
+def _matched(lineage: Lineage, digest: str, if_match: str | None) -> Lineage:
+    if if_match is None:
+        raise Problem("precondition-required", 428, "say with If-Match which version you change; GET shows its ETag")
+    tags = [tag.strip().removeprefix("W/").strip('"') for tag in if_match.split(",")]
+    if digest != lineage.head or (lineage.head not in tags and "*" not in tags):
+        raise Problem(
+            "precondition-failed",
+            412,
+            "the sequence has changed since you read it; read it again",
+            current=lineage.head,
+            given=tags,
+        )
+    return lineage
+
+
+def _now(lineage: Lineage, response: Response) -> SequenceAnswer:
+    changed = head_of(lineage.live)
+    return _body(changed, changed.head, response)
+
+
+def _sequence(lineage: Lineage, digest: str) -> Sequence:
+    sequence = lineage.live.get(digest)
+    if not isinstance(sequence, Sequence):
+        raise NotFound(f"{digest} is a {type(sequence).__name__}, not a sequence")
+    return sequence
+
+
+def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
+    sequence = _sequence(lineage, digest)
+    response.headers["ETag"] = f'"{digest}"'
+    return {
+        "id": lineage.id,
+        "digest": digest,
+        "session": lineage.live.id,
+        "robot": sequence.robot,
+        "valid": sequence.valid,
+        "duration": sequence.duration,
+        "commands": sequence.commands,
+        "start": sequence.start,
+        "predicted": sequence.predicted,
+        "set_points_before": None if sequence.at_rest is None else sequence.at_rest.set_points,
+        "commanded": sequence.commanded,
+        "T_site_base": sequence.T_site_base,
+        "Ts_site_base": sequence.poses,
+        "rules": sequence.rules,
+        "parents": dict(sequence.provenance.parents),
+        "current": digest == lineage.head,
+        "can_undo": digest == lineage.head and lineage.head != lineage.root,
+    }

@@ -1,0 +1,182 @@
+"""Sessions: list, open a sample or a new one, read what the log folds to, listen."""
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated, TypedDict, cast
+
+from fastapi import Depends, Query, Request, Response, WebSocket, WebSocketDisconnect
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+
+from footfall.api.access import AllSessions, OneSession, session_path
+from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
+from footfall.api.bodies.paging import Cursor, Limit, next_page, page
+from footfall.api.bodies.schemas import NewNote, NewSession, ViewChange
+from footfall.api.door.limits import PAGE_ITEMS
+from footfall.api.routing import Routes
+from footfall.api.streams import RATE, Rate, resume_after, session_stream
+from footfall.core.errors import FootFallError, InvalidInput
+from footfall.session.live import LiveSession
+from footfall.session.recorded import ViewState
+
+router = Routes(tags=["sessions"])
+
+
+class SessionList(TypedDict):
+    """Newest first. next: path of the next page; null where this is the last."""
+
+    next: Url | None
+    sessions: list[SessionListed]
+    samples: list[str]
+    current: str | None
+
+
+class EventList(TypedDict):
+    """In order. next: path of the next page; null where this is the last."""
+
+    next: Url | None
+    events: list[EventAnswer]
+
+
+class NoteList(TypedDict):
+    """In the order that they were written."""
+
+    notes: list[NoteAnswer]
+
+
+@router.get("/sessions")
+def list_sessions(
+    sessions: AllSessions, request: Request, limit: Limit = PAGE_ITEMS, cursor: Cursor = None
+) -> SessionList:
+    """Sessions of the working folder, and the samples that can be opened."""
+    current = sessions.current
+    listed, following = page(sessions.list(), lambda one: one["id"], limit, cursor, request)
+    return {
+        "sessions": cast(list[SessionListed], listed),
+        "next": following,
+        "samples": sessions.samples(),
+        "current": None if current is None else current.id,
+    }
+
+
+@router.post("/sessions", status_code=201)
+def open_session(order: NewSession, sessions: AllSessions, response: Response) -> SessionAnswer:
+    """Open a copy of a sample, an older session, or start an empty one. It becomes the current one: it gets the rover.
+
+    Refused while the current session sends commands.
+    """
+    match order.sample, order.name, order.session:
+        case str(sample), None, None:
+            live = sessions.open_sample(sample)
+        case None, str(name), None:
+            live = sessions.create(name)
+        case None, None, str(session):
+            live = sessions.open(session)
+        case _:
+            raise InvalidInput("give one of: a sample, the name of a new session, the id of an old session")
+    response.headers["Location"] = session_path(live)
+    return cast(SessionAnswer, live.summary())
+
+
+@router.get("/sessions/{session}")
+def read_session(live: OneSession) -> SessionAnswer:
+    """What the session's events fold to, the rover link, the jobs, the command gate."""
+    return cast(SessionAnswer, live.summary())
+
+
+@router.get("/sessions/{session}/events", response_class=EventSourceResponse)
+async def listen(
+    live: OneSession,
+    request: Request,
+    after: Annotated[int | None, Depends(resume_after)],
+    rate: Rate = RATE,
+) -> AsyncIterator[ServerSentEvent]:
+    """Server-sent events named event, telemetry, view, job, link and session; `id` is the number of an event.
+
+    `session` says that another session holds the rover from now on.
+    """
+    async for message in session_stream(live, request.app.state.streams, after, rate):
+        yield message
+
+
+@router.websocket("/sessions/{session}/events/line")
+async def listen_on_line(socket: WebSocket, session: str, since: int | None = None, rate: Rate = RATE) -> None:
+    """The same events over a WebSocket, each as ``{"type", "id", "data"}``; since, rate: as for the event stream.
+
+    A browser keeps six connections to one server: as many pages with event streams would leave none for requests.
+    """
+    try:
+        live = await asyncio.to_thread(socket.app.state.sessions.get, session)
+    except FootFallError as err:
+        await socket.close(1008, err.kind)
+        return
+    await socket.accept()
+    telling = asyncio.create_task(_tell(socket, live, since, rate))
+    hearing = asyncio.create_task(_hear(socket))
+    try:
+        await asyncio.wait((telling, hearing), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for task in (telling, hearing):
+            task.cancel()
+        await asyncio.gather(telling, hearing, return_exceptions=True)
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await socket.close(1001, "read on from the last event")
+
+
+async def _tell(socket: WebSocket, live: LiveSession, after: int | None, rate: float) -> None:
+    stream = session_stream(live, socket.app.state.streams, after, rate)
+    async with contextlib.aclosing(stream):
+        async for message in stream:
+            number = "null" if message.id is None else message.id
+            await socket.send_text(f'{{"type":{json.dumps(message.event)},"id":{number},"data":{message.raw_data}}}')
+
+
+async def _hear(socket: WebSocket) -> None:
+    """Until the listener has gone; what it says is not for us."""
+    while (await socket.receive())["type"] != "websocket.disconnect":
+        pass
+
+
+@router.get("/sessions/{session}/log")
+def read_log(
+    live: OneSession,
+    request: Request,
+    since: Annotated[int, Query(ge=-1, le=2**53, description="number of the event to go on after")] = -1,
+    limit: Limit = PAGE_ITEMS,
+) -> EventList:
+    """The recorded events with a number higher than ``since``."""
+    found = live.events(since + 1)
+    events = [cast(EventAnswer, event.as_dict()) for event in found[:limit]]
+    more = len(found) > limit
+    return {"events": events, "next": next_page(request, limit=limit, since=events[-1]["seq"]) if more else None}
+
+
+@router.get("/sessions/{session}/view")
+def read_view(live: OneSession) -> ViewState:
+    """What the operator looks at: leg, layer, scrubber, ghost."""
+    return live.view
+
+
+@router.put("/sessions/{session}/view")
+def change_view(live: OneSession, change: ViewChange) -> ViewState:
+    """Change some of it; every page of this session follows."""
+    live.set_view(**change.model_dump(exclude_unset=True))
+    return live.view
+
+
+@router.get("/sessions/{session}/notes")
+def read_notes(live: OneSession) -> NoteList:
+    """Remarks in the order they were written."""
+    return _notes(live)
+
+
+@router.post("/sessions/{session}/notes", status_code=201)
+def write_note(live: OneSession, note: NewNote) -> NoteList:
+    """Add a remark to the log."""
+    live.add_note(note.text)
+    return _notes(live)
+
+
+def _notes(live: LiveSession) -> NoteList:
+    return {"notes": [{"time": one.time, "text": one.text} for one in live.state.notes]}

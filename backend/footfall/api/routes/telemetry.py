@@ -1,0 +1,106 @@
+"""Telemetry and state: what the rover last said, and the state that planning starts from."""
+
+from typing import TypedDict, cast
+
+import numpy as np
+from fastapi import Request
+
+from footfall.api.access import OneSession, product
+from footfall.api.bodies.answers import Digested, TelemetryAnswer
+from footfall.api.bodies.schemas import FreezeState, StateReport
+from footfall.api.routing import Routes
+from footfall.api.streams import telemetry_body
+from footfall.core.errors import InvalidTelemetry, NotFound
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+router = Routes(tags=["telemetry"])
+
+
+class LatestTelemetry(TelemetryAnswer):
+    """arrival: its number among all that came; received_at: when it came, seconds since 1970-01-01 UTC.
+
+    measured_age_s: since it was measured: its light time counts as well.
+    """
+
+    measured_age_s: float
+    arrival: int
+    received_at: float
+
+
+class Listener(TypedDict):
+    """One that hears the events of a session. rate: most telemetry messages in a second; taken: messages it took.
+
+    dropped: telemetry that gave way to newer before it was taken; waiting: messages; behind_s: how long the first of
+    those waits already.
+    """
+
+    number: int
+    session: str
+    since: float
+    rate: float
+    taken: int
+    dropped: int
+    waiting: int
+    behind_s: float
+    slow: bool
+
+
+class Listeners(TypedDict):
+    """slow: how many of them are slow."""
+
+    listeners: list[Listener]
+    slow: int
+
+
+@router.get("/sessions/{session}/telemetry")
+def latest(live: OneSession) -> LatestTelemetry:
+    """The newest telemetry frame, when it came and how old it is."""
+    link, frame = live.link, live.frame
+    if frame is None:
+        raise NotFound("the rover has sent no telemetry to this session yet")
+    body = telemetry_body(frame, link.age or 0.0, link.light)
+    return cast(LatestTelemetry, {**body, "arrival": link.frames, "received_at": link.received_at})
+
+
+@router.get("/sessions/{session}/listeners")
+def listeners(live: OneSession, request: Request) -> Listeners:
+    """Who listens to the events of this session, what they took and what was dropped because they were slow."""
+    found = request.app.state.streams.listeners(live.id)
+    return {"listeners": found, "slow": sum(one["slow"] for one in found)}
+
+
+@router.post("/sessions/{session}/telemetry", status_code=201)
+def take_report(live: OneSession, report: StateReport) -> Digested:
+    """Give the state yourself, where no rover is linked; planning starts from it."""
+    legs = live.robot.leg_count
+    if len(report.posture) != 6 * legs:
+        raise InvalidTelemetry(f"{live.robot.name} has {6 * legs} joints, not {len(report.posture)}")
+    state = RobotState(
+        robot=live.robot.name,
+        time=report.time,
+        posture=np.array(report.posture, float),
+        T_site_base=np.array(report.T_site_base, float),
+        wheel_forces=np.array(report.wheel_forces, float).reshape(-1, 3),
+        joint_torques=np.array(report.joint_torques, float),
+        mode=report.mode,
+    )
+    return {"digest": live.set_state(state)}
+
+
+@router.get("/sessions/{session}/state")
+def read_state(live: OneSession) -> RobotState:
+    """The state that planning starts from."""
+    return product(live, "current", RobotState, live.state.state)
+
+
+@router.post("/sessions/{session}/state", status_code=201)
+def freeze(live: OneSession, order: FreezeState) -> Digested:
+    """Freeze the rover's state for planning; with ``stand``, compute a stance on the current terrain."""
+    if order.stand is None:
+        return {"digest": live.snapshot_state()}
+    from footfall.planning.stance.stand import stand
+
+    dem = product(live, "current", Dem, live.state.dem)
+    where = order.stand
+    return {"digest": live.set_state(stand(live.robot, dem, where.x, where.y, where.yaw, where.posture))}

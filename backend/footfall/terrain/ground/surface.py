@@ -1,0 +1,182 @@
+"""Questions to the surface of a Dem: its height, its normal, and where a ray meets it.
+
+All of them speak of exactly the triangles of :mod:`footfall.terrain.ground.triangulate`. A known cell that no
+fully known 2 × 2 block contains carries no surface and counts as unknown here.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+_EDGE = 1e-9
+"""Cells: a point this close to a block's edge belongs to both neighbours, as closed triangles do."""
+
+_SAMPLES_AT_ONCE = 2_000_000
+
+
+def height_at(dem: Dem, x: ArrayLike, y: ArrayLike) -> Array:
+    """Height of the surface [m] at x, y [m], broadcast; NaN off the map and where unknown."""
+    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    grid = dem.geometry
+    u = (x.ravel() - grid.x0) / grid.resolution
+    v = (y.ravel() - grid.y0) / grid.resolution
+    height = _block_height(dem.heights, u, v, 0.0, 0.0)
+    # points on the rim of the known ground may fall, by rounding, into the block outside it
+    with np.errstate(invalid="ignore"):
+        on_edge = (np.abs(u - np.rint(u)) <= _EDGE) | (np.abs(v - np.rint(v)) <= _EDGE)
+    for du, dv in ((-_EDGE, -_EDGE), (_EDGE, -_EDGE), (-_EDGE, _EDGE), (_EDGE, _EDGE)):
+        again = np.flatnonzero(on_edge & np.isnan(height))
+        if not len(again):
+            break
+        height[again] = _block_height(dem.heights, u[again], v[again], du, dv)
+    return height.reshape(x.shape)
+
+
+def _block_height(heights: NDArray[np.float32], u: Array, v: Array, du: float, dv: float) -> Array:
+    """Linear interpolation in the block that (u + du, v + dv) [cells] falls into."""
+    rows, cols = heights.shape
+    out = np.full(u.shape, np.nan)
+    with np.errstate(invalid="ignore"):
+        col, row = np.floor(u + du), np.floor(v + dv)
+        inside = (col >= 0) & (col < cols - 1) & (row >= 0) & (row < rows - 1)
+    col, row = col[inside].astype(np.int64), row[inside].astype(np.int64)
+    east, north = np.clip(u[inside] - col, 0.0, 1.0), np.clip(v[inside] - row, 0.0, 1.0)
+    sw, se = heights[row, col].astype(float), heights[row, col + 1].astype(float)
+    nw, ne = heights[row + 1, col].astype(float), heights[row + 1, col + 1].astype(float)
+    lower = sw + east * (se - sw) + north * (ne - se)
+    upper = sw + north * (nw - sw) + east * (ne - nw)
+    value = np.where(east >= north, lower, upper)
+    value[~np.isfinite(sw + se + nw + ne)] = np.nan
+    out[inside] = value
+    return out
+
+
+def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
+    """Upward unit normal (…, 3) of the least-squares plane through the surface in a disc.
+
+    x, y: centre of the disc [m], broadcast. radius [m], such as a wheel's.
+    The surface is sampled on a lattice about the centre, as fine as the grid and never coarser than a
+    quarter of the radius, so coarse grids give the slope under the wheel too. NaN where less than half
+    of the disc is known, or what is known lies almost on a line.
+    """
+    if not 0 < radius < np.inf:
+        raise InvalidInput(f"a normal needs a positive radius [m], not {radius}")
+    x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    dx, dy = _disc(radius, dem.geometry.resolution)
+    flat_x, flat_y = x.ravel(), y.ravel()
+    normals = np.empty((len(flat_x), 3))
+    chunk = max(1, _SAMPLES_AT_ONCE // len(dx))
+    for start in range(0, len(flat_x), chunk):
+        part = slice(start, start + chunk)
+        z = height_at(dem, flat_x[part, None] + dx, flat_y[part, None] + dy)
+        normals[part] = _fitted_normals(dx, dy, z, radius)
+    return normals.reshape(*x.shape, 3)
+
+
+@lru_cache(maxsize=16)
+def _disc(radius: float, resolution: float) -> tuple[Array, Array]:
+    """A lattice in the disc about the origin, (k,) each [m]."""
+    steps = int(np.ceil(radius / min(resolution, radius / 4) - 1e-9))
+    offset = np.arange(-steps, steps + 1, dtype=np.float64) * (radius / steps)
+    dx, dy = np.tile(offset, len(offset)), np.repeat(offset, len(offset))
+    in_disc = np.hypot(dx, dy) <= radius * (1 + 1e-9)
+    return dx[in_disc], dy[in_disc]
+
+
+def _fitted_normals(dx: Array, dy: Array, z: Array, radius: float) -> Array:
+    """Normals (n, 3) of planes z = c + a·dx + b·dy fitted to rows of z (n, k), NaN left out."""
+    known = np.isfinite(z)
+    count, all_known = np.maximum(known.sum(axis=1), 1), bool(known.all())
+
+    def mean(values: Array) -> Array:
+        return (np.atleast_2d(values) if all_known else np.where(known, values, 0.0)).sum(axis=1) / count
+
+    # about the means, so that large heights cost no precision
+    px, py = dx - mean(dx)[:, None], dy - mean(dy)[:, None]
+    pz = z - mean(z)[:, None]
+    xx, xy, yy = mean(px * px), mean(px * py), mean(py * py)
+    xz, yz = mean(px * pz), mean(py * pz)
+    det = xx * yy - xy * xy
+    least_variance = 0.5 * (xx + yy) - np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
+    # a full disc has variance radius² / 4 along every direction
+    good = (2 * known.sum(axis=1) >= known.shape[1]) & (least_variance > 0.1 * radius * radius / 4)
+    safe = np.where(good, det, 1.0)
+    a, b = (xz * yy - yz * xy) / safe, (yz * xx - xz * xy) / safe
+    normal = np.stack([-a, -b, np.ones_like(a)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normal[~good] = np.nan
+    return normal
+
+
+def pick(dem: Dem, origin: ArrayLike, direction: ArrayLike) -> Array | None:
+    """First point (3,) [m] where a ray meets the surface, from above or below; None where it misses.
+
+    origin: (3,) site frame [m]. direction: (3,), of any length. Raises InvalidInput for a zero or
+    non-finite ray.
+
+    Between its crossings of the triangles' edges the ray runs over one triangle, where its height above
+    the surface is linear; the first change of sign is the hit.
+    """
+    origin, direction = np.asarray(origin, float), np.asarray(direction, float)
+    if origin.shape != (3,) or direction.shape != (3,) or not np.isfinite([origin, direction]).all():
+        raise InvalidInput("a ray needs an origin and a direction of three finite numbers each")
+    length = np.linalg.norm(direction)
+    if length == 0:
+        raise InvalidInput("a ray needs a direction that is not zero")
+    direction = direction / length
+    direction[np.abs(direction) < 1e-12] = 0.0
+    times = _crossing_times(dem, origin, direction)
+    if times is None:
+        return None
+
+    def above(t: Array) -> Array:
+        p = origin + t[:, None] * direction
+        return p[:, 2] - height_at(dem, p[:, 0], p[:, 1])
+
+    gap = above(times)
+    # two known ends say nothing about a hole between them
+    over_ground = np.isfinite(above(0.5 * (times[:-1] + times[1:])))
+    before, after = gap[:-1], gap[1:]
+    with np.errstate(invalid="ignore"):
+        hits = np.flatnonzero(over_ground & (before * after <= 0))
+    if not len(hits):
+        return None
+    i = hits[0]
+    step = before[i] - after[i]
+    t = times[i] + (times[i + 1] - times[i]) * (before[i] / step if step else 0.0)
+    return origin + t * direction
+
+
+def _crossing_times(dem: Dem, origin: Array, direction: Array) -> Array | None:
+    """Sorted ray parameters t ≥ 0 [m] at which a ray enters the map's box, crosses edges and leaves.
+
+    None where it never is in the box, which is a metre higher and deeper than the ground.
+    """
+    grid = dem.geometry
+    start = np.append((origin[:2] - (grid.x0, grid.y0)) / grid.resolution, origin[2])
+    speed = np.append(direction[:2] / grid.resolution, direction[2])
+    lowest = (-_EDGE, -_EDGE, float(np.nanmin(dem.heights)) - 1.0)
+    highest = (grid.cols - 1 + _EDGE, grid.rows - 1 + _EDGE, float(np.nanmax(dem.heights)) + 1.0)
+    enter, leave = 0.0, np.inf
+    for position, rate, low, high in zip(start, speed, lowest, highest, strict=True):
+        if rate == 0:
+            if not low <= position <= high:
+                return None
+            continue
+        near, far = sorted(((low - position) / rate, (high - position) / rate))
+        enter, leave = max(enter, near), min(leave, far)
+    if enter >= leave:
+        return None
+    times = [np.array([enter, leave])]
+    # lines east = i, north = j, and the diagonals east − north = d
+    for position, rate in ((start[0], speed[0]), (start[1], speed[1]), (start[0] - start[1], speed[0] - speed[1])):
+        if rate != 0:
+            first, last = sorted((position + rate * enter, position + rate * leave))
+            times.append((np.arange(np.ceil(first), np.floor(last) + 1) - position) / rate)
+    return np.unique(np.clip(np.concatenate(times), enter, leave))
