@@ -13,7 +13,7 @@ from footfall.core.value import Provenance
 from footfall.maps.layers import MapStack
 from footfall.planning.stance.body_shift import PredictedState
 from footfall.planning.step.problem import PlanResult, Status, StepPlan
-from footfall.session.jobs.recipes import edit, export, sequence
+from footfall.session.jobs.product_recipes import edit, export, sequence
 from footfall.terrain.dem import Dem
 
 COARSE = GridGeometry(-4.0, -4.0, 4.0, 2, 2)

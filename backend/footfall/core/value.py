@@ -56,7 +56,7 @@ class Value:
         """Raise :class:`InvalidInput` where the fields don't fit together (override)."""
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+        state = fields_of(self)
         if hasattr(self, "_digest"):
             # also a digest given from outside, of a file that an earlier version wrote, goes along
             state["_digest"] = self._digest
@@ -210,6 +210,11 @@ class Provenance(Value):
     settings: Value | None = None
     seed: int | None = None
     software: str = SOFTWARE_VERSION
+
+
+def fields_of(item: Value) -> dict[str, Any]:
+    """The fields of a value by name, as they are."""
+    return {field.name: getattr(item, field.name) for field in fields(item)}  # type: ignore[arg-type]
 
 
 def flatten(item: Any) -> tuple[Any, list[np.ndarray]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import CommandRefused
+from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import Facts
@@ -17,7 +18,6 @@ from footfall.session.gate.runs import command_id
 from footfall.session.jobs.requests import ExecutionRequest
 from footfall.session.linked import LinkedSession
 from footfall.session.recorded import present
-from footfall.session.summary import fields_of
 
 
 class CommandedSession(LinkedSession):

@@ -15,25 +15,15 @@ A script without a server works the same way, with jobs run inline::
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict, NotFound
 from footfall.core.value import Value
-from footfall.planning.step.problem import PlanResult
-from footfall.sequence.commands import Sequence
-from footfall.session.commanded import CommandedSession
-from footfall.session.gate.checks import (
-    POSE_TOLERANCE,
-    STALE_AFTER,
-    START_TOLERANCE,
-    pose_difference,
-    worst_joint,
-)
+from footfall.session.gate.checks import pose_difference
 from footfall.session.jobs.requests import ExportRequest
-from footfall.session.log.fold import SessionState
+from footfall.session.planned import PlannedSession
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
-from footfall.session.recorded import ViewState, present
+from footfall.session.recorded import present
 from footfall.session.summary import summary
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState
@@ -45,7 +35,7 @@ STILL_TOLERANCE = 1e-4
 """A rover whose joints [rad] and chassis [m] differ by less has not moved."""
 
 
-class LiveSession(CommandedSession):
+class LiveSession(PlannedSession):
     """A session with its rover, products and commands; see the module's docstring. Made by
     :class:`footfall.session.registry.Sessions`; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
@@ -99,45 +89,6 @@ class LiveSession(CommandedSession):
             self._requests += 1
             request = ImageRequestMessage(f"images-{self._requests}", None if pairs is None else tuple(pairs))
         self.link.send(encode(request))
-
-    def plan_matches_rover(self) -> dict[str, Any]:
-        """Whether the rover stands where the sequence (or the plan) starts; ok is None where that can't be told."""
-        state, frame = self.state, self.frame
-        start, age = self._start_of(state), self.link.age
-        unknown = ""
-        if start is None:
-            unknown = "there is no plan yet"
-        elif frame is None or age is None:
-            unknown = "the rover has sent no telemetry yet"
-        elif not self.link.connected:
-            unknown = "the rover is not connected"
-        elif age > STALE_AFTER:
-            unknown = f"the latest telemetry is {age:.1f} s old"
-        if unknown or start is None or frame is None:
-            return {"ok": None, "joint": None, "difference": None, "reason": unknown}
-        posture, T_site_base = start
-        joint, difference = worst_joint(posture, frame.state, self.description.joint_names)
-        moved = pose_difference(T_site_base, frame.state.T_site_base)
-        if abs(difference) > START_TOLERANCE:
-            reason = f"{joint} is {difference:+.4f} rad from where the plan starts"
-        elif moved > POSE_TOLERANCE:
-            reason = f"the chassis has moved by {moved:.3f} m since the plan was made"
-        else:
-            return {"ok": True, "joint": joint, "difference": difference, "reason": ""}
-        return {"ok": False, "joint": joint, "difference": difference, "reason": reason}
-
-    @property
-    def played(self) -> str | None:
-        """Digest of what a ghost plays: the plan, or the sequence where that is newer and moves the chassis."""
-        state = self.state
-        for event in reversed(self.events()):
-            kind = event.payload.get("kind") if event.type == "product" else None
-            if kind == "plan" or event.type == "plan_chosen":
-                break
-            if kind in ("sequence", "edit") and state.sequence is not None:
-                moves = self._shelf.typed(Sequence, state.sequence).Ts_site_base is not None
-                return state.sequence if moves else state.plan
-        return state.plan
 
     # -- products ------------------------------------------------------------------------------
 
@@ -195,17 +146,6 @@ class LiveSession(CommandedSession):
         if self.state.state is None and self.state.dem is not None:
             self.snapshot_state()
         return super()._ground()
-
-    def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Posture and T_site_base that the present sequence, or else the present plan, starts from."""
-        if state.sequence is not None:
-            sequence = self._shelf.typed(Sequence, state.sequence)
-            return sequence.start, sequence.T_site_base
-        plan = None if state.plan is None else self._shelf.typed(PlanResult, state.plan).plan
-        return None if plan is None else (plan.waypoints[0], plan.T_site_base)
-
-
-__all__ = ["LiveSession", "ViewState"]
 
 
 def stands_alike(one: RobotState, other: RobotState) -> bool:

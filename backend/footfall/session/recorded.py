@@ -9,7 +9,7 @@ from footfall.core.value import Value
 from footfall.io.bundles import write_zip
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.jobs.recipes import built_robot
+from footfall.session.jobs.product_recipes import built_robot
 from footfall.session.journal import Journal
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState

@@ -1,19 +1,17 @@
 """A session as plain JSON, for a page that opens."""
 
-from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any, cast
+from dataclasses import asdict
+from typing import Any, cast
 
 import numpy as np
 
-from footfall.core.value import Value
+from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
+from footfall.session.planned import PlannedSession
 from footfall.terrain.dem import Dem
 
-if TYPE_CHECKING:
-    from footfall.session.live import LiveSession
 
-
-def summary(session: "LiveSession") -> dict[str, Any]:
+def summary(session: PlannedSession) -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
     state = session.state
     return {
@@ -68,7 +66,7 @@ def summary(session: "LiveSession") -> dict[str, Any]:
     }
 
 
-def _what_if(session: "LiveSession") -> dict[str, Any] | None:
+def _what_if(session: PlannedSession) -> dict[str, Any] | None:
     """The shift that the planning state has against how the rover stands; None where that is what it is."""
     if session.state.what_if is None or session.state.state is None:
         return None
@@ -76,14 +74,14 @@ def _what_if(session: "LiveSession") -> dict[str, Any] | None:
     return fields_of(cast(BodyShift, shifted.provenance.settings or BodyShift()))
 
 
-def _after(session: "LiveSession") -> str | None:
+def _after(session: PlannedSession) -> str | None:
     """The plan or sequence from whose end it is planned; None where that is not so."""
     if session.state.what_if is None or session.state.state is None:
         return None
     return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
 
 
-def _pairs(session: "LiveSession") -> list[str]:
+def _pairs(session: PlannedSession) -> list[str]:
     """Names of the pairs of the present snapshot."""
     for event in reversed(session.events()):
         if event.type == "snapshot_taken":
@@ -91,7 +89,7 @@ def _pairs(session: "LiveSession") -> list[str]:
     return []
 
 
-def _terrain(session: "LiveSession") -> dict[str, Any] | None:
+def _terrain(session: PlannedSession) -> dict[str, Any] | None:
     """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
     digest = session.state.dem
     if digest is None:
@@ -111,12 +109,7 @@ def _terrain(session: "LiveSession") -> dict[str, Any] | None:
     }
 
 
-def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
+def _footfall_answer(session: PlannedSession) -> dict[str, Any] | None:
     """What terrain and maps say now of the chosen footfall."""
     chosen = session.state.footfall
     return None if chosen is None or session.state.dem is None else session.footfall_answer(chosen)
-
-
-def fields_of(value: Value) -> dict[str, Any]:
-    """The fields of a flat value by name."""
-    return {field.name: getattr(value, field.name) for field in fields(value)}  # type: ignore[arg-type]

@@ -19,7 +19,7 @@ from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.jobs.recipes import make
+from footfall.session.jobs.product_recipes import make
 from footfall.session.jobs.worker import work
 
 CANCEL_GRACE = 1.0

@@ -1,211 +1,32 @@
-"""How each kind of product is made from its parents: the one list that live jobs and replays share.
+"""All that a worker can be asked for: the products of a session, and what is only looked at or told."""
 
-A recipe is a pure function ``(parents, settings, progress) -> Value | bytes``. ``parents`` are values by
-name; the parent called ``robot`` comes as a built :class:`~footfall.robot.model.Robot`. The numeric
-libraries load inside of the recipes: the server process names kinds without paying for them.
-"""
-
-from collections.abc import Callable, Mapping
-from functools import lru_cache
+import json
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from footfall.core.errors import InvalidInput
-from footfall.core.progress import Progress, preview_of
+from footfall.core.progress import Progress
 from footfall.core.value import Value
-from footfall.planning.step.problem import Status
-from footfall.session.jobs.requests import (
-    BodyMoveRequest,
-    CheckRequest,
-    ExecutionRequest,
-    ExportRequest,
-    MapRequest,
-    ShiftRequest,
-    StepRequest,
-)
+from footfall.session.jobs.product_recipes import PRODUCTS, Recipe
+from footfall.session.jobs.requests import CheckRequest
 from footfall.session.jobs.warm import WARM_UPS as WARM_UPS
-
-Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
-
-
-def terrain(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, snapshot and, where there is one, the map to merge into; TerrainSettings → Dem."""
-    from footfall.terrain.build import build_terrain
-
-    return build_terrain(parents["robot"], parents["snapshot"], settings, progress=progress, map=parents.get("map"))
 
 
 def views(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, snapshot; TerrainSettings → SnapshotViews, to be looked at, and no product of the session."""
+    """robot, snapshot; TerrainSettings → SnapshotViews, to be looked at."""
     from footfall.terrain.pair_views import snapshot_views
 
     return snapshot_views(parents["robot"], parents["snapshot"], settings, progress)
 
 
-def photographs(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """photographs and, where their rover is to be taken out, robot and state; TerrainSettings → Dem."""
-    from footfall.terrain.photographs import terrain_from_photographs
-
-    robot, state = parents.get("robot"), parents.get("state")
-    return terrain_from_photographs(parents["photographs"], settings, progress, robot, state)
-
-
-def blend(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """dem and the external one that goes under it; BlendSettings → Dem."""
-    from footfall.terrain.fusion.blend import blend
-
-    progress(0.0, "laying the terrain under the map")
-    return blend(parents["dem"], parents["external"], settings)
-
-
-def clear(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """dem; Area → Dem without it."""
-    from footfall.terrain.fusion.clear import clear
-
-    return clear(parents["dem"], settings)
-
-
-def maps(parents: Mapping[str, Any], settings: MapRequest, progress: Progress) -> Value:
-    """robot, dem, state; MapRequest → MapStack."""
-    from footfall.maps.stack import compute_maps
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    preview = preview_of(progress)
-    return compute_maps(robot, dem, state, settings.leg, settings.settings, progress=progress, preview=preview)
-
-
-def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) -> Value:
-    """robot, dem, state; StepRequest → PlanResult."""
-    from footfall.planning.step.plan import plan_step
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    chosen = settings.footfall
-    return plan_step(
-        robot,
-        dem,
-        state,
-        chosen.leg,
-        (chosen.x, chosen.y),
-        settings=settings.settings,
-        progress=progress,
-        through=settings.through,
-        explain=settings.explain,
-    )
-
-
-def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, state that it starts from, and a plan (a PlanResult with a plan) or a sequence → PredictedState."""
-    from footfall.planning.stance.after import state_after
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    sequence = parents.get("sequence")
-    if sequence is None:
-        plan = _plan_of(parents["plan"])
-        return state_after(robot, dem, state, plan.waypoints[-1], plan.T_site_base, parents["plan"].digest)
-    if not sequence.commands:
-        raise InvalidInput("the sequence has no commands, so nothing comes after it")
-    return state_after(robot, dem, state, sequence.predicted[-1], sequence.poses[-1], sequence.digest)
-
-
-def what_if(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, dem, state; BodyShift → PredictedState. Raises InvalidInput where the feet can't stay where they are."""
-    from footfall.planning.stance.body_shift import ShiftRefused
-    from footfall.planning.stance.shift import shifted_state
-
-    found = shifted_state(parents["robot"], parents["dem"], parents["state"], settings)
-    if isinstance(found, ShiftRefused):
-        raise InvalidInput(found.reason, leg=found.leg, joint=found.joint, excess=found.excess)
-    return found
-
-
-def execution(parents: Mapping[str, Any], settings: ExecutionRequest, progress: Progress) -> Value:
-    """robot, dem, state, plan (a PlanResult with a plan); ExecutionRequest → ExecutionResult."""
-    from footfall.planning.execution.plan import plan_execution
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    step = _plan_of(parents["plan"])
-    return plan_execution(robot, dem, state, step, settings.settings, settings.set_points, progress)
-
-
-def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
-    """robot, dem, state; ShiftRequest → ShiftResult."""
-    from footfall.planning.stance.find_shift import find_shift
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    chosen = settings.footfall
-    return find_shift(robot, dem, state, chosen.leg, (chosen.x, chosen.y), settings.settings, progress)
-
-
-def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: Progress) -> Value:
-    """robot, dem, state; BodyMoveRequest → BodyMoveResult."""
-    from footfall.planning.stance.body_move import plan_body_move
-
-    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return plan_body_move(robot, dem, state, settings.shift, settings.settings, progress)
-
-
-def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, plan (a PlanResult, BodyMoveResult or ShiftResult with a plan) or execution → Sequence."""
-    from footfall.sequence.make import make_sequence
-
-    chosen = _execution_of(parents["execution"]) if "execution" in parents else _plan_of(parents["plan"])
-    return make_sequence(chosen, parents["robot"], parents["dem"])
-
-
-def _plan_of(result: Any) -> Any:
-    if result.plan is None:
-        raise InvalidInput(f"there is no plan to make commands of: {result.reason}", status=result.status.value)
-    return result.plan
-
-
-def _execution_of(result: Any) -> Any:
-    # one that fails a check is there to be looked at
-    if result.execution is None or result.status is not Status.FOUND:
-        raise InvalidInput(f"there is no execution to make commands of: {result.reason}", status=result.status.value)
-    return result.execution
-
-
-def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
-    """robot, sequence, dem; Edit → Sequence."""
-    from footfall.sequence.edit import apply_edit
-
-    return apply_edit(parents["robot"], parents["sequence"], settings, parents["dem"])
-
-
-def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progress) -> bytes:
-    """sequence; ExportRequest → the bytes of the file."""
-    from footfall.io.exports import export as write
-
-    return write(parents["sequence"], settings.format)
-
-
 def check(parents: Mapping[str, Any], settings: CheckRequest, progress: Progress) -> bytes:
-    """No parents; CheckRequest → the report of a replay as JSON. It is told, and no product of the session."""
-    import json
-
+    """No parents; CheckRequest → the report of a replay as JSON."""
     from footfall.session.replay.recompute import replay
 
     return json.dumps(replay(settings.bundle.tobytes(), progress=progress).as_dict()).encode()
 
 
-RECIPES: Mapping[str, Recipe] = {
-    "terrain": terrain,
-    "views": views,
-    "photographs": photographs,
-    "blend": blend,
-    "clear": clear,
-    "maps": maps,
-    "plan": plan,
-    "after": after,
-    "what_if": what_if,
-    "execution": execution,
-    "shift": shift,
-    "body_move": body_move,
-    "sequence": sequence,
-    "edit": edit,
-    "export": export,
-    "check": check,
-}
+RECIPES: Mapping[str, Recipe] = {**PRODUCTS, "views": views, "check": check}
 
 
 def preload() -> None:
@@ -223,38 +44,3 @@ def preload() -> None:
         "footfall.io.exports",
     ):
         import_module(module)
-
-
-def make(
-    recipes: Mapping[str, Recipe], kind: str, parents: Mapping[str, Value], settings: Value | None, progress: Progress
-) -> Value | bytes:
-    """One product, from stored values. Raises InvalidInput for an unknown kind, and what the recipe raises."""
-    if kind not in recipes:
-        raise InvalidInput(f"there is no recipe for {kind!r}; there are {', '.join(recipes)}", kind=kind)
-    given = {name: built_robot(value) if name == "robot" else value for name, value in parents.items()}
-    return recipes[kind](given, settings, progress)
-
-
-def built_robot(description: Value) -> Any:
-    """The model of a robot description, built once for each content."""
-    return _built(_ByDigest(description))
-
-
-class _ByDigest:
-    """A key that compares values by content."""
-
-    def __init__(self, value: Value) -> None:
-        self.value = value
-
-    def __hash__(self) -> int:
-        return hash(self.value.digest)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ByDigest) and other.value.digest == self.value.digest
-
-
-@lru_cache(maxsize=4)
-def _built(key: _ByDigest) -> Any:
-    from footfall.robot.model import Robot
-
-    return Robot(key.value)  # type: ignore[arg-type]

@@ -21,7 +21,7 @@ from typing import Any
 from footfall.core.errors import Cancelled, FootFallError
 from footfall.core.value import Value
 from footfall.io.artifacts import named
-from footfall.session.jobs.recipes import make
+from footfall.session.jobs.product_recipes import make
 
 PROGRESS_PERIOD = 0.05
 """Progress is sent, and the wish to cancel looked for, at most this often [s]."""

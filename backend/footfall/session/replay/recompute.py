@@ -17,7 +17,7 @@ from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.stance.find_problem import ShiftResult
 from footfall.planning.stance.move import BodyMoveResult
 from footfall.planning.step.problem import PlanResult, Status
-from footfall.session.jobs.recipes import RECIPES, Recipe, make
+from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all
 from footfall.session.replay.compare import differences
@@ -96,7 +96,7 @@ def replay(
     bundle: str | os.PathLike[str] | bytes,
     check: bool = True,
     progress: Progress = no_progress,
-    recipes: Mapping[str, Recipe] = RECIPES,
+    recipes: Mapping[str, Recipe] = PRODUCTS,
 ) -> ReplayReport:
     """Replay a session: a bundle (folder, zip file, or the bytes of a zip) or the folder of one in a working folder.
 

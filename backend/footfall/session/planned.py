@@ -1,0 +1,65 @@
+"""A session against its plan: where what is planned starts, whether the rover stands there, and what a ghost plays."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.step.problem import PlanResult
+from footfall.sequence.commands import Sequence
+from footfall.session.commanded import CommandedSession
+from footfall.session.gate.checks import POSE_TOLERANCE, STALE_AFTER, START_TOLERANCE, pose_difference, worst_joint
+from footfall.session.log.fold import SessionState
+
+
+class PlannedSession(CommandedSession):
+    """The part of a session that holds plan and rover together; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    def plan_matches_rover(self) -> dict[str, Any]:
+        """Whether the rover stands where the sequence (or the plan) starts; ok is None where that can't be told."""
+        state, frame = self.state, self.frame
+        start, age = self._start_of(state), self.link.age
+        unknown = ""
+        if start is None:
+            unknown = "there is no plan yet"
+        elif frame is None or age is None:
+            unknown = "the rover has sent no telemetry yet"
+        elif not self.link.connected:
+            unknown = "the rover is not connected"
+        elif age > STALE_AFTER:
+            unknown = f"the latest telemetry is {age:.1f} s old"
+        if unknown or start is None or frame is None:
+            return {"ok": None, "joint": None, "difference": None, "reason": unknown}
+        posture, T_site_base = start
+        joint, difference = worst_joint(posture, frame.state, self.description.joint_names)
+        moved = pose_difference(T_site_base, frame.state.T_site_base)
+        if abs(difference) > START_TOLERANCE:
+            reason = f"{joint} is {difference:+.4f} rad from where the plan starts"
+        elif moved > POSE_TOLERANCE:
+            reason = f"the chassis has moved by {moved:.3f} m since the plan was made"
+        else:
+            return {"ok": True, "joint": joint, "difference": difference, "reason": ""}
+        return {"ok": False, "joint": joint, "difference": difference, "reason": reason}
+
+    @property
+    def played(self) -> str | None:
+        """Digest of what a ghost plays: the plan, or the sequence where that is newer and moves the chassis."""
+        state = self.state
+        for event in reversed(self.events()):
+            kind = event.payload.get("kind") if event.type == "product" else None
+            if kind == "plan" or event.type == "plan_chosen":
+                break
+            if kind in ("sequence", "edit") and state.sequence is not None:
+                moves = self._shelf.typed(Sequence, state.sequence).Ts_site_base is not None
+                return state.sequence if moves else state.plan
+        return state.plan
+
+    def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Posture and T_site_base that the present sequence, or else the present plan, starts from."""
+        if state.sequence is not None:
+            sequence = self._shelf.typed(Sequence, state.sequence)
+            return sequence.start, sequence.T_site_base
+        plan = None if state.plan is None else self._shelf.typed(PlanResult, state.plan).plan
+        return None if plan is None else (plan.waypoints[0], plan.T_site_base)
