@@ -36,6 +36,7 @@ class Client:
                 if message["type"] == "telemetry":
                     now, frame = time.monotonic(), message["data"]
                     self.heard.append((frame["number"], now - frame["age_s"], now))
+                    self._socket.send(json.dumps({"heard": frame["number"]}))
         except ConnectionClosed:
             return
 
@@ -66,7 +67,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     with served_apart() as served, chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(f"{served.url}/?fixedDpr=0.5")
-        sockets = [connect(served.line("/api/v1/sessions/current/events/line"), proxy=None) for _ in range(CLIENTS)]
+        sockets = [connect(served.line("/api/v1/sessions/current/events/line?ahead=2"), proxy=None) for _ in range(CLIENTS)]
         clients = [Client(socket) for socket in sockets]
         page.wait_for_timeout(1000 * SETTLING)
         yield from measured(served, clients, lambda: page.wait_for_timeout(1000 * seconds))

@@ -68,7 +68,7 @@ export async function follow() {
 
 function listen() {
   const root = `${location.origin.replace(/^http/, "ws")}${ROOT}`;
-  const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}`);
+  const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}&ahead=2`);
   line.addEventListener("open", () => { known.connected = true; look(); });
   line.addEventListener("close", () => {
     known.connected = false;
@@ -78,6 +78,8 @@ function listen() {
   line.addEventListener("message", (message) => {
     const { type, data } = JSON.parse(message.data);
     (take[type] ?? look)(data);
+    // no more is sent than this page can show: what it shows is never old, however slow page or network are
+    if (type === "telemetry") line.send(JSON.stringify({ heard: data.number }));
   });
 }
 

@@ -5,13 +5,17 @@
 # pyright: reportOptionalMemberAccess=false
 
 import asyncio
+import json
 import time
 from dataclasses import replace
 
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
-from footfall.api import streams as streams_
-from footfall.api.streams import Streams, session_stream
+from footfall.api import mailbox
+from footfall.api.mailbox import Mailbox
+from footfall.api.streams import RATE, Streams, session_stream
 from footfall.planning.stance.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
@@ -36,7 +40,7 @@ def frames(athlete):
 
 
 async def started(live):
-    stream = session_stream(live, Streams(), None)
+    stream = session_stream(live, Streams(), None, Mailbox(live.id, RATE))
     assert (await anext(stream)).event == "link"
     return stream
 
@@ -48,7 +52,7 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
         await asyncio.sleep(0)
         for number in range(100):
             live.take_telemetry(frames(number))
-        monkeypatch.setattr(streams_.time, "monotonic", lambda real=streams_.time.monotonic: real() + 30.0)
+        monkeypatch.setattr(mailbox.time, "monotonic", lambda real=mailbox.time.monotonic: real() + 30.0)
         message = await first
         await stream.aclose()
         return message
@@ -60,7 +64,7 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
 
 
 def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
-    monkeypatch.setattr(streams_, "LONGEST_BACKLOG", 20)
+    monkeypatch.setattr(mailbox, "LONGEST_BACKLOG", 20)
 
     async def listen():
         stream = await started(live)
@@ -77,7 +81,7 @@ def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
 def test_a_slow_listener_shows_and_what_it_missed_stays_counted(live, frames, monkeypatch):
     async def listen():
         streams = Streams()
-        stream = session_stream(live, streams, None, rate=50.0)
+        stream = session_stream(live, streams, None, Mailbox(live.id, 50.0))
         await anext(stream)
         pending = asyncio.ensure_future(anext(stream))
         await asyncio.sleep(0)
@@ -85,7 +89,7 @@ def test_a_slow_listener_shows_and_what_it_missed_stays_counted(live, frames, mo
         for number in range(30):
             live.take_telemetry(frames(number))
         live.set_view(scrub=0.5)
-        monkeypatch.setattr(streams_.time, "monotonic", lambda real=time.monotonic: real() + 2.0)
+        monkeypatch.setattr(mailbox.time, "monotonic", lambda real=time.monotonic: real() + 2.0)
         (slow,) = streams.listeners(live.id)
         assert streams.listeners("another session") == []
         pending.cancel()
@@ -100,3 +104,75 @@ def test_a_slow_listener_shows_and_what_it_missed_stays_counted(live, frames, mo
     assert (slow["waiting"], slow["dropped"]) == (2, 29)
     assert streams.listeners() == []
     assert streams.dropped == 29
+
+
+def test_a_listener_that_says_what_it_hears_is_never_further_behind(live, frames):
+    """Two are under way; of what comes until it has heard them, the newest goes on, and the rest is counted."""
+
+    async def listen():
+        streams, box = Streams(), Mailbox(live.id, 50.0, ahead=2)
+        stream = session_stream(live, streams, None, box)
+        await anext(stream)
+        got: list[int] = []
+
+        async def take() -> None:
+            async for message in stream:
+                got.append(json.loads(message.raw_data)["number"])
+
+        taking = asyncio.ensure_future(take())
+        for number in range(10):
+            live.take_telemetry(frames(number))
+            await asyncio.sleep(0.03)
+        before, behind = list(got), streams.listeners(live.id)[0]
+        box.heard(77)  # of no message under way
+        await asyncio.sleep(0.1)
+        assert got == before
+        box.heard(before[1])  # the last of them, so both
+        while len(got) < 3:
+            await asyncio.sleep(0.01)
+        box.close()
+        await taking
+        return before, behind, got
+
+    before, behind, got = asyncio.run(listen())
+    assert len(before) == 2
+    assert got == [*before, 9]
+    assert behind["waiting"] == 1
+    assert behind["dropped"] == 7
+    assert behind["behind_s"] > 0
+
+
+def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, frames):
+    """A line that is not told what was heard carries two telemetry messages, then events alone."""
+    live = server.sessions.create("heard")
+    url = f"ws{server.api.removeprefix('http')}/sessions/{live.id}/events/line"
+    with connect(f"{url}?ahead=2&rate=50", proxy=None) as line, connect(f"{url}?rate=50", proxy=None) as other:
+        for socket in (line, other):
+            assert json.loads(socket.recv(timeout=20))["type"] == "link"
+        for number in range(6):
+            live.take_telemetry(frames(number))
+            until_number(other, number)
+        live.add_note("all is said")
+        told = until_note(line)
+        assert told == [0, 1]
+        line.send(json.dumps({"heard": 1}))
+        assert json.loads(line.recv(timeout=20))["data"]["number"] == 5
+        line.send(json.dumps({"heard": True}))
+        with pytest.raises(ConnectionClosed) as closed:
+            until_note(line)
+        assert closed.value.rcvd.code == 1008
+        assert '{"heard": number}' in closed.value.rcvd.reason
+
+
+def until_number(line, number):
+    while (told := json.loads(line.recv(timeout=20)))["type"] != "telemetry" or told["data"]["number"] != number:
+        pass
+
+
+def until_note(line):
+    """Numbers of the telemetry before the next note."""
+    numbers = []
+    while (told := json.loads(line.recv(timeout=20)))["type"] != "event" or told["data"]["type"] != "note":
+        if told["type"] == "telemetry":
+            numbers.append(told["data"]["number"])
+    return numbers

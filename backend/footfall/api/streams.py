@@ -1,10 +1,8 @@
 """Server-sent events: what happens in a session, to any number of listeners, each at its own pace."""
 
-import asyncio
 import itertools
 import threading
 import time
-from collections import deque
 from collections.abc import AsyncGenerator, Callable
 from typing import Annotated, Any
 
@@ -12,6 +10,7 @@ from fastapi import Header, Query
 from fastapi.sse import ServerSentEvent
 
 from footfall.api.bodies.jsonable import dumps
+from footfall.api.mailbox import Mailbox
 from footfall.core.errors import InvalidInput
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
@@ -20,10 +19,8 @@ RATE = 20.0
 """Most telemetry messages to one listener in a second, where it asks for no other rate."""
 RATES = (0.1, 50.0)
 """Rates that a listener may ask for [1/s]."""
-LONGEST_BACKLOG = 5000
-"""A listener that falls this many messages behind is let go; it resumes with Last-Event-ID."""
-SLOW_AFTER = 1.0
-"""A listener for which something has waited longer than this is slow [s]."""
+AHEADS = (1, 100)
+"""How much telemetry a listener that says what it hears may let be under way."""
 
 
 class Streams:
@@ -33,13 +30,13 @@ class Streams:
     """
 
     def __init__(self) -> None:
-        self._open: set[_Mailbox] = set()
+        self._open: set[Mailbox] = set()
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
         self._dropped = self.let_go = 0
         self.closed = False
 
-    def add(self, mailbox: "_Mailbox") -> Callable[[], None]:
+    def add(self, mailbox: Mailbox) -> Callable[[], None]:
         with self._lock:
             if self.closed:
                 mailbox.close()
@@ -47,7 +44,7 @@ class Streams:
             self._open.add(mailbox)
         return lambda: self._remove(mailbox)
 
-    def _remove(self, mailbox: "_Mailbox") -> None:
+    def _remove(self, mailbox: Mailbox) -> None:
         with self._lock:
             if mailbox in self._open:
                 self._open.remove(mailbox)
@@ -74,102 +71,10 @@ class Streams:
                 mailbox.close()
 
 
-class _Mailbox:
-    """Messages from the session's threads to one event loop. Events queue; of telemetry only the newest stays.
-
-    session: whose. rate: most telemetry messages in a second. taken: messages that went on to the listener; dropped:
-    telemetry that gave way to newer; fell_behind: whether the listener was let go because too much waited.
-    """
-
-    def __init__(self, session: str, rate: float) -> None:
-        self.session, self.rate, self.number = session, rate, 0
-        self.taken = self.dropped = 0
-        self.fell_behind = False
-        self._since = time.time()
-        self._oldest: float | None = None  # when the first of what waits came
-        self._loop = asyncio.get_running_loop()
-        self._filled = asyncio.Event()
-        self._lock = threading.Lock()
-        self._queue: deque[dict[str, Any]] = deque()
-        self._telemetry: dict[str, Any] | None = None
-        self._next_telemetry = 0.0
-        self.closed = False
-
-    def put(self, message: dict[str, Any]) -> None:
-        """Called by the session with its lock held: take it and return."""
-        with self._lock:
-            now = time.monotonic()
-            if message["type"] == "telemetry":
-                self.dropped += self._telemetry is not None
-                self._telemetry = {**message, "taken": now}
-            elif len(self._queue) >= LONGEST_BACKLOG:
-                self.closed = self.fell_behind = True
-            else:
-                self._queue.append(message)
-                self._oldest = self._oldest or now
-        self._wake()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain JSON. waiting: messages; behind_s: since when the first of them waits."""
-        with self._lock:
-            waiting = len(self._queue) + (self._telemetry is not None)
-            due = None if self._telemetry is None else max(self._telemetry["taken"], self._next_telemetry)
-            times = [at for at in (self._oldest, due) if at is not None]
-            behind = max(time.monotonic() - min(times), 0.0) if times else 0.0
-        return {
-            "number": self.number,
-            "session": self.session,
-            "since": self._since,
-            "rate": self.rate,
-            "taken": self.taken,
-            "dropped": self.dropped,
-            "waiting": waiting,
-            "behind_s": behind,
-            "slow": behind > SLOW_AFTER,
-        }
-
-    def close(self) -> None:
-        self.closed = True
-        self._wake()
-
-    def _wake(self) -> None:
-        try:
-            self._loop.call_soon_threadsafe(self._filled.set)
-        except RuntimeError:
-            self.closed = True  # the loop has ended, and with it the listener
-
-    async def take(self) -> list[dict[str, Any]]:
-        """Messages since the last call, at least one unless the mailbox was closed."""
-        while not self.closed:
-            self._filled.clear()
-            with self._lock:
-                taken = list(self._queue)
-                self._queue.clear()
-                self._oldest = None
-                wait = self._next_telemetry - time.monotonic()
-                if self._telemetry is not None and wait <= 0:
-                    taken.append(self._telemetry)
-                    self._telemetry = None
-                    self._next_telemetry = time.monotonic() + 1.0 / self.rate
-                pending = self._telemetry is not None
-            if taken:
-                self.taken += len(taken)
-                return taken
-            try:
-                await asyncio.wait_for(self._filled.wait(), max(wait, 0.001) if pending else None)
-            except TimeoutError:
-                continue
-        return []
-
-
 async def session_stream(
-    live: LiveSession, streams: Streams, after: int | None, rate: float = RATE
+    live: LiveSession, streams: Streams, after: int | None, mailbox: Mailbox
 ) -> AsyncGenerator[ServerSentEvent]:
-    """Everything that happens in a session; ``after``: first the recorded events with a higher number.
-
-    rate: most telemetry messages in a second; of what comes faster, the newest.
-    """
-    mailbox = _Mailbox(live.id, rate)
+    """Everything that happens in a session; ``after``: first the recorded events with a higher number."""
     forget = streams.add(mailbox)
     unlisten = live.listen(mailbox.put)
     try:
@@ -223,6 +128,15 @@ def telemetry_body(frame: TelemetryFrame, age: float, light: float) -> dict[str,
 
 Rate = Annotated[
     float, Query(ge=RATES[0], le=RATES[1], description="most telemetry messages in a second; of faster ones the newest")
+]
+
+Ahead = Annotated[
+    int | None,
+    Query(
+        ge=AHEADS[0],
+        le=AHEADS[1],
+        description='most telemetry messages under way; the listener says of each {"heard": number} when it has it',
+    ),
 ]
 
 

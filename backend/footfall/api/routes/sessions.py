@@ -8,14 +8,16 @@ from typing import Annotated, TypedDict, cast
 
 from fastapi import Depends, Query, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.sse import EventSourceResponse, ServerSentEvent
+from pydantic import ValidationError
 
 from footfall.api.access import AllSessions, OneSession, session_path
 from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
-from footfall.api.bodies.schemas import NewNote, NewSession, ViewChange
+from footfall.api.bodies.schemas import NewNote, NewSession, Strictly, ViewChange
 from footfall.api.door.limits import PAGE_ITEMS
+from footfall.api.mailbox import Mailbox
 from footfall.api.routing import Routes
-from footfall.api.streams import RATE, Rate, resume_after, session_stream
+from footfall.api.streams import RATE, Ahead, Rate, resume_after, session_stream
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.session.recorded import ViewState
@@ -37,6 +39,12 @@ class EventList(TypedDict):
 
     next: Url | None
     events: list[EventAnswer]
+
+
+class Heard(Strictly):
+    """What a listener says on its line: the number of the telemetry that it has now."""
+
+    heard: int
 
 
 class NoteList(TypedDict):
@@ -96,15 +104,19 @@ async def listen(
 
     `session` says that another session holds the rover from now on.
     """
-    async for message in session_stream(live, request.app.state.streams, after, rate):
+    async for message in session_stream(live, request.app.state.streams, after, Mailbox(live.id, rate)):
         yield message
 
 
 @router.websocket("/sessions/{session}/events/line")
-async def listen_on_line(socket: WebSocket, session: str, since: int | None = None, rate: Rate = RATE) -> None:
+async def listen_on_line(
+    socket: WebSocket, session: str, since: int | None = None, rate: Rate = RATE, ahead: Ahead = None
+) -> None:
     """The same events over a WebSocket, each as ``{"type", "id", "data"}``; since, rate: as for the event stream.
 
-    A browser keeps six connections to one server: as many pages with event streams would leave none for requests.
+    With ``ahead`` the listener says ``{"heard": number}`` of each telemetry message, so that what it hears is never
+    old: lines hold seconds of telemetry when they are slow. A browser keeps six connections to one server: as many
+    pages with event streams would leave none for requests.
     """
     try:
         live = await asyncio.to_thread(socket.app.state.sessions.get, session)
@@ -112,8 +124,9 @@ async def listen_on_line(socket: WebSocket, session: str, since: int | None = No
         await socket.close(1008, err.kind)
         return
     await socket.accept()
-    telling = asyncio.create_task(_tell(socket, live, since, rate))
-    hearing = asyncio.create_task(_hear(socket))
+    mailbox = Mailbox(live.id, rate, ahead)
+    telling = asyncio.create_task(_tell(socket, live, since, mailbox))
+    hearing = asyncio.create_task(_hear(socket, mailbox))
     try:
         await asyncio.wait((telling, hearing), return_when=asyncio.FIRST_COMPLETED)
     finally:
@@ -124,18 +137,23 @@ async def listen_on_line(socket: WebSocket, session: str, since: int | None = No
         await socket.close(1001, "read on from the last event")
 
 
-async def _tell(socket: WebSocket, live: LiveSession, after: int | None, rate: float) -> None:
-    stream = session_stream(live, socket.app.state.streams, after, rate)
+async def _tell(socket: WebSocket, live: LiveSession, after: int | None, mailbox: Mailbox) -> None:
+    stream = session_stream(live, socket.app.state.streams, after, mailbox)
     async with contextlib.aclosing(stream):
         async for message in stream:
             number = "null" if message.id is None else message.id
             await socket.send_text(f'{{"type":{json.dumps(message.event)},"id":{number},"data":{message.raw_data}}}')
 
 
-async def _hear(socket: WebSocket) -> None:
-    """Until the listener has gone; what it says is not for us."""
-    while (await socket.receive())["type"] != "websocket.disconnect":
-        pass
+async def _hear(socket: WebSocket, mailbox: Mailbox) -> None:
+    """Until the listener has gone, or says what is not for this line."""
+    while (message := await socket.receive())["type"] != "websocket.disconnect":
+        text = message.get("text")
+        try:
+            mailbox.heard(Heard.model_validate_json(text if isinstance(text, str) else "").heard)
+        except ValidationError:
+            await socket.close(1008, 'only {"heard": number} is said on this line')
+            return
 
 
 @router.get("/sessions/{session}/log")
