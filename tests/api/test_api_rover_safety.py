@@ -37,12 +37,13 @@ def client(quiet):
     with quiet.client() as made:
         yield made
         made.post("/stop/clear")
+        until(lambda: not current(made)["link"]["connected"], "the leaving of this test's rover")
 
 
 @contextmanager
 def rover_of(server):
     url = "ws" + server.api.removeprefix("http") + "/rover"
-    with connect(url, subprotocols=[Subprotocol("footfall-rover-1")], proxy=None) as socket:
+    with connect(url, subprotocols=[Subprotocol("footfall-rover-2")], proxy=None) as socket:
         socket.send(encode(HelloMessage("athlete", 6)))
         yield socket
 

@@ -80,6 +80,10 @@ class ScenePage:
         for T in poses:
             self._send(TransformControlsUpdateMessage(HANDLE, tuple(quat_wxyz(T[:3, :3])), tuple(T[:3, 3])))
 
+    def has(self, what):
+        """Whether the newest handle is of the footfall or of the chassis, which alone can be turned."""
+        return bool(self.handles) and self.handles[-1]["props"]["disable_rotations"] == (what != "chassis")
+
     def let_go(self):
         self._send(TransformControlsDragEndMessage(HANDLE))
 
@@ -123,7 +127,7 @@ def test_a_drag_is_heard_by_all_and_chosen_when_it_is_let_go(server):
         held = bob.put(f"{HERE}/hand", json={"what": "footfall"}).json()["hand"]
         assert held["by"]["name"] == "bob"
         before = len(bob.get(f"{HERE}/log").json()["events"])
-        until(lambda: ada.handles, "the handle in ada's scene")
+        until(lambda: ada.has("footfall"), "the handle in ada's scene")
         url = "ws" + running.api.removeprefix("http") + f"{HERE}/events/line"
         with connect(url, additional_headers=tokens["bob"], origin=Origin(running.url), proxy=None) as line:
             ada.drag(*(at(START[0] + 0.01 * i, START[1]) for i in range(1, 11)))
@@ -157,7 +161,7 @@ def test_a_drag_is_heard_by_all_and_chosen_when_it_is_let_go(server):
 def test_the_chassis_is_dragged_and_turned_and_refused_with_the_reason(server):
     with client_of(server, "ada") as client, scene_of(server, "ada") as scene:
         client.put(f"{HERE}/hand", json={"what": "chassis"}).raise_for_status()
-        until(lambda: scene.handles, "the handle")
+        until(lambda: scene.has("chassis"), "the handle")
         live = server[0].sessions.current
         T = live.get(live.state.state).T_site_base
         shift = BodyShift(0.05, 0.02, -0.04, 0.0, 0.0, 0.05)
@@ -180,7 +184,7 @@ def test_the_chassis_is_dragged_and_turned_and_refused_with_the_reason(server):
 def test_a_viewer_drags_nothing(server):
     with client_of(server, "ada") as ada, scene_of(server, "vic") as vic, scene_of(server, "ada") as scene:
         ada.put(f"{HERE}/hand", json={"what": "footfall"}).raise_for_status()
-        until(lambda: vic.handles and scene.handles, "the handle")
+        until(lambda: vic.has("footfall") and scene.has("footfall"), "the handle")
         chosen = ada.get(HERE).json()["footfall"]
         vic.drag(at(0.0, 0.0))
         vic.let_go()
