@@ -75,12 +75,15 @@ def test_none_exactly_where_a_linear_program_finds_no_forces(rng):
     assert 0.2 < np.mean(answers) < 0.95
 
 
-def test_no_other_forces_have_a_smaller_norm(rng):
+@pytest.mark.parametrize("given", [False, True])
+def test_no_other_forces_have_a_smaller_norm_or_are_nearer(rng, given):
     compared = 0
     for contacts, normals, com in stances(rng, 25):
-        forces = distribute(contacts, normals, com, 850.0, friction=FRICTION)
+        near = rng.normal(size=contacts.shape) * 0.3 if given else np.zeros_like(contacts)
+        forces = distribute(contacts, normals, com, 850.0, friction=FRICTION, near=WEIGHT * near if given else None)
         if forces is None:
             continue
+        near = near.ravel()
         balance = equilibrium_matrix(contacts, com)
         faces = facets(normals, FRICTION)
 
@@ -88,9 +91,9 @@ def test_no_other_forces_have_a_smaller_norm(rng):
             return np.einsum("ksc,kc->ks", faces, f.reshape(-1, 3)).ravel()
 
         general = minimize(
-            lambda f: f @ f,
+            lambda f, near=near: (f - near) @ (f - near),
             np.tile([0, 0, 1 / len(contacts)], len(contacts)),
-            jac=lambda f: 2 * f,
+            jac=lambda f, near=near: 2 * (f - near),
             constraints=[
                 {"type": "eq", "fun": lambda f, b=balance: b @ f - [0, 0, 1, 0, 0, 0]},
                 {"type": "ineq", "fun": insides},
@@ -101,9 +104,26 @@ def test_no_other_forces_have_a_smaller_norm(rng):
         ours = (forces / WEIGHT).ravel()
         if general.success and np.abs(balance @ general.x - [0, 0, 1, 0, 0, 0]).max() < 1e-9:
             compared += 1
-            assert ours @ ours <= general.fun + 1e-6
+            assert (ours - near) @ (ours - near) <= general.fun + 1e-6
             assert np.abs(ours - general.x).max() < 1e-3
     assert compared > 5
+
+
+def test_forces_that_hold_the_rover_already_stay(rng):
+    """Also where others are smaller: what is squeezed between two wheels is no reason to change."""
+    kept = 0
+    for contacts, normals, com in stances(rng, 60):
+        narrow = distribute(contacts, normals, com, 850.0, friction=0.7 * FRICTION)
+        if narrow is None:
+            continue
+        right = np.linalg.svd(equilibrium_matrix(contacts, com))[2]
+        squeezed = narrow + 0.01 * WEIGHT * (rng.normal(size=len(right) - 6) @ right[6:]).reshape(-1, 3)
+        if (np.einsum("ksc,kc->ks", facets(normals, FRICTION), squeezed) < 0).any():
+            continue
+        kept += 1
+        found = distribute(contacts, normals, com, 850.0, friction=FRICTION, near=squeezed)
+        assert found == pytest.approx(squeezed, abs=1e-6 * WEIGHT)
+    assert kept > 10
 
 
 def test_a_symmetric_stance_shares_the_weight_evenly():
@@ -140,6 +160,8 @@ def test_bad_input_is_refused_by_name():
         distribute(contacts * np.nan, up, [0, 0, 1], 850.0)
     with pytest.raises(InvalidInput, match="one normal"):
         distribute(contacts, up[:2], [0, 0, 1], 850.0)
+    with pytest.raises(InvalidInput, match="to stay near to"):
+        distribute(contacts, up, [0, 0, 1], 850.0, near=np.zeros((2, 3)))
     with pytest.raises(InvalidInput, match="friction"):
         distribute(contacts, up, [0, 0, 1], 850.0, friction=0.0)
     with pytest.raises(InvalidInput, match="mass"):

@@ -1,8 +1,8 @@
 """Which forces the ground puts on the wheels of a rover that stands still.
 
 Static equilibrium of k contacts leaves 3k − 6 numbers open. The forces of least squared sum are
-chosen, within unilateral contact and friction: a least distance problem, solved exactly as a
-non-negative least squares problem.
+chosen, or those that differ least from given ones, within unilateral contact and friction: a least
+distance problem, solved exactly as a non-negative least squares problem.
 
 References
 ----------
@@ -42,8 +42,11 @@ def distribute(
     mass: float,
     gravity: float = GRAVITY,
     friction: float = 0.6,
+    near: ArrayLike | None = None,
 ) -> Array | None:
     """Contact forces (k, 3) [N] of least norm that hold the rover, or None where no forces can.
+
+    near: (k, 3) [N]; with it those that differ least from them.
 
     contacts: (k, 3) [m]; normals: (k, 3), out of the ground; com: (3,) [m], all in a frame with z up;
     mass [kg], gravity [m/s²]; friction: coefficient. Each force lies in the friction pyramid of its
@@ -59,9 +62,11 @@ def distribute(
     size = max(float(np.abs(points - center).max()), 1e-6)
     balance = equilibrium_matrix((points - center) / size, np.zeros(3))
     wanted = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    base = np.zeros(balance.shape[1]) if near is None else _given(near, len(points)).ravel() / (mass * gravity)
     left, strength, right = np.linalg.svd(balance)
     rank = int((strength > 1e-10 * strength[0]).sum())
-    least = right[:rank].T @ ((left.T[:rank] @ wanted) / strength[:rank])
+    lacking = wanted - balance @ base
+    least = base + right[:rank].T @ ((left.T[:rank] @ lacking) / strength[:rank])
     inside = np.zeros((faces.size // 3, balance.shape[1]))
     for foot, rows in enumerate(faces):
         inside[len(rows) * foot : len(rows) * (foot + 1), 3 * foot : 3 * foot + 3] = rows
@@ -73,6 +78,15 @@ def distribute(
     if np.abs(balance @ force - wanted).max() > RESIDUAL or (inside @ force).min() < -RESIDUAL:
         return None
     return mass * gravity * force.reshape(-1, 3)
+
+
+def _given(forces: ArrayLike, contacts: int) -> Array:
+    given = np.asarray(forces, float)
+    if given.shape != (contacts, 3) or not np.isfinite(given).all():
+        raise InvalidInput(
+            "the forces to stay near to need three finite numbers a contact [N]", shape=list(given.shape)
+        )
+    return given
 
 
 def _least_distance(rows: Array, bounds: Array) -> Array | None:

@@ -152,8 +152,11 @@ class Commander(ABC):
         hubs, _ = self.rover.wheels(posture, T_site_base)
         return self.set_points(posture, T_site_base, hubs, nothing)[self.own]
 
-    def standing_forces(self) -> Array:
-        """Forces (legs, 3) [N] of least norm that hold the rover on its new stance, in the planned goal posture."""
+    def standing_forces(self, near: Array | None = None) -> Array:
+        """Forces (legs, 3) [N] of least norm that hold the rover on its new stance, in the planned goal posture.
+
+        near: (legs, 3) [N]; with them those that differ least from these.
+        """
         hubs, center, mass = self.goal()
         R = self.rover.settings.balance.R_level_site
         standing = self.start.touching.copy()
@@ -165,6 +168,7 @@ class Commander(ABC):
             mass,
             self.rover.settings.balance.gravity,
             (1 - self.settings.spare_friction) * self.rover.settings.balance.friction,
+            None if near is None else near[standing] @ R.T,
         )
         if found is None:
             raise Lost("no contact forces inside friction hold the rover on its new stance")
@@ -311,7 +315,8 @@ class PoseHeld(DroopAware):
     def load(self) -> None:
         posture = _with(self._posture, self.postures[-1], self.own)
         self._shift(posture, np.zeros(3))
-        in_the_air, standing = self._forces.copy(), self.standing_forces()
+        # what held all wheels before holds them again: forces of least norm push a wheel on a steep side along it
+        in_the_air, standing = self._forces.copy(), self.standing_forces(near=self.start.forces)
         share_now = self.walker.rest.forces[self.leg, 2] / max(standing[self.leg, 2], 1.0)
         for row in range(1, SHARES + 1):
             share = row / SHARES
