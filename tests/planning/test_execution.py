@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import footfall
+from footfall.balance.forces import distribute
 from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
-from footfall.maps.standing import wheel_gaps
+from footfall.maps.standing import contacts, wheel_gaps
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover
@@ -20,7 +21,8 @@ from footfall.planning.execution.problem import PHASES
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.collision import posture_collisions
-from footfall.robot.kinematics import wheel_centers
+from footfall.robot.ik import contact_point
+from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
 from footfall.terrain.ground.triangulate import triangulate
@@ -153,6 +155,22 @@ def test_pose_held_keeps_the_chassis(athlete, plan, found):
     assert moved.max() < 0.01
     assert moved[-1] < 0.001
     assert done.touch_down_offset < 0.002
+
+
+def test_pose_held_gives_the_wheels_back_what_held_them(athlete, dem, rest, plan, state):
+    """Set down where it stood, the leg changes nothing: also what the wheels push against one another comes again."""
+    x, y, _ = contact_point(athlete, state.posture, LEG, state.T_site_base)
+    back = footfall.plan_step(athlete, dem, state, LEG, (x, y))
+    assert back.plan is not None, back.reason
+    settings = ExecutionSettings(mode="pose_held")
+    done = done_in(plan_execution(athlete, dem, state, back.plan, settings, rest.commanded))
+    weight = athlete.mass * 9.81
+    assert np.abs(done.forces[-1] - done.forces[0]).max() < 0.004 * weight
+    # which is not what forces of least norm would be
+    feet = contacts(athlete, dem, state.posture, state.T_site_base, range(6))
+    com = apply(state.T_site_base, center_of_mass(athlete, state.posture))
+    least = distribute(feet.points, feet.normals, com, athlete.mass)
+    assert np.abs(least - done.forces[0]).max() > 0.01 * weight
 
 
 @pytest.mark.parametrize("mode", MODES)
