@@ -1,16 +1,21 @@
 """Plans over seeded random problems, rechecked with plain meshes: ``python -m benchmarks.steps.recheck --plans 1000``.
 
 The certificate of clearances has no part in it: every posture of a path, no joint changing by more than 0.002 rad from
-one to the next, is asked of coal's meshes (robot/collision.py). Scenes are those of the set and of further seeds of its
-families; in each, several legs step onto several random targets.
+one to the next, is asked of coal's meshes (robot/collision.py). Scenes are those of the set's families, of further
+seeds; in each, one leg steps onto several random targets. Every scene draws from a generator of its own, so a long run
+may be stopped and gone on with: ``--state FILE`` keeps what each scene gave, one line a scene.
 """
 
 import argparse
+import hashlib
 import itertools
+import json
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 
@@ -28,7 +33,13 @@ from footfall.robot.collision import CollisionScene
 STEP = 0.002
 """Largest change of a joint between rechecked postures [rad]."""
 TARGETS = 25
-"""Random targets of one scene and leg: building a scene costs more than a plan."""
+"""Random targets of one scene: building a scene costs more than a plan."""
+FIRST = 10_000
+"""The families' first seed for a scene here; those of the set are far below."""
+JUDGED = ("core", "robot", "terrain", "balance", "planning")
+"""Packages that make the plans, or the meshes that judge them."""
+SCENES = ("families.py", "problem.py", "quality.py", "recheck.py")
+"""Files beside this one that say what is planned, and how it is judged."""
 
 
 @dataclass(frozen=True)
@@ -40,24 +51,40 @@ class Rechecked:
     bad: str
 
 
-def random_plans(seed: int) -> Iterator[tuple[StepProblem, Scene, StepPlan]]:
-    """Plans without end: the families in turn, one scene after the other, random targets in each."""
-    rng = np.random.default_rng(seed)
-    for number in itertools.count(10_000):
-        for family in MAKERS:
-            one = problem(family, number)
-            if not is_here(one):
-                continue
-            try:
-                scene = build(one)
-            except InvalidInput:
-                continue
-            for _ in range(TARGETS):
-                target = beside_hip(one.place, one.leg, rng.uniform(0.3, 1.3), rng.uniform(-1.3, 1.3))
-                asked = replace(one, target=target)
-                plan = planned(asked, scene, "auto", 5.0, seed=int(rng.integers(1000))).result.plan
-                if plan is not None:
-                    yield asked, scene, plan
+@dataclass(frozen=True)
+class Tally:
+    """Of one scene, or of several: paths, postures asked, seconds of processor time, and what failed."""
+
+    paths: int = 0
+    postures: int = 0
+    seconds: float = 0.0
+    bad: tuple[str, ...] = ()
+
+    def __add__(self, other: "Tally") -> "Tally":
+        return Tally(
+            self.paths + other.paths,
+            self.postures + other.postures,
+            self.seconds + other.seconds,
+            self.bad + tuple(other.bad),
+        )
+
+
+def scene_plans(number: int, seed: int) -> Iterator[tuple[StepProblem, Scene, StepPlan]]:
+    """Accepted plans onto random targets in the ``number``-th scene; none where its ground is not on this machine."""
+    rng = np.random.default_rng((seed, number))
+    one = problem(tuple(MAKERS)[number % len(MAKERS)], FIRST + number // len(MAKERS))
+    if not is_here(one):
+        return
+    try:
+        scene = build(one)
+    except InvalidInput:
+        return
+    for _ in range(TARGETS):
+        target = beside_hip(one.place, one.leg, rng.uniform(0.3, 1.3), rng.uniform(-1.3, 1.3))
+        asked = replace(one, target=target)
+        plan = planned(asked, scene, "auto", 5.0, seed=int(rng.integers(1000))).result.plan
+        if plan is not None:
+            yield asked, scene, plan
 
 
 def rechecked(asked: StepProblem, scene: Scene, plan: StepPlan, meshes: CollisionScene) -> Rechecked:
@@ -74,32 +101,76 @@ def rechecked(asked: StepProblem, scene: Scene, plan: StepPlan, meshes: Collisio
     return Rechecked(asked, count, "")
 
 
-def recheck(plans: int, seed: int = SEED) -> Iterator[Rechecked]:
-    last, meshes = None, None
-    for asked, scene, plan in itertools.islice(random_plans(seed), plans):
-        if meshes is None or scene is not last:
+def recheck(number: int, seed: int = SEED, most: int = TARGETS) -> Tally:
+    """At most so many plans of the ``number``-th scene, rechecked."""
+    meshes, found, begin = None, Tally(), time.process_time()
+    for asked, scene, plan in itertools.islice(scene_plans(number, seed), most):
+        if meshes is None:
             situation = situation_of(asked, scene)
             state, settings = scene.state, situation.settings
             ground = situation.ground.mesh
             meshes = CollisionScene(
                 scene.robot, state.posture, asked.leg, state.T_site_base, ground, 0.0, settings.raise_terrain
             )
-            last = scene
-        yield rechecked(asked, scene, plan, meshes)
+        one = rechecked(asked, scene, plan, meshes)
+        found += Tally(1, one.postures, 0.0, (f"{asked}: {one.bad}",) if one.bad else ())
+    return replace(found, seconds=time.process_time() - begin)
+
+
+def tallies(plans: int, seed: int, state: Path | None = None) -> Iterator[Tally]:
+    """What all scenes up to each gave together, until so many plans are rechecked; ``state`` is gone on with.
+
+    Raises InvalidInput where the state is of another seed or of other code than this.
+    """
+    done = kept(state, seed) if state is not None else []
+    total = sum(done, Tally())
+    yield total
+    for number in itertools.count(len(done)):
+        if total.paths >= plans:
+            return
+        # a state holds whole scenes, so that it can be gone on with
+        found = recheck(number, seed, TARGETS if state is not None else plans - total.paths)
+        if state is not None:
+            with state.open("a") as file:
+                file.write(json.dumps(asdict(found)) + "\n")
+        total += found
+        yield total
+
+
+def kept(state: Path, seed: int) -> list[Tally]:
+    """The tallies in a state, scene by scene; begins it where there is none. Raises InvalidInput, see above."""
+    about = {"seed": seed, "code": judged_code()}
+    if not state.exists():
+        state.write_text(json.dumps(about) + "\n")
+    text = state.read_text()
+    lines = text.splitlines(keepends=True)
+    if json.loads(lines[0]) != about:
+        raise InvalidInput("this state is of another seed or other code: begin another", state=str(state))
+    if not lines[-1].endswith("\n"):
+        lines.pop()  # it was stopped while it wrote this scene
+        state.write_text("".join(lines))
+    return [Tally(**(row | {"bad": tuple(row["bad"])})) for row in map(json.loads, lines[1:])]
+
+
+def judged_code() -> str:
+    """Digest of the source that plans, and of what makes the scenes."""
+    digest = hashlib.sha256()
+    package, here = Path(str(files("footfall"))), Path(__file__).parent
+    sources = [path for name in JUDGED for path in (package / name).rglob("*.py")]
+    for file in sorted([*sources, *(here / name for name in SCENES)]):
+        digest.update(file.name.encode() + file.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def figures(quick: bool) -> Iterator[Figure]:
     """How many accepted paths fail the meshes: 20 of them when quick, 10 000 else."""
-    bad, postures, begin = 0, 0, time.process_time()
     plans = 20 if quick else 10_000
-    for one in recheck(plans):
-        postures += one.postures
-        if one.bad:
-            bad += 1
-            print(f"step.recheck: {one.problem.name} {one.problem.target}: {one.bad}", file=sys.stderr)
-    yield Figure("step.recheck_failed_paths", (float(bad),), f"of {plans}", 0.0)
-    yield Figure("step.recheck_postures", (float(postures),), "count")
-    yield Figure("step.recheck_seconds_a_path", ((time.process_time() - begin) / plans,), "s")
+    *_, total = tallies(plans, SEED)
+    for bad in total.bad:
+        print(f"step.recheck: {bad}", file=sys.stderr)
+    yield Figure("step.recheck_failed_paths", (float(len(total.bad)),), f"of {plans}", 0.0)
+    yield Figure("step.recheck_postures", (float(total.postures),), "count")
+    yield Figure("step.recheck_seconds_a_path", (total.seconds / total.paths,), "s")
 
 
 def main() -> int:
@@ -107,20 +178,18 @@ def main() -> int:
     parser.add_argument("--plans", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so long")
+    parser.add_argument("--state", type=Path, help="file that a run is kept in, and gone on with")
     asked = parser.parse_args()
-    begin, used, done, postures, bad = time.monotonic(), time.process_time(), 0, 0, 0
-    for one in recheck(asked.plans, asked.seed):
-        done, postures = done + 1, postures + one.postures
-        if one.bad:
-            bad += 1
-            print(f"{one.problem}: {one.bad}", flush=True)
-        late = time.monotonic() - begin > 60 * asked.minutes
-        if done % 100 == 0 or late or done == asked.plans:
-            each = (time.process_time() - used) / done
-            print(f"{bad} of {done} paths fail, {postures} postures, {each:.2f} s a path", flush=True)
-        if late:
+    begin, total, told = time.monotonic(), Tally(), 0
+    for total in tallies(asked.plans, asked.seed, asked.state):
+        for bad in total.bad[told:]:
+            print(bad)
+        told = len(total.bad)
+        each = total.seconds / max(total.paths, 1)
+        print(f"{told} of {total.paths} paths fail, {total.postures} postures, {each:.2f} s a path", flush=True)
+        if time.monotonic() - begin > 60 * asked.minutes:
             break
-    return 1 if bad else 0
+    return 1 if total.bad else 0
 
 
 if __name__ == "__main__":

@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.steps import recheck as recheck_of_paths
 from benchmarks.steps.families import COUNTS, HARD, MAKERS, problem
 from benchmarks.steps.figures import chosen
 from benchmarks.steps.known import Known, fingerprint, known
 from benchmarks.steps.problem import Ground, build, is_here, wheel_radius_of
 from benchmarks.steps.quality import planned, swing, turning
-from benchmarks.steps.recheck import rechecked
+from benchmarks.steps.recheck import Tally, recheck, rechecked, tallies
 from benchmarks.steps.search import pose, situation_of
+from footfall.core.errors import InvalidInput
 from footfall.planning.step.edges import samples
 from footfall.planning.step.problem import Status
 from footfall.robot.collision import CollisionScene
@@ -119,6 +121,37 @@ def test_the_recheck_passes_a_good_path_and_fails_a_dragged_one():
         phases=(*plan.phases[: begin + 1], "swing", *plan.phases[end + 1 :]),
     )
     assert "terrain" in rechecked(row.problem, scene, straight, meshes).bad
+
+
+def test_a_recheck_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
+    state, asked = tmp_path / "state.jsonl", []
+
+    def scene(number, seed, most):
+        asked.append(number)
+        return Tally(number % 3, 100 * number + seed, 0.5, (f"scene {number}",) if number == 4 else ())
+
+    monkeypatch.setattr(recheck_of_paths, "recheck", scene)
+    *_, whole = tallies(8, 1, tmp_path / "other.jsonl")
+    assert whole == Tally(9, 100 * sum(range(9)) + 9, 4.5, ("scene 4",))
+    *_, some = tallies(4, 1, state)
+    assert (some.paths, asked[-1]) == (4, 4)
+    # stopped in the middle of a line: that scene is done again
+    state.write_text(state.read_text()[:-5])
+    asked.clear()
+    begun, *_, last = tallies(8, 1, state)
+    assert begun.paths == 3
+    assert asked == [4, 5, 6, 7, 8]
+    assert last == whole
+    with pytest.raises(InvalidInput, match="another seed"):
+        next(tallies(8, 2, state))
+
+
+def test_one_scene_is_rechecked_the_same_again():
+    first, again = (recheck(1, most=1) for _ in range(2))
+    assert first.paths == 1
+    assert first.postures > 100
+    assert first.bad == ()
+    assert replace(first, seconds=0.0) == replace(again, seconds=0.0)
 
 
 def test_turning_is_the_sum_of_angles():

@@ -29,7 +29,7 @@ from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, 
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
-from footfall.planning.step.sbl_kernel import COUNT, GROWING, JOINED, grow, planted, route
+from footfall.planning.step.sbl_kernel import AROUND, COUNT, GROWING, HALFWAY, JOINED, grow, planted, route
 from footfall.planning.step.shortcut_kernel import shortened
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import FAR
@@ -381,6 +381,19 @@ def test_trees_stay_trees(narrow, seed):
     assert np.array_equal(path[-1], goal)
     exact = space_of(situation, sure=False)
     assert exact.path_is_free(path)
+
+
+def test_the_first_milestones_are_sure_and_around_the_middle_of_start_and_goal(narrow):
+    situation, start, goal = narrow
+    middle, reach = (start + goal) / 2, AROUND * 0.4
+    placed = 0
+    for seed in range(8):
+        *_, (trees, _) = grown(situation, start, goal, seed)
+        first = trees.q[2 : min(trees.numbers[COUNT], HALFWAY)]
+        placed += len(first)
+        assert (np.abs(first - middle) <= reach + 1e-12).all()
+        assert situation.first_unsure(first, RAISED) == len(first)
+    assert placed >= 8
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -3,8 +3,9 @@
 G. Sánchez & J.-C. Latombe, "A single-query bi-directional probabilistic roadmap planner with lazy collision checking",
 ISRR 2001, and "On delaying collision checking in PRM planning", IJRR 2002; see sbl.py for the same search over any
 test. Here a configuration counts as free only where it is sure (leg_free_kernel.py), and trees are joined over any
-distance: of a bridge that is blocked mostly the middle is, so trying one costs little. Distances are in the maximum
-norm.
+distance: of a bridge that is blocked mostly the middle is, so trying one costs little. Therefore the first milestones
+are placed around the middle between start and goal, where one is often a way around by itself. Distances are in the
+maximum norm.
 
 All segments but the bridge just tried belong to one of the trees, so each is known by its milestone farther from the
 root. When a bridge has joined the trees and a segment of the route turns out to be blocked, what hangs behind that
@@ -25,13 +26,19 @@ Array = NDArray[np.float64]
 GROWING, JOINED, EXHAUSTED = 0, 1, 2
 """What :func:`grow` returns."""
 
+HALFWAY = 24
+"""Milestones that are picked to be placed around the middle between start and goal, before trees grow at milestones."""
+AROUND = 2.0
+"""Half size of the box that they are placed in [ρ]."""
+DRAWS = 6
+"""Places tried for one of them; each second one is opposite to the one before, as beside a rock."""
 SHRINKS = 64
 """Radii ρ/1 … ρ/64 tried around one milestone before another is picked."""
 DIVISIONS = 16
 """Cells of the density grid along each of its two coordinates."""
 REPICK = 64
 """Milestones after which the density grid changes to two other coordinates."""
-COARSE = 0.2
+COARSE = 0.3
 """Pieces of a route that are longer are looked at in their middles alone, which mostly shows what is blocked; shorter
 ones are proven as far as each look allows [rad]."""
 PICKS = 4
@@ -123,10 +130,53 @@ def grow(
 def _expanded(
     trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
 ) -> bool:
-    """EXPAND-TREE: one new sure milestone near a picked one, in boxes that shrink as ρ/1, ρ/2, …"""
-    picked = _pick(trees, rng, int(rng.random() * 2))
-    new = trees.numbers[COUNT]
-    q = trees.q[new]
+    """EXPAND-TREE: one new sure milestone, halfway at first, then near a picked one."""
+    numbers, side = trees.numbers, int(rng.random() * 2)
+    new = numbers[COUNT]
+    if numbers[PICKED] <= HALFWAY:
+        parent = side
+        placed = _placed_halfway(trees, rng, radius, clearance, body, mode)
+    else:
+        parent = _pick(trees, rng, side)
+        placed = _placed_near(trees, parent, rng, radius, clearance, body, mode)
+    if placed:
+        trees.side[new], trees.parent[new], trees.level[new] = trees.side[parent], parent, 0
+        numbers[COUNT] = new + 1
+        if (new + 1) % REPICK == 0:
+            _regrid(trees, rng, body)
+        else:
+            _enter_cell(trees, new, body)
+    return placed
+
+
+@njit(cache=True)
+def _placed_halfway(
+    trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
+) -> bool:
+    """Write a sure configuration around the middle between start and goal where the next milestone comes."""
+    q, reach = trees.q[trees.numbers[COUNT]], AROUND * radius
+    for draw in range(DRAWS):
+        for k in range(6):
+            middle = 0.5 * (trees.q[0, k] + trees.q[1, k])
+            at = 2.0 * middle - q[k] if draw % 2 else middle + (2.0 * rng.random() - 1.0) * reach
+            q[k] = min(max(at, body.lower[k]), body.upper[k])
+        if is_sure(q, clearance, body, mode):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _placed_near(
+    trees: Trees,
+    picked: int,
+    rng: np.random.Generator,
+    radius: float,
+    clearance: LegTables,
+    body: BodyTables,
+    mode: int,
+) -> bool:
+    """The same near a milestone, in boxes that shrink as ρ/1, ρ/2, …"""
+    q = trees.q[trees.numbers[COUNT]]
     for shrink in range(1, SHRINKS + 1):
         reach = radius / shrink
         for k in range(6):
@@ -134,12 +184,6 @@ def _expanded(
             high = min(body.upper[k], trees.q[picked, k] + reach)
             q[k] = low + rng.random() * (high - low)
         if is_sure(q, clearance, body, mode):
-            trees.side[new], trees.parent[new], trees.level[new] = trees.side[picked], picked, 0
-            trees.numbers[COUNT] = new + 1
-            if (new + 1) % REPICK == 0:
-                _regrid(trees, rng, body)
-            else:
-                _enter_cell(trees, new, body)
             return True
     return False
 
