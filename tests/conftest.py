@@ -1,21 +1,12 @@
 """Shared by all tests: fixed hypothesis profile, the default robot, optional shared data."""
 
-import shutil
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
-
 SEED = 20081
-FLAGS = ["--no-sandbox", "--disable-background-networking"]
-DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
-FLAT = ["--disable-gpu"]
 
 settings.register_profile(
     "footfall",
@@ -32,13 +23,7 @@ def pytest_report_header() -> str:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What needs Chromium runs apart: it draws in software, and Playwright's loop suffers no other in its process.
-
-    Files that take minutes come first: begun last, they would keep one core busy while the others idle.
-    """
-    for item in items:
-        if "chromium" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.browser)
+    """Files that take minutes come first: begun last, they would keep one core busy while the others idle."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
@@ -76,42 +61,3 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip("real terrain and photographs (../shared/data) are not on this machine")
     return folder
-
-
-@pytest.fixture(scope="session")
-def chromiums() -> "Iterator[Callable[[bool], Browser]]":
-    """The distribution's Chromium, with 3-D drawn in software and without, each started once when first asked for.
-
-    One process can hold one Playwright.
-    """
-    from playwright.sync_api import sync_playwright
-
-    path = next(
-        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
-    )
-    if path is None:
-        pytest.fail("the browser tests need Chromium; `make test` installs it")
-    with sync_playwright() as playwright:
-        started: dict[bool, Browser] = {}
-
-        def chromium(drawing: bool) -> "Browser":
-            if drawing not in started:
-                flags = [*FLAGS, *(DRAWING if drawing else FLAT)]
-                started[drawing] = playwright.chromium.launch(executable_path=path, args=flags)
-            return started[drawing]
-
-        yield chromium
-        for browser in started.values():
-            browser.close()
-
-
-@pytest.fixture
-def scene(request: pytest.FixtureRequest) -> bool:
-    """Whether the test looks at the scene, or works in it (marker ``scene``): drawn in software, it slows all else."""
-    return request.node.get_closest_marker("scene") is not None
-
-
-@pytest.fixture
-def chromium(chromiums: "Callable[[bool], Browser]", scene: bool) -> "Browser":
-    """The one that draws the scene, where the test is marked so."""
-    return chromiums(scene)

@@ -1,8 +1,21 @@
-"""Compiles the numeric kernels once, so that no operator waits for it: each is called on a small made-up scene."""
+"""Compiles the numeric kernels once, so that no operator waits for it: each is called on a small made-up scene.
+
+A process compiles one kernel at a time, so two share the work.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import cache
+from multiprocessing import get_context
 
 from footfall.core.progress import Progress, no_progress
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 
-STEPS = ("ground and stance", "maps with friction", "shift of the chassis", "a step", "sag", "images to terrain")
+PROCESSES = 2
+"""More would only wait for the one that does the maps, half of the whole; each needs about a gigabyte."""
+SCENE = "ground and stance"
 
 
 def compile_kernels(progress: Progress = no_progress) -> None:
@@ -10,31 +23,63 @@ def compile_kernels(progress: Progress = no_progress) -> None:
 
     The scene is made up: fractal ground, the standard robot, rendered images. Nothing of it is kept.
     """
+    progress(0.0, SCENE)
+    _scene()  # first, or every process would compile what all of them need
+    with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
+        begun = {pool.submit(_on_scene, what): what for what in WORK}
+        for done, finished in enumerate(as_completed(begun), start=1):
+            finished.result()
+            progress(done / len(WORK), f"{begun[finished]}: compiled")
+
+
+@cache
+def _scene() -> tuple[Robot, Dem, RobotState]:
     import footfall
-    from footfall.maps.layers import MapSettings
-    from footfall.planning.compliance.rover import CompliantRover
-    from footfall.planning.step.problem import StepSettings
-    from footfall.robot.ik import contact_point
-    from footfall.sim.render import render_snapshot
-    from footfall.terrain.build import build_terrain
     from footfall.terrain.generate import fractal
 
-    def at(step: int) -> None:
-        progress(step / len(STEPS), STEPS[step])
-
-    at(0)
     robot = footfall.load_robot("athlete")
     ground = fractal(size=8.0, resolution=0.05, roughness=0.01, seed=1)
-    state = footfall.stand(robot, ground)
-    at(1)
+    return robot, ground, footfall.stand(robot, ground)
+
+
+def _on_scene(what: str) -> None:
+    WORK[what](*_scene())
+
+
+def _maps(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
+    from footfall.maps.layers import MapSettings
+
     footfall.compute_maps(robot, ground, state, 0, MapSettings(friction=True), preview=lambda coarse: None)
-    x, y, _ = contact_point(robot, state.posture, 0, state.T_site_base)
-    at(2)
-    footfall.find_shift(robot, ground, state, 0, (x + 0.1, y))
-    at(3)
-    footfall.plan_step(robot, ground, state, 0, (x - 0.2, y + 0.2), settings=StepSettings(planner="sbl"))
-    at(4)
-    CompliantRover(robot, ground).let_down(state.posture, state.T_site_base)
-    at(5)
+
+
+def _images(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.sim.render import render_snapshot
+    from footfall.terrain.build import build_terrain
+
     build_terrain(robot, render_snapshot(robot, state, ground, seed=1))
-    progress(1.0, "compiled")
+
+
+def _sag(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.planning.compliance.rover import CompliantRover
+
+    CompliantRover(robot, ground).let_down(state.posture, state.T_site_base)
+
+
+def _step(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
+    from footfall.planning.step.problem import StepSettings
+    from footfall.robot.ik import contact_point
+
+    x, y, _ = contact_point(robot, state.posture, 0, state.T_site_base)
+    footfall.find_shift(robot, ground, state, 0, (x + 0.1, y))
+    footfall.plan_step(robot, ground, state, 0, (x - 0.2, y + 0.2), settings=StepSettings(planner="sbl"))
+
+
+WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
+    "shift and step": _step,
+    "sag": _sag,
+    "maps with friction": _maps,
+    "images to terrain": _images,
+}
+"""In this order, what the maps share with the step is compiled before they are begun, and both processes end alike."""

@@ -67,7 +67,9 @@ def figures(quick: bool) -> Iterator[Figure]:
     with served_apart() as served, chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(f"{served.url}/?fixedDpr=0.5")
-        sockets = [connect(served.line("/api/v1/sessions/current/events/line?ahead=2"), proxy=None) for _ in range(CLIENTS)]
+        sockets = [
+            connect(served.line("/api/v1/sessions/current/events/line?ahead=2"), proxy=None) for _ in range(CLIENTS)
+        ]
         clients = [Client(socket) for socket in sockets]
         page.wait_for_timeout(1000 * SETTLING)
         yield from measured(served, clients, lambda: page.wait_for_timeout(1000 * seconds))

@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, Page, Response, sync_playwright
 
 from benchmarks.console.apart import Apart, served_apart
 from benchmarks.timing import Figure
+from footfall.doctor import CHROMIUMS
 
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 USEFUL = """() => new Promise((done) => {
@@ -32,14 +33,19 @@ SCRUB = """(seconds) => new Promise((done) => {
 })"""
 
 
+def chromium_path() -> str:
+    """Where the distribution's Chromium is. Raises RuntimeError."""
+    path = next((found for name in CHROMIUMS if (found := shutil.which(name))), None)
+    if path is None:
+        raise RuntimeError("this needs Chromium; `make test` installs it")
+    return path
+
+
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """The distribution's Chromium, drawing in software."""
-    path = next((found for name in ("chromium", "chromium-browser") if (found := shutil.which(name))), None)
-    if path is None:
-        raise RuntimeError("these figures need Chromium; `make test` installs it")
+    """It, drawing in software."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=chromium_path(), args=FLAGS)
         yield browser
         browser.close()
 

@@ -1,15 +1,54 @@
 """A real Chromium on the real page of a real server, with the simulated rover on the link."""
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+from benchmarks.console.page import chromium_path
 from tests.browser.pictures import OUTPUTS
 from tests.support.server import Running, running_server, until
 
+FLAGS = ["--no-sandbox", "--disable-background-networking"]
+DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+FLAT = ["--disable-gpu"]
+
 expect.set_options(timeout=20_000)  # ms; nothing here waits for something not to happen
+
+
+@pytest.fixture(scope="session")
+def chromiums() -> Iterator[Callable[[bool], Browser]]:
+    """The distribution's Chromium, with 3-D drawn in software and without, each started once when first asked for.
+
+    One process can hold one Playwright.
+    """
+    path = chromium_path()
+    with sync_playwright() as playwright:
+        started: dict[bool, Browser] = {}
+
+        def chromium(drawing: bool) -> Browser:
+            if drawing not in started:
+                flags = [*FLAGS, *(DRAWING if drawing else FLAT)]
+                started[drawing] = playwright.chromium.launch(executable_path=path, args=flags)
+            return started[drawing]
+
+        yield chromium
+        for browser in started.values():
+            browser.close()
+
+
+@pytest.fixture
+def scene(request: pytest.FixtureRequest) -> bool:
+    """Whether the test looks at the scene, or works in it (marker ``scene``): drawn in software, it slows all else."""
+    return request.node.get_closest_marker("scene") is not None
+
+
+@pytest.fixture
+def chromium(chromiums: Callable[[bool], Browser], scene: bool) -> Browser:
+    """The one that draws the scene, where the test is marked so."""
+    return chromiums(scene)
 
 
 @pytest.fixture
@@ -22,19 +61,26 @@ def served(tmp_path: Path, scene: bool) -> Iterator[Running]:
         yield running
 
 
-@pytest.fixture
-def page(chromium: Browser, served: Running, scene: bool) -> Iterator[Page]:
-    """The operator's page; a script error or a failed request that nobody expected fails the test."""
+@contextmanager
+def opened(chromium: Browser, served: Running, query: str) -> Iterator[Page]:
+    """The operator's page of the rock-step sample; a script error or a failed request that nobody expected fails."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("response", lambda answer: faults.append(f"{answer.status} {answer.url}") if answer.status >= 500 else None)
-    page.goto(f"{served.url}/?{'fixedDpr=0.5' if scene else 'scene=off'}")
+    page.goto(f"{served.url}/?{query}")
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
     yield page
     context.close()
     assert not faults
+
+
+@pytest.fixture
+def page(chromium: Browser, served: Running, scene: bool) -> Iterator[Page]:
+    """The page of a session with a rover; its scene is drawn where the test is marked so."""
+    with opened(chromium, served, "fixedDpr=0.5" if scene else "scene=off") as page:
+        yield page
 
 
 @pytest.fixture
@@ -46,17 +92,10 @@ def quiet(tmp_path: Path) -> Iterator[Running]:
 
 @pytest.fixture
 def console(chromium: Browser, quiet: Running) -> Iterator[Page]:
-    """The operator's page with its scene switched off; a script error that nobody expected fails the test."""
-    context = chromium.new_context(viewport={"width": 1280, "height": 720}, accept_downloads=True)
-    page = context.new_page()
-    faults: list[str] = []
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.goto(f"{quiet.url}/?scene=off")
-    page.get_by_text("Stepping over a rock", exact=True).wait_for()
-    expect(page.locator("#timeline-text")).to_contain_text("Latest")
-    yield page
-    context.close()
-    assert not faults
+    """The page of a session without a rover, its scene switched off."""
+    with opened(chromium, quiet, "scene=off") as page:
+        expect(page.locator("#timeline-text")).to_contain_text("Latest")
+        yield page
 
 
 @pytest.fixture

@@ -28,34 +28,34 @@ def coloured(page: Page, served: Running, leg: int) -> str:
     return held(served)["maps"][str(leg)]
 
 
-def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, look: Keep) -> None:
-    page.locator("#friction-aware").check()
-    page.get_by_text("Balance is judged with", exact=True).click()
-    page.locator("#payload").fill("150")
-    page.locator("#tilt").fill("5")
-    page.locator("#uphill").fill("90")
-    page.locator("#gravity").select_option("1.62")
-    digest = coloured(page, served, 2)
-    with served.client() as client:
+def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, look: Keep) -> None:
+    console.locator("#friction-aware").check()
+    console.get_by_text("Balance is judged with", exact=True).click()
+    console.locator("#payload").fill("150")
+    console.locator("#tilt").fill("5")
+    console.locator("#uphill").fill("90")
+    console.locator("#gravity").select_option("1.62")
+    digest = coloured(console, quiet, 2)
+    with quiet.client() as client:
         judged = client.get(f"/sessions/current/maps/{digest}").json()["settings"]["balance"]
     assert (judged["payload_mass"], judged["gravity"], judged["friction"]) == (150, 1.62, 0.6)
     assert (judged["slope"], judged["uphill"]) == pytest.approx((np.deg2rad(5), np.pi / 2))
-    expect(page.locator("#legend")).to_contain_text("collides", timeout=SLOW)
-    press(page, "Suggest footfalls")
-    expect(page.locator("#suggestions li")).to_have_count(5, timeout=SLOW)
-    with served.client() as client:
+    expect(console.locator("#legend")).to_contain_text("collides", timeout=SLOW)
+    press(console, "Suggest footfalls")
+    expect(console.locator("#suggestions li")).to_have_count(5, timeout=SLOW)
+    with quiet.client() as client:
         suggested = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
-    listed = page.locator("#suggestions li").all_inner_texts()
+    listed = console.locator("#suggestions li").all_inner_texts()
     for text, one in zip(listed, suggested, strict=True):
         assert f"({one['x']:.2f}, {one['y']:.2f}) m" in text
         assert one["reasons"][-1] in text
-    page.locator("#suggestions button").first.click()
-    until(lambda: held(served)["footfall"]["x"] == suggested[0]["x"], "the suggested footfall")
-    assert held(served)["footfall_answer"]["acceptable"]
+    console.locator("#suggestions button").first.click()
+    until(lambda: held(quiet)["footfall"]["x"] == suggested[0]["x"], "the suggested footfall")
+    assert held(quiet)["footfall_answer"]["acceptable"]
 
-    page.locator("#panel-map summary").click()
-    sides = [page.locator("#map-left"), page.locator("#map-right")]
-    with served.client() as client:
+    console.locator("#panel-map summary").click()
+    sides = [console.locator("#map-left"), console.locator("#map-right")]
+    with quiet.client() as client:
         about = client.get(f"/sessions/current/maps/{digest}").json()
         pictures = [
             client.get(f"/sessions/current/maps/{digest}/{name}.npy") for name in ("footing", "footing_friction")
@@ -68,8 +68,8 @@ def test_suggestions_and_two_layers_side_by_side(page: Page, served: Running, lo
     sides[0].evaluate("side => side.scrollIntoView()")
     box = sides[0].bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
-    read = page.locator("#map-read")
+    console.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
+    read = console.locator("#map-read")
     expect(read).to_contain_text("slope", timeout=SLOW)
     told = re.search(r"\((-?[\d.]+), (-?[\d.]+)\) m", read.inner_text())
     assert told is not None
@@ -118,9 +118,9 @@ def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -
     look("what-if-refused")
 
 
-def test_a_shift_is_found_for_a_footfall_out_of_reach(page: Page, served: Running, look: Keep) -> None:
-    with served.client() as client:
-        digest = coloured(page, served, 2)
+def test_a_shift_is_found_for_a_footfall_out_of_reach(console: Page, quiet: Running, look: Keep) -> None:
+    with quiet.client() as client:
+        digest = coloured(console, quiet, 2)
         grid = client.get(f"/sessions/current/maps/{digest}").json()["geometry"]
         raw = client.get(f"/sessions/current/maps/{digest}/footing.npy").content
     footing = np.frombuffer(raw[-grid["rows"] * grid["cols"] :], np.uint8).reshape(grid["rows"], grid["cols"])
@@ -134,32 +134,32 @@ def test_a_shift_is_found_for_a_footfall_out_of_reach(page: Page, served: Runnin
     beyond = (footing == 1) & (np.hypot(x, y) > np.hypot(x[green], y[green]).max())
     away = np.array([np.hypot(x[green] - a, y[green] - b).min() for a, b in zip(x[beyond], y[beyond], strict=True)])
     at = int(np.argmin(np.abs(away - 0.1)))
-    page.locator("#footfall-x").fill(f"{x[beyond][at]:.3f}")
-    page.locator("#footfall-y").fill(f"{y[beyond][at]:.3f}")
-    press(page, "Choose")
-    expect(page.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
-    page.locator("#panel-what-if summary").click()
-    press(page, "Find a shift for the footfall")
-    until(lambda: held(served)["shift"], "an answer about shifts", 60)
-    with served.client() as client:
+    console.locator("#footfall-x").fill(f"{x[beyond][at]:.3f}")
+    console.locator("#footfall-y").fill(f"{y[beyond][at]:.3f}")
+    press(console, "Choose")
+    expect(console.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
+    console.locator("#panel-what-if summary").click()
+    press(console, "Find a shift for the footfall")
+    until(lambda: held(quiet)["shift"], "an answer about shifts", 60)
+    with quiet.client() as client:
         answer = client.get("/sessions/current/shifts/current").json()
-    shown = page.locator("#what-if-answer")
+    shown = console.locator("#what-if-answer")
     if answer["status"] == "found":
         expect(shown).to_contain_text("A shift makes it possible", timeout=SLOW)
-        assert float(page.locator("#shift-dx").input_value()) == pytest.approx(answer["shift"]["dx"], abs=1e-3)
+        assert float(console.locator("#shift-dx").input_value()) == pytest.approx(answer["shift"]["dx"], abs=1e-3)
     else:
         expect(shown).to_contain_text(answer["reason"][:40], timeout=SLOW)
     look("shift")
 
 
-def test_ground_is_cleared_and_comes_back(page: Page, served: Running) -> None:
-    before = held(served)
+def test_ground_is_cleared_and_comes_back(console: Page, quiet: Running) -> None:
+    before = held(quiet)
     assert before["footfall"] is not None
-    press(page, "Clear around footfall")
-    until(lambda: held(served)["dem"] != before["dem"], "a cleared terrain", 60)
-    cleared = held(served)
+    press(console, "Clear around footfall")
+    until(lambda: held(quiet)["dem"] != before["dem"], "a cleared terrain", 60)
+    cleared = held(quiet)
     assert cleared["terrain"]["known"] < before["terrain"]["known"]
-    expect(page.locator("#footfall-answer")).to_contain_text("not known", timeout=SLOW)
-    page.locator("#h-ground").click()
-    page.keyboard.press("u")
-    until(lambda: held(served)["dem"] == before["dem"], "the terrain before", 60)
+    expect(console.locator("#footfall-answer")).to_contain_text("not known", timeout=SLOW)
+    console.locator("#h-ground").click()
+    console.keyboard.press("u")
+    until(lambda: held(quiet)["dem"] == before["dem"], "the terrain before", 60)

@@ -12,7 +12,6 @@ from footfall.session.registry import Sessions
 from tests.support.page_steps import held, keep_pressed
 from tests.support.server import Running, running_server, until
 
-pytestmark = pytest.mark.browser
 SLOW = 60_000  # ms
 
 

@@ -5,14 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, until
 from tests.support.spoken import current, say
 
-pytestmark = pytest.mark.browser
 Keep = Callable[[str], None]
 HOSTILE = "<img src=x onerror=document.title='owned'>"
 

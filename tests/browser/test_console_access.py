@@ -11,7 +11,6 @@ from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, until
 from tests.support.spoken import say
 
-pytestmark = pytest.mark.browser
 AXE = PACKAGES / "node_modules" / "axe-core" / "axe.min.js"
 TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 RUN = """async tags => {

@@ -106,58 +106,56 @@ def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, p
     assert held(served)["execution"]["digest"] == answer["digest"]
 
 
-def test_a_wheel_that_will_not_leave_the_ground_is_told(page: Page, served: Running, look: Keep) -> None:
-    page.get_by_text("Settings", exact=True).click()
-    page.locator("#set-lift").fill("0.1")
-    page.locator("#set-raise_terrain").fill("0.02")
-    planned(page, served, lambda: press(page, "Plan step"))
-    page.locator("#execution-settings-box summary").click()
-    page.locator("#sag-joint_scale").fill("0.35")
-    page.locator("#sag-most_lift").fill("0.1")
-    page.locator("#execution-mode").select_option("as_commanded")
-    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+def test_a_wheel_that_will_not_leave_the_ground_is_told(console: Page, quiet: Running, look: Keep) -> None:
+    console.get_by_text("Settings", exact=True).click()
+    console.locator("#set-lift").fill("0.1")
+    console.locator("#set-raise_terrain").fill("0.02")
+    planned(console, quiet, lambda: press(console, "Plan step"))
+    console.locator("#execution-settings-box summary").click()
+    console.locator("#sag-joint_scale").fill("0.35")
+    console.locator("#sag-most_lift").fill("0.1")
+    console.locator("#execution-mode").select_option("as_commanded")
+    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
     assert answer["settings"]["compliance"]["joint_scale"] == 0.35
     lacking = -answer["figures"]["clearance"]
     assert lacking > 0
-    told = page.locator("#execution-lift")
+    told = console.locator("#execution-lift")
     expect(told).to_have_class("no")
     expect(told).to_have_text(
         f"The wheel will not leave the ground: lifted by 0.100 m, it is still {lacking:.3f} m too low."
     )
-    expect(page.locator("#make-execution")).to_be_disabled()
-    in_view(page)
+    expect(console.locator("#make-execution")).to_be_disabled()
+    in_view(console)
     look("too-soft")
 
 
-def test_by_keyboard_alone_and_out_of_date_after_another_plan(page: Page, served: Running, look: Keep) -> None:
-    page.locator("#h-plan").click()  # focus away from fields
-    page.keyboard.press("r")
-    expect(page.locator("#toast")).to_contain_text("There is nothing to make commands of", timeout=SLOW)
-    planned(page, served, lambda: page.keyboard.press("p"))
-    first = commanded(page, served, lambda: page.keyboard.press("b"))
+def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, quiet: Running, look: Keep) -> None:
+    console.locator("#h-plan").click()  # focus away from fields
+    console.keyboard.press("r")
+    expect(console.locator("#toast")).to_contain_text("There is nothing to make commands of", timeout=SLOW)
+    planned(console, quiet, lambda: console.keyboard.press("p"))
+    first = commanded(console, quiet, lambda: console.keyboard.press("b"))
     assert first["status"] == "found", first["reason"]
     for _ in range(20):
-        page.keyboard.press("[")
-    until(lambda: held(served)["view"]["scrub"] == pytest.approx(0.6), "the ghost's place")
-    before = held(served)["sequence"]
-    page.keyboard.press("r")
-    until(lambda: held(served)["sequence"] != before, "the commands", 60)
-    assert (
-        held(served, f"/sequences/{held(served)['sequence']}")["parents"]["execution"] == first["execution"]["digest"]
-    )
+        console.keyboard.press("[")
+    until(lambda: held(quiet)["view"]["scrub"] == pytest.approx(0.6), "the ghost's place")
+    before = held(quiet)["sequence"]
+    console.keyboard.press("r")
+    until(lambda: held(quiet)["sequence"] != before, "the commands", 60)
+    assert held(quiet, f"/sequences/{held(quiet)['sequence']}")["parents"]["execution"] == first["execution"]["digest"]
     # the mode by keys too
-    page.locator("#execution-mode").focus()
-    page.keyboard.press("ArrowDown")
-    expect(page.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
+    console.locator("#execution-mode").focus()
+    console.keyboard.press("ArrowDown")
+    expect(console.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
     # another plan: what is shown is for the one before, and no commands are made of it
-    page.locator("#seed").fill("2")
-    page.locator("#h-plan").click()
-    another = planned(page, served, lambda: page.keyboard.press("p"))
+    console.locator("#seed").fill("2")
+    console.locator("#h-plan").click()
+    another = planned(console, quiet, lambda: console.keyboard.press("p"))
     assert another["plan"]["digest"] != first["parents"]["plan"]
-    expect(page.locator("#execution-doubt")).to_contain_text("Out of date: this is for another plan", timeout=SLOW)
-    expect(page.locator("#make-execution")).to_be_disabled()
-    in_view(page)
+    expect(console.locator("#execution-doubt")).to_contain_text("Out of date: this is for another plan", timeout=SLOW)
+    expect(console.locator("#make-execution")).to_be_disabled()
+    in_view(console)
     look("out-of-date")
-    second = commanded(page, served, lambda: page.keyboard.press("b"))
+    second = commanded(console, quiet, lambda: console.keyboard.press("b"))
     assert second["settings"]["mode"] == "pose_held"
-    expect(page.locator("#execution-doubt")).to_be_hidden(timeout=SLOW)
+    expect(console.locator("#execution-doubt")).to_be_hidden(timeout=SLOW)

@@ -36,7 +36,7 @@ def test_light_time_faults_and_the_way_of_a_stop_are_shown(page: Page, plain: Ru
     plain.sessions.set_light_time(LightTime(telemetry=1.5, commands=2.0))
     url = "ws" + plain.api.removeprefix("http") + "/rover"
     link, stop = page.locator("#status-link"), page.locator("#stop-state")
-    with connect(url, subprotocols=[Subprotocol("footfall-rover-1")], proxy=None) as rover:
+    with connect(url, subprotocols=[Subprotocol("footfall-rover-2")], proxy=None) as rover:
         rover.send(encode(HelloMessage("athlete", 6)))
         rover.send("no json")
         for frame in moving_frames(3):
@@ -51,7 +51,7 @@ def test_light_time_faults_and_the_way_of_a_stop_are_shown(page: Page, plain: Ru
 
 
 def test_telemetry_without_a_way_down_is_said_to_be_that(page: Page, plain: Running) -> None:
-    hello = {"protocol": 1, "robot": "athlete", "legs": 6, "software": "1"}
+    hello = {"protocol": 2, "robot": "athlete", "legs": 6, "software": "1"}
     with plain.client() as client:
         frames = [message_object(frame) for frame in moving_frames(2)]
         assert client.post("/rover/telemetry", json={**hello, "frames": frames}).status_code == 200

@@ -15,7 +15,7 @@ from footfall_ui.viser_door import SceneDoor, open_viser
 from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, running_server, until
 
-pytestmark = [pytest.mark.scene, pytest.mark.browser]
+pytestmark = pytest.mark.scene
 SIZE = 0.6
 """Length of the handle's arrows [m]."""
 

@@ -11,7 +11,6 @@ from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
 from tests.support.server import Running, running_server
 
-pytestmark = pytest.mark.browser
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
 TELL = (

@@ -175,17 +175,17 @@ def test_stop_by_keyboard_from_a_field(page: Page, served: Running) -> None:
     until(lambda: held(served)["stop"]["acknowledged"], "the stop acknowledged")
 
 
-def test_a_refused_footfall_says_why(page: Page, served: Running, look: Keep) -> None:
-    page.locator("#footfall-x").fill("3.2")
-    page.locator("#footfall-y").fill("3.2")
-    page.get_by_role("button", name="Choose", exact=True).click()
-    expect(page.locator("#footfall-answer")).to_contain_text("farther away than the leg is long", timeout=SLOW)
-    page.get_by_role("button", name="Plan step", exact=True).click()
-    expect(page.locator("#plan-answer")).to_contain_text("No plan", timeout=SLOW)
-    reason = held(served)["plan"]["reason"]
+def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) -> None:
+    console.locator("#footfall-x").fill("3.2")
+    console.locator("#footfall-y").fill("3.2")
+    console.get_by_role("button", name="Choose", exact=True).click()
+    expect(console.locator("#footfall-answer")).to_contain_text("farther away than the leg is long", timeout=SLOW)
+    console.get_by_role("button", name="Plan step", exact=True).click()
+    expect(console.locator("#plan-answer")).to_contain_text("No plan", timeout=SLOW)
+    reason = held(quiet)["plan"]["reason"]
     assert "leg" in reason
-    expect(page.locator("#plan-answer")).to_contain_text(reason)
-    expect(page.get_by_role("button", name="Make sequence")).to_be_disabled()
+    expect(console.locator("#plan-answer")).to_contain_text(reason)
+    expect(console.get_by_role("button", name="Make sequence")).to_be_disabled()
     look("refused")
 
 
@@ -208,15 +208,15 @@ def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, serv
     expect(page.get_by_role("button", name="Export", exact=True)).to_be_enabled()
 
 
-def test_names_from_files_are_text(page: Page, served: Running) -> None:
+def test_names_from_files_are_text(console: Page, quiet: Running) -> None:
     hostile = "<img src=x onerror=document.title='owned'>"
     heights = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n0 0 0\n0 0 0\n0 0 0\n"
-    page.locator("#terrain-file").set_input_files(
+    console.locator("#terrain-file").set_input_files(
         {"name": f"{hostile}.asc", "mimeType": "text/plain", "buffer": heights.encode()}
     )
-    expect(page.locator("#ground-text")).to_contain_text("<img", timeout=SLOW)
-    assert page.title() == "FootFall"
-    assert page.locator("#ground-text img").count() == 0
+    expect(console.locator("#ground-text")).to_contain_text("<img", timeout=SLOW)
+    assert console.title() == "FootFall"
+    assert console.locator("#ground-text img").count() == 0
 
 
 def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
@@ -226,27 +226,27 @@ def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
     look("lost")
 
 
-def test_long_work_can_be_cancelled(page: Page, served: Running) -> None:
-    before = held(served)["dem"]
-    page.get_by_role("button", name="Build terrain", exact=True).click()
-    cancel = page.get_by_role("button", name="Cancel", exact=True)
+def test_long_work_can_be_cancelled(console: Page, quiet: Running) -> None:
+    before = held(quiet)["dem"]
+    console.get_by_role("button", name="Build terrain", exact=True).click()
+    cancel = console.get_by_role("button", name="Cancel", exact=True)
     expect(cancel).to_be_visible(timeout=SLOW)
-    page.keyboard.press("x")
-    until(lambda: held(served)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
-    assert held(served)["jobs"][-1]["state"] == "cancelled"
+    console.keyboard.press("x")
+    until(lambda: held(quiet)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
+    assert held(quiet)["jobs"][-1]["state"] == "cancelled"
     expect(cancel).to_be_hidden(timeout=SLOW)
-    assert held(served)["dem"] == before
+    assert held(quiet)["dem"] == before
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1100)])
-def test_stop_is_in_sight_on_every_screen(page: Page, served: Running, look: Keep, width: int, height: int) -> None:
-    page.set_viewport_size({"width": width, "height": height})
-    page.keyboard.press("?")
-    box = page.locator("#stop").bounding_box()
+def test_stop_is_in_sight_on_every_screen(console: Page, quiet: Running, look: Keep, width: int, height: int) -> None:
+    console.set_viewport_size({"width": width, "height": height})
+    console.keyboard.press("?")
+    box = console.locator("#stop").bounding_box()
     assert box is not None
     assert box["x"] >= 0
     assert box["x"] + box["width"] <= width
     assert 0 <= box["y"] <= 60
     at = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
-    assert page.evaluate("([x, y]) => document.elementFromPoint(x, y).id", at) == "stop"
+    assert console.evaluate("([x, y]) => document.elementFromPoint(x, y).id", at) == "stop"
     look("screen")

@@ -33,90 +33,90 @@ def planned(page: Page, served: Running) -> dict:
     return held(served, f"{SESSION}/plans/current")
 
 
-def test_planner_and_settings_are_those_of_the_server(page: Page, served: Running, look: Keep) -> None:
-    asked = held(served, "/planners")
-    options = page.locator("#planner option")
+def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Running, look: Keep) -> None:
+    asked = held(quiet, "/planners")
+    options = console.locator("#planner option")
     expect(options).to_have_count(len(asked["planners"]), timeout=SLOW)
     assert options.all_inner_texts() == list(asked["planners"])
-    expect(page.locator("#planner-text")).to_have_text(asked["planners"]["auto"])
-    page.get_by_text("Settings", exact=True).click()
-    assert float(page.locator("#set-lift").input_value()) == asked["settings"]["lift"]
-    page.locator("#planner").select_option("astar")
-    expect(page.locator("#planner-text")).to_have_text(asked["planners"]["astar"])
-    page.locator("#set-lift").fill("0.3")
-    page.locator("#set-branch").select_option("0")
-    result = planned(page, served)
+    expect(console.locator("#planner-text")).to_have_text(asked["planners"]["auto"])
+    console.get_by_text("Settings", exact=True).click()
+    assert float(console.locator("#set-lift").input_value()) == asked["settings"]["lift"]
+    console.locator("#planner").select_option("astar")
+    expect(console.locator("#planner-text")).to_have_text(asked["planners"]["astar"])
+    console.locator("#set-lift").fill("0.3")
+    console.locator("#set-branch").select_option("0")
+    result = planned(console, quiet)
     used = result["provenance"]["settings"]
     assert (used["planner"], used["lift"], used["branch"]) == ("astar", 0.3, 0)
     assert result["status"] == "found", result["reason"]
-    page.get_by_text("Why this plan", exact=True).click()
-    expect(page.locator("#decisions li")).to_have_count(len(result["decisions"]), timeout=SLOW)
-    assert page.locator("#decisions li").all_inner_texts() == [one["text"] for one in result["decisions"]]
+    console.get_by_text("Why this plan", exact=True).click()
+    expect(console.locator("#decisions li")).to_have_count(len(result["decisions"]), timeout=SLOW)
+    assert console.locator("#decisions li").all_inner_texts() == [one["text"] for one in result["decisions"]]
     look("why")
-    press(page, "As delivered")
-    assert float(page.locator("#set-lift").input_value()) == asked["settings"]["lift"]
+    press(console, "As delivered")
+    assert float(console.locator("#set-lift").input_value()) == asked["settings"]["lift"]
     # what makes no sense is refused in words, and the plan stays
-    page.locator("#set-time_limit").fill("0")
-    press(page, "Plan step")
-    expect(page.locator("#toast")).to_contain_text("time_limit must be above zero", timeout=SLOW)
-    assert held(served)["plan"]["digest"] == result["digest"]
+    console.locator("#set-time_limit").fill("0")
+    press(console, "Plan step")
+    expect(console.locator("#toast")).to_contain_text("time_limit must be above zero", timeout=SLOW)
+    assert held(quiet)["plan"]["digest"] == result["digest"]
 
 
-def test_alternatives_are_compared_and_chosen(page: Page, served: Running, look: Keep) -> None:
-    first = planned(page, served)
-    press(page, "Alternatives")
-    until(lambda: len(held(served)["plan"]["compared"]) == 4, "the alternatives", 90)
-    rows = page.locator("#compare tbody tr")
+def test_alternatives_are_compared_and_chosen(console: Page, quiet: Running, look: Keep) -> None:
+    first = planned(console, quiet)
+    press(console, "Alternatives")
+    until(lambda: len(held(quiet)["plan"]["compared"]) == 4, "the alternatives", 90)
+    rows = console.locator("#compare tbody tr")
     expect(rows).to_have_count(4, timeout=SLOW)
-    listed = held(served, f"{SESSION}/plans")
+    listed = held(quiet, f"{SESSION}/plans")
     for row, one in zip(rows.all(), listed, strict=True):
         expect(row).to_contain_text(one["text"])
         expect(row).to_contain_text(f"{one['figures']['length']:.3f}" if one["figures"] else one["reason"])
     look("alternatives")
     higher = next(one for one in listed if one["kind"] == "higher_lift")
     assert higher["figures"], higher["reason"]
-    press(page, higher["text"])
-    until(lambda: held(served)["plan"]["digest"] == higher["digest"], "the chosen plan", 30)
-    expect(page.locator("#compare tr.current")).to_contain_text(higher["text"], timeout=SLOW)
+    press(console, higher["text"])
+    until(lambda: held(quiet)["plan"]["digest"] == higher["digest"], "the chosen plan", 30)
+    expect(console.locator("#compare tr.current")).to_contain_text(higher["text"], timeout=SLOW)
     # the key goes round among those that are plans
-    page.locator("#h-plan").click()
+    console.locator("#h-plan").click()
     visited = {higher["digest"]}
     able = {one["digest"]: one["text"] for one in listed if one["figures"]}
     for _ in range(len(able) - 1):
-        before = held(served)["plan"]["digest"]
-        page.keyboard.press("k")
-        until(lambda before=before: held(served)["plan"]["digest"] != before, "the next plan", 30)
-        chosen = held(served)["plan"]["digest"]
+        before = held(quiet)["plan"]["digest"]
+        console.keyboard.press("k")
+        until(lambda before=before: held(quiet)["plan"]["digest"] != before, "the next plan", 30)
+        chosen = held(quiet)["plan"]["digest"]
         visited.add(chosen)
-        expect(page.locator("#compare tr.current")).to_contain_text(able[chosen], timeout=SLOW)
+        expect(console.locator("#compare tr.current")).to_contain_text(able[chosen], timeout=SLOW)
     assert visited == set(able) >= {first["digest"]}
 
 
-def test_a_point_at_the_ghost_is_moved_and_passed(page: Page, served: Running, look: Keep) -> None:
-    planned(page, served)
-    page.locator("#scrub").fill("500")
-    until(lambda: abs(held(served)["view"]["scrub"] - 0.5) < 1e-9, "the ghost's place")
-    page.locator("#h-plan").click()
-    page.keyboard.press("j")
-    height = page.get_by_label("z of point 1", exact=True)
+def test_a_point_at_the_ghost_is_moved_and_passed(console: Page, quiet: Running, look: Keep) -> None:
+    planned(console, quiet)
+    console.locator("#scrub").fill("500")
+    until(lambda: abs(held(quiet)["view"]["scrub"] - 0.5) < 1e-9, "the ghost's place")
+    console.locator("#h-plan").click()
+    console.keyboard.press("j")
+    height = console.get_by_label("z of point 1", exact=True)
     expect(height).to_be_visible(timeout=SLOW)
     before = float(height.input_value())
-    page.evaluate(LATE_POINTS)
+    console.evaluate(LATE_POINTS)
     height.focus()
-    page.keyboard.press("ArrowUp")
+    console.keyboard.press("ArrowUp")
     assert 0 < float(height.input_value()) - before <= 0.05 + 1e-9
-    point = [float(page.get_by_label(f"{axis} of point 1", exact=True).input_value()) for axis in "xyz"]
-    page.locator("#h-plan").click()
-    page.wait_for_timeout(1500)  # it draws what it knows once a second, while the point is on its way
-    result = planned(page, served)  # with the point as it was shown
+    point = [float(console.get_by_label(f"{axis} of point 1", exact=True).input_value()) for axis in "xyz"]
+    console.locator("#h-plan").click()
+    console.wait_for_timeout(1500)  # it draws what it knows once a second, while the point is on its way
+    result = planned(console, quiet)  # with the point as it was shown
     assert result["through"][0] == pytest.approx(point, abs=1e-3)
     assert result["status"] == "found", result["reason"]
-    path = held(served, f"{SESSION}/plans/current/wheel-path")["points"]
+    path = held(quiet, f"{SESSION}/plans/current/wheel-path")["points"]
     assert min(sum((a - b) ** 2 for a, b in zip(one, result["through"][0], strict=True)) for one in path) < 1e-12
     look("through")
-    page.get_by_label("Remove point 1", exact=True).click()
-    expect(page.locator("#through")).to_be_hidden()
-    assert planned(page, served)["through"] == []
+    console.get_by_label("Remove point 1", exact=True).click()
+    expect(console.locator("#through")).to_be_hidden()
+    assert planned(console, quiet)["through"] == []
 
 
 def test_going_on_is_marked_and_ends(page: Page, served: Running, look: Keep) -> None:

@@ -9,11 +9,13 @@ import importlib, pkgutil
 from pathlib import Path
 import footfall
 from numba.core.registry import CPUDispatcher
-from footfall.compiling import STEPS, compile_kernels
+from footfall.compiling import SCENE, WORK, compile_kernels
 
 told = []
 compile_kernels(lambda fraction, text: told.append((fraction, text)))
-assert [text for _, text in told] == [*STEPS, "compiled"], told
+assert told[0] == (0.0, SCENE)
+assert told[-1][0] == 1.0
+assert sorted(text for _, text in told[1:]) == sorted(f"{work}: compiled" for work in WORK), told
 for found in pkgutil.walk_packages(footfall.__path__, "footfall."):
     if found.name.endswith(("__main__", "generate")):
         continue

@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from playwright.sync_api import Browser
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import apply
@@ -163,35 +162,6 @@ def test_nothing_is_asked_for_and_hostile_names_are_only_text():
     shown = "".join(one if one.isprintable() else f"\\u{ord(one):04x}" for one in hostile)
     assert lines_of(four_kinds(phase=hostile))[0][4] == shown
     assert not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e]", text)
-
-
-def test_chromium_shows_and_prints_it(chromium: Browser, tmp_path):
-    """The consumer: no request, no script, no fault; hostile names come out as they were written; A4 pages."""
-    hostile = "".join(HOSTILE)
-    sheet = tmp_path / "sheet.html"
-    export(four_kinds(phase=hostile), "html", sheet)
-    asked, faults = [], []
-    page = chromium.new_page()
-    page.on("request", lambda request: asked.append(request.url))
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("console", lambda message: faults.append(message.text))
-    page.on("dialog", lambda dialog: faults.append(dialog.message))
-    page.goto(sheet.as_uri())
-    assert page.title().startswith("Command sheet: athlete, sequence ")
-    assert page.locator("svg").count() == 2
-    assert page.locator("tbody tr").count() == 9
-    shown = page.locator("tbody tr").first.locator("td").nth(4).inner_text()
-    box = page.locator("svg").first.bounding_box()
-    assert box is not None
-    assert box["width"] == pytest.approx(88 / 25.4 * 96, abs=2)
-    printed = page.pdf(prefer_css_page_size=True)
-    page.close()
-    assert asked == [sheet.as_uri()]
-    assert faults == []
-    assert "<script>alert(1)</script>" in shown
-    assert "</title></style>" in shown
-    width, height = (float(number) for number in re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", printed)[0])
-    assert (width, height) == pytest.approx((595.3, 841.9), abs=1)
 
 
 def test_a_broken_rule_is_not_exported():

@@ -106,7 +106,7 @@ def test_foxgloves_own_libraries_read_the_same(tmp_path):
     path = tmp_path / "a.mcap"
     path.write_bytes(written(frames))
     told: dict[str, list] = {}
-    for one in json.loads(run("foxglove_recording.mjs", str(path))):
+    for one in json.loads(run("foxglove.mjs", str(path))):
         told.setdefault(one["topic"], []).append(one["message"])
     assert {len(several) for several in told.values()} == {len(frames)}
     assert len(told) == PER_FRAME

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from footfall.planning.stance.stand import stand
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.databases import bind
 from footfall.telemetry.state import RobotState, TelemetryFrame
+from tests.support.chassis_ground import wavy
 
 
 @pytest.fixture(autouse=True)
@@ -75,3 +77,25 @@ def session(sessions, tiny, state_of):
     live.load_terrain(tiny.dem(), "test")
     live.set_state(state_of())
     return live
+
+
+@pytest.fixture(scope="session")
+def dem():
+    """Gentle waves."""
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="session")
+def standing(athlete, dem):
+    """The state of a rover that stands on them."""
+    return stand(athlete, dem)
+
+
+@pytest.fixture
+def live(tmp_path, athlete, dem, standing):
+    """A session with the real recipes, the rover frozen as it stands."""
+    with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as opened:
+        made = opened.create("on waves")
+        made.load_terrain(dem)
+        made.set_state(standing)
+        yield made

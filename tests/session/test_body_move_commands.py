@@ -6,37 +6,15 @@ import pytest
 
 from footfall import BodyShift, shifted_state
 from footfall.core.errors import CommandRefused, InvalidInput, NotFound
-from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
-from footfall.session.jobs.local import InlineJobs
-from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
 
 LEG = 2
 ASIDE = BodyShift(dx=0.05, dz=-0.1)
-
-
-@pytest.fixture(scope="module")
-def dem():
-    return wavy(half=4.0)
-
-
-@pytest.fixture(scope="module")
-def standing(athlete, dem):
-    return stand(athlete, dem)
-
-
-@pytest.fixture
-def live(tmp_path, athlete, dem, standing):
-    with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
-        made = sessions.create("move")
-        made.load_terrain(dem)
-        made.set_state(standing)
-        yield made
 
 
 def connected(live, state):

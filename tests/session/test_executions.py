@@ -9,7 +9,6 @@ from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFoun
 from footfall.core.frames import apply
 from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.local import InlineJobs
@@ -18,20 +17,13 @@ from footfall.session.products.sag import sag_of
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
-from tests.support.chassis_ground import wavy
 
 LEG = 2
 
 
 @pytest.fixture(scope="module")
-def dem():
-    return wavy(half=4.0)
-
-
-@pytest.fixture(scope="module")
-def rest(athlete, dem):
-    stood = stand(athlete, dem)
-    return CompliantRover(athlete, dem).let_down(stood.posture, stood.T_site_base)
+def rest(athlete, dem, standing):
+    return CompliantRover(athlete, dem).let_down(standing.posture, standing.T_site_base)
 
 
 @pytest.fixture(scope="module")
@@ -178,9 +170,8 @@ def test_sag_is_compared_at_the_pauses(live, state):
         sag_of(rigid, softer)
 
 
-def test_set_points_are_those_of_a_rover_that_stands_so(athlete, state, rest):
+def test_set_points_are_those_of_a_rover_that_stands_so(standing, state, rest):
     assert set_points_at(None, state) is None
     frame = TelemetryFrame(0, state, rest.commanded)
     assert set_points_at(frame, state) is frame.commanded
-    stood = stand(athlete, wavy(half=4.0))
-    assert set_points_at(frame, stood) is None
+    assert set_points_at(frame, standing) is None

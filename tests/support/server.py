@@ -17,6 +17,7 @@ from footfall.telemetry.link import PATH
 from footfall_ui.app import Server, create_app
 from footfall_ui.listening import address_of, listen
 from footfall_ui.rover_process import RoverProcess
+from tests.support.kept_workers import KeptWorkers
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,8 @@ class Running:
 
     def client(self) -> httpx.Client:
         """A client of the REST interface."""
-        return httpx.Client(base_url=self.api, timeout=60, trust_env=False)
+        # nothing is encrypted here, and reading the certificates of all authorities takes 20 ms
+        return httpx.Client(base_url=self.api, timeout=60, trust_env=False, verify=False)
 
 
 @contextmanager
@@ -50,7 +52,7 @@ def running_server(
 
     accounts: who may come in; None: everybody. sign_on: the provider of other accounts.
     """
-    with closing(listen("127.0.0.1", port)) as listening, Sessions(folder) as sessions:
+    with closing(listen("127.0.0.1", port)) as listening, Sessions(folder, KeptWorkers()) as sessions:
         if prepare is not None:
             prepare(sessions)
         url = address_of(listening)

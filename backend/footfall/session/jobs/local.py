@@ -126,7 +126,7 @@ class Jobs(JobPool):
             self._wake.notify()
 
     def _serve(self, warm: bool) -> None:
-        process = _Process(self._recipes)
+        process = self._hired()
         try:
             if warm:
                 process.start()
@@ -136,7 +136,13 @@ class Jobs(JobPool):
                     product, error = self._run(process, job, message)
                     job.end(product, error)
         finally:
-            process.stop()
+            self._dismiss(process)
+
+    def _hired(self) -> "WorkerProcess":
+        return WorkerProcess(self._recipes)
+
+    def _dismiss(self, process: "WorkerProcess") -> None:
+        process.stop()
 
     def _take(self) -> tuple[Job, tuple[Any, ...]] | None:
         with self._wake:
@@ -156,7 +162,7 @@ class Jobs(JobPool):
             heapq.heapify(self._queue)
             return True
 
-    def _run(self, process: "_Process", job: Job, message: tuple[Any, ...]) -> tuple[Any, FootFallError | None]:
+    def _run(self, process: "WorkerProcess", job: Job, message: tuple[Any, ...]) -> tuple[Any, FootFallError | None]:
         """One job on one worker: (product, None) or (None, error)."""
         cancel_by: float | None = None
         try:
@@ -198,7 +204,7 @@ class Jobs(JobPool):
             return None, FootFallError(f"the {job.kind} could not be exchanged with its worker: {err}")
 
     @contextlib.contextmanager
-    def _taken(self, process: "_Process", job: Job) -> Iterator[None]:
+    def _taken(self, process: "WorkerProcess", job: Job) -> Iterator[None]:
         """While a job is handed over: a large one waits for its worker to read, and one that hangs never does."""
         over = threading.Event()
 
@@ -217,7 +223,7 @@ class Jobs(JobPool):
             watching.join()
 
 
-class _Process:
+class WorkerProcess:
     """One worker process and this end of its pipe; started when needed."""
 
     def __init__(self, recipes: str) -> None:
