@@ -338,11 +338,22 @@ def compile_kernels() -> None:
 
 
 @app.command()
-def doctor(data: Data = DEFAULT_DATA, as_json: Json = False) -> None:
+def doctor(
+    data: Data = DEFAULT_DATA,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            help="Look at this PostgreSQL database; otherwise at the one that the data folder names, if any.",
+            envvar="FOOTFALL_STORE",
+            metavar="postgresql://USER@HOST/DATABASE",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
     """Check that everything FootFall needs is here; exit code 1 where something is missing."""
     from footfall.doctor import examine
 
-    findings = examine(data.expanduser())
+    findings = examine(data.expanduser(), store)
     if as_json:
         terminal.show({"ok": all(one.ok for one in findings), "findings": findings})
     else:

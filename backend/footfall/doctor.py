@@ -16,6 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import SESSION
 from footfall.resources import sample_sessions_folder, static_folder
@@ -45,15 +46,8 @@ LIBRARIES = {
 PORTS = {8080: "the page (serve --port)", 8765: "Foxglove (serve --foxglove)"}
 LEAST_FREE = 2 << 30
 """Disk space that a day's recordings and some terrains need [bytes]."""
-BROWSERS = (
-    "google-chrome",
-    "google-chrome-stable",
-    "chromium",
-    "chromium-browser",
-    "microsoft-edge",
-    "firefox",
-    "safari",
-)
+CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSERS = (*CHROMIUMS, "microsoft-edge", "firefox", "safari")
 
 
 @dataclass(frozen=True)
@@ -65,8 +59,11 @@ class Finding:
     text: str
 
 
-def examine(folder: Path) -> list[Finding]:
-    """Look at everything; nothing is changed. folder: of the sessions; it need not exist yet."""
+def examine(folder: Path, store: str | None = None) -> list[Finding]:
+    """Look at everything; nothing is changed. folder: of the sessions; it need not exist yet.
+
+    store: address of the PostgreSQL database that is to be used; None: the one that the folder names, if any.
+    """
     findings = [
         Finding("footfall", True, f"{SOFTWARE_VERSION}, Python {platform.python_version()}, {os.cpu_count()} cores")
     ]
@@ -77,6 +74,8 @@ def examine(folder: Path) -> list[Finding]:
         "sample sessions": _samples,
         "sessions folder": lambda: _folder(folder),
         "disk space": lambda: _space(folder),
+        "database": lambda: _database(folder, store),
+        "login provider": lambda: _provider(folder),
         "loopback": _loopback,
         "ports": _ports,
         "worker processes": _process,
@@ -89,6 +88,8 @@ def examine(folder: Path) -> list[Finding]:
 def _finding(what: str, check: Callable[[], str]) -> Finding:
     try:
         return Finding(what, True, check())
+    except FootFallError as error:
+        return Finding(what, False, error.message)
     except Exception as error:  # every failure is a finding
         return Finding(what, False, f"{type(error).__name__}: {error}")
 
@@ -142,6 +143,47 @@ def _space(folder: Path) -> str:
     if free < LEAST_FREE:
         raise RuntimeError(f"{free / 2**30:.1f} GiB are free, at least {LEAST_FREE >> 30} GiB are needed")
     return f"{free / 2**30:.1f} GiB free"
+
+
+def _database(folder: Path, store: str | None) -> str:
+    from footfall.session.storage.databases import binding
+
+    bound = binding(folder)
+    url = store or (bound and bound.url)
+    if not url:
+        return "SQLite, in the sessions folder"
+    _require_extra("postgres", "psycopg", "procrastinate", need=url)
+    from footfall.session.storage.postgres_look import look
+
+    return f"{look(url, bound)}: {url}"
+
+
+def _provider(folder: Path) -> str:
+    from footfall.io.sign_on_file import FILE, read_sign_on
+
+    settings = read_sign_on(folder)
+    if settings is None:
+        return f"none ({FILE}); accounts are local"
+    _require_extra("oidc", "joserfc", need=FILE)
+    from footfall.api.auth.oidc import SignOn, SignOnFailed
+
+    try:
+        keys = SignOn(settings).keys()
+    except SignOnFailed as error:
+        raise InvalidInput(
+            f"nobody can log in with {settings.issuer} ({error.message}); see to it, to the network from here to it, "
+            f"and to the issuer in {folder / FILE}; local accounts work meanwhile"
+        ) from error
+    return f"{settings.issuer} answers, and signs with {keys} key{'s' if keys != 1 else ''}"
+
+
+def _require_extra(extra: str, *modules: str, need: str) -> None:
+    for module in modules:
+        try:
+            import_module(module)
+        except ImportError as error:
+            text = f"{need} needs the extra `{extra}`: pip install 'footfall[{extra}]' ({error})"
+            raise InvalidInput(text) from error
 
 
 def _existing(folder: Path) -> Path:

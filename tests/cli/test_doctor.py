@@ -5,12 +5,18 @@ import os
 import shutil
 import socket
 from collections import namedtuple
+from contextlib import closing
 
+import psycopg
 import pytest
 from typer.testing import CliRunner
 
 from footfall import doctor
 from footfall.cli import app
+from footfall.io.sign_on_file import FILE
+from footfall.session.storage import postgres_look
+from footfall.session.storage.databases import bind, binding
+from tests.support.provider import CLIENT, SECRET, provider
 
 
 def looked(what: str, folder) -> doctor.Finding:
@@ -70,3 +76,94 @@ def test_the_command_gives_one_document_and_looks_at_the_folder_that_is_named(tm
     assert {one["what"]: one["text"] for one in document["findings"]}[
         "sessions folder"
     ] == f"{tmp_path / 'x'} will be made"
+
+
+def test_without_a_database_server_or_a_provider_it_says_what_there_is_instead(tmp_path):
+    assert looked("database", tmp_path) == doctor.Finding("database", True, "SQLite, in the sessions folder")
+    assert looked("login provider", tmp_path) == doctor.Finding(
+        "login provider", True, "none (oidc.toml); accounts are local"
+    )
+
+
+def refused(folder, store) -> str:
+    (found,) = [one for one in doctor.examine(folder, store) if one.what == "database"]
+    assert not found.ok
+    return found.text
+
+
+def test_a_database_server_is_looked_at_and_nothing_is_changed(tmp_path, postgres):
+    url = postgres.fresh()
+    with closing(psycopg.connect(url)) as database:
+        version = database.info.server_version // 10_000
+    (fresh,) = [one for one in doctor.examine(tmp_path / "new", url) if one.what == "database"]
+    assert fresh.ok
+    assert fresh.text.startswith(f"PostgreSQL {version}, no tables yet")
+    assert not (tmp_path / "new").exists()
+    with closing(psycopg.connect(url)) as database:
+        assert database.execute("SELECT count(*) FROM pg_tables WHERE schemaname = current_schema()").fetchone() == (0,)
+    bind(tmp_path / "bound", url)
+    assert looked("database", tmp_path / "bound").text == f"PostgreSQL {version}, tables 1, 0 sessions: {url}"
+    assert "belongs to another data folder" in refused(tmp_path / "new", url)
+    assert "holds no tables of FootFall" in refused(tmp_path / "bound", postgres.fresh())
+
+
+def test_what_keeps_a_database_server_from_being_used_is_said(tmp_path, postgres, monkeypatch):
+    assert "names no database server" in refused(tmp_path, "mysql://here")
+    assert "must not hold a password" in refused(tmp_path, "postgresql://me:secret@here/footfall")
+    silent = refused(tmp_path, "postgresql://me@127.0.0.1:9/footfall")
+    assert "can't be used" in silent
+    assert "does the server run" in silent
+    url = postgres.fresh()
+    bind(tmp_path, url)
+    with closing(psycopg.connect(url, autocommit=True)) as database:
+        database.execute("UPDATE schema_versions SET version = 99")
+    assert "later version of FootFall" in looked("database", tmp_path).text
+    with closing(psycopg.connect(url, autocommit=True)) as database:
+        database.execute("DROP TABLE schema_versions, events, sessions, leaving, store, job_reports")
+    assert "holds no tables of FootFall" in looked("database", tmp_path).text
+    monkeypatch.setattr(postgres_look, "OLDEST", 1000)
+    assert "FootFall needs 1000 or later" in looked("database", tmp_path).text
+    assert binding(tmp_path) is not None
+
+
+def test_the_store_of_the_environment_is_looked_at(tmp_path, monkeypatch):
+    monkeypatch.setenv("FOOTFALL_STORE", "postgresql://me@127.0.0.1:9/footfall")
+    run = CliRunner().invoke(app, ["doctor", "--data", str(tmp_path)])
+    assert run.exit_code == 1
+    assert "postgresql://me@127.0.0.1:9/footfall can't be used" in run.stdout
+
+
+def provider_file(folder, issuer: str) -> None:
+    path = folder / FILE
+    path.write_text(
+        f'issuer = "{issuer}"\nclient_id = "{CLIENT}"\nclient_secret = "{SECRET}"\n[roles]\nviewer = ["a"]\n'
+    )
+    path.chmod(0o600)
+
+
+def test_a_login_provider_is_asked(tmp_path):
+    with provider() as issuing:
+        provider_file(tmp_path, issuing.issuer)
+        said = doctor.Finding("login provider", True, f"{issuing.issuer} answers, and signs with 1 key")
+        assert looked("login provider", tmp_path) == said
+        issuing.keys = []
+        assert "tells no key" in looked("login provider", tmp_path).text
+        issuing.claimed_issuer = "https://elsewhere.example"
+        assert "says that it is 'https://elsewhere.example'" in looked("login provider", tmp_path).text
+    gone = looked("login provider", tmp_path)
+    assert not gone.ok
+    assert f"nobody can log in with {issuing.issuer}" in gone.text
+    assert "local accounts work meanwhile" in gone.text
+    (tmp_path / FILE).chmod(0o644)
+    assert "chmod 600" in looked("login provider", tmp_path).text
+
+
+def test_an_extra_that_is_missing_is_named(tmp_path, monkeypatch):
+    def missing(name: str):
+        raise ModuleNotFoundError(f"No module named {name!r}")
+
+    monkeypatch.setattr(doctor, "LIBRARIES", {})
+    monkeypatch.setattr(doctor, "import_module", missing)
+    assert "pip install 'footfall[postgres]'" in refused(tmp_path, "postgresql://me@here/footfall")
+    provider_file(tmp_path, "http://127.0.0.1:9")
+    assert "pip install 'footfall[oidc]'" in looked("login provider", tmp_path).text

@@ -194,6 +194,34 @@ def test_nobody_works_for_a_server_that_is_gone(alone):
         assert another._board.known() == set()
 
 
+def test_what_a_worker_did_for_a_server_is_removed_when_both_were_killed(alone):
+    data, url = alone._data, url_of(alone._data)
+    gone = RemoteJobs(url, data)
+    with worker(data) as process:
+        job = gone.submit("deaf", {}, None)
+        until(lambda: job.state == "running", "the job under way", PATIENCE)
+        process.kill()
+        process.wait()
+    gone._closing.set()  # as if killed: nothing is cancelled or taken back
+    gone._watching.join()
+    gone._board.close()
+    gone._app.close()
+    folder = data / "jobs" / job.id
+    assert folder.is_dir()
+    with psycopg.connect(url, autocommit=True) as database:
+
+        def left_after(heard: str) -> set[str]:
+            """Jobs once another server has come, where the worker was last heard then."""
+            database.execute(f"UPDATE procrastinate_workers SET last_heartbeat = now() {heard}".encode())
+            with RemoteJobs(url, data) as another:
+                return another._board.known()
+
+        assert left_after("+ interval '1 hour'") == {job.id}
+        os.utime(folder, (0, 0))
+        assert left_after("- interval '1 hour'") == set()
+    assert not folder.exists()
+
+
 def test_closing_takes_back_what_waits(alone):
     job = alone.submit("pid", {}, None)
     alone.close()

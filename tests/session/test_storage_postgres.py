@@ -15,7 +15,7 @@ from footfall.session import journal as journal_module
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
 from footfall.session.registry import Sessions
-from footfall.session.storage import postgres_log, postgres_schema
+from footfall.session.storage import postgres_connection, postgres_log, postgres_schema
 from footfall.session.storage.backup import backup
 from footfall.session.storage.databases import bind, binding, open_log
 from footfall.session.storage.interface import StoreRefused
@@ -316,7 +316,7 @@ def test_stop_works_without_the_server_and_is_written_when_it_is_back(
 
 
 def test_a_server_that_hangs_is_given_up_and_the_event_is_in_the_log_once(folder, postgres, monkeypatch):
-    monkeypatch.setattr(postgres_log, "LONGEST", 0.3)
+    monkeypatch.setattr(postgres_connection, "LONGEST", 0.3)
     monkeypatch.setattr(postgres_log, "PATIENCE", 0.3)
     store = SessionStore(folder)
     log = journal_module.Journal(store)
@@ -327,7 +327,7 @@ def test_a_server_that_hangs_is_given_up_and_the_event_is_in_the_log_once(folder
     finally:
         os.kill(hangs, signal.SIGCONT)
     assert log.unrecorded == 1
-    monkeypatch.setattr(postgres_log, "LONGEST", 20.0)
+    monkeypatch.setattr(postgres_connection, "LONGEST", 20.0)
     monkeypatch.setattr(postgres_log, "PATIENCE", 5.0)
     log.record("note", {"text": "e"})
     log.close()

@@ -111,6 +111,13 @@ class SignOn:
         )
         return self._person(self._proven(given.get("id_token"), about, begun.nonce))
 
+    def keys(self) -> int:
+        """With how many keys the provider signs; it is asked. Raises SignOnFailed."""
+        keys = self._json("GET", self._discovered()["jwks_uri"]).get("keys")
+        if not isinstance(keys, list) or not keys:
+            raise SignOnFailed("unproven", f"{self.settings.issuer} tells no key that it signs with")
+        return len(keys)
+
     def _discovered(self) -> dict[str, Any]:
         issuer = self.settings.issuer
         about = self._json("GET", f"{issuer.rstrip('/')}/.well-known/openid-configuration")

@@ -10,6 +10,8 @@ from procrastinate import SyncPsycopgConnector
 from procrastinate.schema import SchemaManager
 from psycopg.rows import class_row
 
+from footfall.session.storage.postgres_connection import BoundedConnection, conninfo
+
 QUEUE = "footfall"
 TASK = "footfall.make"
 HEARTBEAT = 1.0
@@ -27,9 +29,12 @@ _JOBS = """
     LEFT JOIN procrastinate_workers AS workers ON workers.id = jobs.worker_id
     WHERE jobs.id = ANY(%s)"""
 
-# who can take the lock of a server is told that it is gone
+# who can take the lock of a server is told that it is gone; a worker that is heard of ends what it does by itself
 _TIDY = """
-    DELETE FROM procrastinate_jobs WHERE queue_name = 'footfall' AND status NOT IN ('todo', 'doing')
+    DELETE FROM procrastinate_jobs AS jobs WHERE queue_name = 'footfall' AND status <> 'todo'
+        AND NOT (status = 'doing' AND EXISTS (
+            SELECT FROM procrastinate_workers AS workers WHERE workers.id = jobs.worker_id
+                AND workers.last_heartbeat >= now() - make_interval(secs => %s)))
         AND pg_try_advisory_xact_lock(hashtextextended(args ->> 'server', 1))"""
 
 
@@ -65,7 +70,7 @@ class Board:
             found = database.execute("SELECT to_regclass('procrastinate_jobs')").fetchone()
             if found is None or found[0] is None:
                 database.execute(SchemaManager.get_schema().encode())
-            database.execute(_TIDY)
+            database.execute(_TIDY, (SILENCE,))
             database.execute("DELETE FROM job_reports WHERE job NOT IN (SELECT args ->> 'job' FROM procrastinate_jobs)")
 
     def known(self) -> set[str]:
@@ -137,7 +142,7 @@ class Board:
 
     def _connected(self) -> psycopg.Connection[Any]:
         if self._database is None or self._database.closed:
-            self._database = psycopg.connect(self._url, autocommit=True, connect_timeout=3)
+            self._database = BoundedConnection.connect(conninfo(self._url), autocommit=True)
             if self._presence is not None:
                 # shared: the database may not know yet that the connection before is lost, and hold its lock
                 self._database.execute("SELECT pg_advisory_lock_shared(hashtextextended(%s, 1))", (self._presence,))
@@ -146,4 +151,4 @@ class Board:
 
 def connector(url: str) -> SyncPsycopgConnector:
     """For who asks for work. Tried anew each time, not after pauses that grow with the time the database is away."""
-    return SyncPsycopgConnector(conninfo=url, min_size=1, max_size=4, timeout=3.0, reconnect_timeout=1.0)
+    return SyncPsycopgConnector(conninfo=conninfo(url), min_size=1, max_size=4, timeout=3.0, reconnect_timeout=1.0)

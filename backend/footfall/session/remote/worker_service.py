@@ -28,6 +28,7 @@ from footfall.session.jobs.local import Jobs
 from footfall.session.remote.board import HEARTBEAT, QUEUE, SILENCE, TASK, Board
 from footfall.session.remote.exchange import Exchange, error_text
 from footfall.session.storage.databases import binding
+from footfall.session.storage.postgres_connection import conninfo
 
 PERIOD = 0.1
 """How often a job is looked after [s]."""
@@ -78,7 +79,7 @@ async def _serve(url: str, data: Path, pool: Jobs, board: Board, workers: int, o
     stopping = asyncio.create_task(stop.wait())
     while not stop.is_set():
         # one connection listens all the time; one of the others tells that the worker is there, whatever it does
-        connector = _Connector(conninfo=url, min_size=2, max_size=workers + 4, timeout=5.0)
+        connector = _Connector(conninfo=conninfo(url), min_size=2, max_size=workers + 4, timeout=5.0)
         app = procrastinate.App(connector=connector)
         work = _Work(data, pool, board)
         app.task(name=TASK, queue=QUEUE, pass_context=True)(work.make)

@@ -6,13 +6,13 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from footfall.core.errors import InvalidBundle, InvalidInput, NotFound
+from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
 from footfall.session.storage.artifact_folder import sync_folder, write_whole
 from footfall.session.storage.databases import has_log, open_log
 from footfall.session.storage.head import HEAD, compare, new_head, read_head
-from footfall.session.storage.listing import found_sessions
+from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.prune import RECORDINGS
 from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
@@ -27,15 +27,9 @@ def backup(
     recordings: whether finished recordings go along. What is damaged is copied as it is, and found.
     Raises NotFound where a named session is not there, InvalidInput where the target holds something, OSError.
     """
-    if not folder.is_dir():
-        raise NotFound(f"there is no folder {folder}")
+    chosen = list(chosen_sessions(folder, names))
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise InvalidInput(f"{target} is there already; give a new folder, so that no older backup is overwritten")
-    found = found_sessions(folder)
-    unknown = [name for name in names if name not in found]
-    if unknown:
-        raise NotFound(f"there is no session {', '.join(unknown)} in {folder}")
-    chosen = sorted(set(names) or found)
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     partial.mkdir(parents=True)
     try:

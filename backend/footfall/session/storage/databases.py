@@ -47,7 +47,7 @@ def bind(folder: Path, url: str) -> None:
     Raises InvalidInput for an address that is none; Conflict where the folder has its sessions elsewhere, or the
     database belongs to another folder; StoreRefused where it can't be reached.
     """
-    _require_address(url)
+    require_address(url)
     folder.mkdir(parents=True, exist_ok=True)
     bound = binding(folder)
     if bound is None and (folder / DATABASE).exists():
@@ -93,7 +93,8 @@ def sole_writer(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def _require_address(url: str) -> None:
+def require_address(url: str) -> None:
+    """Raises InvalidInput unless ``url`` may be the address of a database."""
     if not url.startswith(_SCHEMES):
         raise InvalidInput(f"{url!r} names no database server; give one as postgresql://USER@HOST/DATABASE")
     if ":" in url.partition("://")[2].partition("/")[0].rpartition("@")[0] or "password=" in url:

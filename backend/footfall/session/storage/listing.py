@@ -2,9 +2,10 @@
 
 import contextlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
-from footfall.core.errors import FootFallError
+from footfall.core.errors import FootFallError, NotFound
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
 from footfall.session.storage.databases import log_name, open_log
 from footfall.session.storage.head import HEAD
@@ -28,6 +29,20 @@ def found_sessions(folder: Path) -> dict[str, Listed | str]:
     for name, path in folders.items():
         found[name] = _plain(path) if has_plain_log(path) else logged.get(name, problem)
     return found
+
+
+def chosen_sessions(folder: Path, names: Sequence[str]) -> dict[str, Listed | str]:
+    """As :func:`found_sessions`, of those that are named (none: of all), in the order of their names.
+
+    Raises NotFound where there is no such folder or session.
+    """
+    if not folder.is_dir():
+        raise NotFound(f"there is no folder {folder}")
+    found = found_sessions(folder)
+    unknown = [name for name in names if name not in found]
+    if unknown:
+        raise NotFound(f"there is no session {', '.join(unknown)} in {folder}")
+    return {name: found[name] for name in sorted(set(names) or found)}
 
 
 def is_session_folder(path: Path) -> bool:

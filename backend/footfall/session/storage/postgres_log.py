@@ -16,18 +16,16 @@ from typing import Any
 
 import psycopg
 from psycopg import errors
-from psycopg.abc import RV, PQGen
 
 from footfall.core.errors import Conflict, FootFallError, InvalidBundle
 from footfall.io.event_log import Record, require_chain
 from footfall.session.storage.interface import Listed, OutcomeUnknown, StoreRefused
+from footfall.session.storage.postgres_connection import BoundedConnection, conninfo
 from footfall.session.storage.postgres_schema import bring_up, damage
 from footfall.session.storage.sqlite_log import SqliteLog
 
 PATIENCE = 1.0
 """How long another program's lock on the tables is waited for [s]."""
-LONGEST = 20.0
-"""A server that has not answered a statement after this long is given up [s]."""
 
 _REFUSALS: tuple[tuple[type[psycopg.Error], int, str], ...] = (
     (errors.LockNotAvailable, errno.EBUSY, "another program holds its tables locked; end that program's work on them"),
@@ -177,15 +175,7 @@ class PostgresLog:
 
     def _connect(self, create: bool) -> None:
         with self._translated():
-            self._database = _Bounded.connect(
-                self.name,
-                autocommit=True,
-                connect_timeout=3,
-                keepalives_idle=5,
-                keepalives_interval=2,
-                keepalives_count=3,
-                fallback_application_name="footfall",
-            )
+            self._database = BoundedConnection.connect(conninfo(self.name), autocommit=True)
         try:
             self._prepare(create)
         except BaseException:
@@ -273,17 +263,6 @@ class PostgresLog:
                     raise StoreRefused(number, f"{advice} (PostgreSQL: {_first_line(err)})", self.name) from err
             text = "it can't be reached, or does not work as it should; see to the server and the network to it"
             raise StoreRefused(errno.EIO, f"{text} (PostgreSQL: {_first_line(err)})", self.name) from err
-
-
-class _Bounded(psycopg.Connection[Any]):
-    """A connection that is given up where a statement takes longer than may be waited for."""
-
-    def wait(self, gen: PQGen[RV], interval: float = 0.1, timeout: float | None = None) -> RV:
-        try:
-            return super().wait(gen, interval, LONGEST if timeout is None else timeout)
-        except errors._WaitTimeout as err:
-            self.pgconn.finish()  # what it was to say would be taken for the answer to the next question
-            raise psycopg.OperationalError(f"no answer within {LONGEST:g} s") from err
 
 
 def _first_line(err: Exception) -> str:

@@ -12,6 +12,7 @@ import psycopg
 from footfall.core.errors import Conflict, InvalidBundle
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.event_log import START
+from footfall.session.storage.schema import readable
 
 TABLES = {"schema_versions", "store", "sessions", "events", "leaving", "job_reports"}
 
@@ -82,11 +83,11 @@ def bring_up(database: Database, store: str, create: bool, schemas: tuple[tuple[
     store: id of the store that it has to be, or becomes. Raises InvalidBundle where a later version of FootFall wrote
     it, or others; Conflict where it is another store; FileNotFoundError where it has no tables and ``create`` is off.
     """
-    if _version(database, len(schemas)) < len(schemas):
+    if table_version(database, len(schemas)) < len(schemas):
         with database.transaction():
             # another server may have done it while this one waited
             database.execute("SELECT pg_advisory_xact_lock(hashtext('footfall tables'))")
-            begin = _version(database, len(schemas))
+            begin = table_version(database, len(schemas))
             if begin == 0 and not create:
                 raise FileNotFoundError("the database has no tables of FootFall")
             if begin == 0:
@@ -126,7 +127,8 @@ def damage(database: Database) -> list[str]:
     return []
 
 
-def _version(database: Database, newest: int) -> int:
+def table_version(database: Database, newest: int = len(SCHEMAS)) -> int:
+    """Version of the tables, 0 where there are none. Raises InvalidBundle where they are none of this FootFall's."""
     query = "SELECT tablename FROM pg_tables WHERE schemaname = current_schema()"
     tables = {name for (name,) in database.execute(query)}
     if "schema_versions" not in tables:
@@ -134,12 +136,4 @@ def _version(database: Database, newest: int) -> int:
             raise InvalidBundle("the database is none of FootFall's", tables=sorted(tables))
         return 0
     row = database.execute("SELECT max(version) FROM schema_versions").fetchone()
-    version = None if row is None else row[0]
-    if type(version) is not int or not 0 < version <= newest:
-        raise InvalidBundle(
-            f"the database was written by a later version of FootFall (tables {version}, this one reads up to "
-            f"{newest}); update FootFall",
-            version=version,
-            readable=newest,
-        )
-    return version
+    return readable(None if row is None else row[0], newest)

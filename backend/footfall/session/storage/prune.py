@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from footfall.core.errors import Conflict, FootFallError, NotFound
+from footfall.core.errors import Conflict, FootFallError
 from footfall.io.bundles import artifact_files, is_artifact
 from footfall.session.storage.databases import open_log, sole_writer
 from footfall.session.storage.interface import Listed
-from footfall.session.storage.listing import found_sessions
+from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.references import digests_in, referenced
 from footfall.session.storage.store import LEAVING, read_session, remove_session
@@ -50,15 +50,9 @@ def prune(
     event is older [s since 1970-01-01 UTC]. Without ``carry_out`` nothing is removed, only told.
     Raises NotFound where a named session is not there.
     """
-    if not folder.is_dir():
-        raise NotFound(f"there is no folder {folder}")
-    found = found_sessions(folder)
-    unknown = [name for name in names if name not in found]
-    if unknown:
-        raise NotFound(f"there is no session {', '.join(unknown)} in {folder}")
+    chosen = chosen_sessions(folder, names)
     pruned = Pruned()
-    for name in sorted(set(names) or found):
-        about = found[name]
+    for name, about in chosen.items():
         try:
             if isinstance(about, str):
                 raise Conflict(about)
@@ -69,7 +63,7 @@ def prune(
         except FootFallError as err:
             pruned.spared[name] = err.message
     if not names:
-        _take_leavings(folder, found, pruned, carry_out)
+        _take_leavings(folder, chosen, pruned, carry_out)
     return pruned
 
 

@@ -67,6 +67,11 @@ def _version(database: sqlite3.Connection, newest: int) -> int:
     if "schema_versions" not in tables:
         raise InvalidBundle("the database is none of FootFall's", tables=sorted(tables))
     (version,) = database.execute("SELECT max(version) FROM schema_versions").fetchone()
+    return readable(version, newest)
+
+
+def readable(version: object, newest: int) -> int:
+    """A version of tables that is one of this FootFall's, 1…``newest``. Raises InvalidBundle for another."""
     if type(version) is not int or not 0 < version <= newest:
         raise InvalidBundle(
             f"the database was written by a later version of FootFall (tables {version}, this one reads up to "

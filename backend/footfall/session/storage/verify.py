@@ -5,14 +5,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from footfall.core.errors import FootFallError, InvalidBundle, NotFound
+from footfall.core.errors import FootFallError, InvalidBundle
 from footfall.core.progress import Progress, no_progress
 from footfall.io.bundles import ARTIFACTS, EVENTS, artifact_files, is_artifact, read_bundle
 from footfall.io.event_log import Record
 from footfall.session.storage.databases import log_name, open_log
 from footfall.session.storage.head import HEAD, Comparison, Head, compare, read_head
 from footfall.session.storage.interface import EventLog
-from footfall.session.storage.listing import found_sessions
+from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.references import digests_in, needed, referenced
 
@@ -36,13 +36,7 @@ def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_prog
 
     Sessions may be in use meanwhile. Raises NotFound where a named session is not there.
     """
-    if not folder.is_dir():
-        raise NotFound(f"there is no folder {folder}")
-    sessions = found_sessions(folder)
-    unknown = [name for name in names if name not in sessions]
-    if unknown:
-        raise NotFound(f"there is no session {', '.join(unknown)} in {folder}")
-    chosen = sorted(set(names) or sessions)
+    chosen = list(chosen_sessions(folder, names))
     findings: list[Finding] = []
     log: EventLog | None = None
     with contextlib.ExitStack() as stack:
