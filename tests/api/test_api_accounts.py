@@ -197,12 +197,12 @@ def test_no_websocket_opens_without_a_key(server, path):
     for headers in ({}, bearer("footfall_guessed"), {"Cookie": "footfall=guessed"}):
         origin = Origin(server.url) if "Cookie" in headers else None
         with pytest.raises(InvalidStatus) as caught:
-            line(server, place, headers, origin=origin, subprotocols=[Subprotocol("footfall-rover-1")])
+            line(server, place, headers, origin=origin, subprotocols=[Subprotocol("footfall-rover-2")])
         assert caught.value.response.status_code == 403
 
 
 def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
-    with line(server, BASE + "/rover", bearer(gateway), subprotocols=[Subprotocol("footfall-rover-1")]) as link:
+    with line(server, BASE + "/rover", bearer(gateway), subprotocols=[Subprotocol("footfall-rover-2")]) as link:
         link.send("this is no JSON")
         assert json.loads(link.recv(timeout=10))["type"] == "error"
     for path in ("/me", "/sessions", "/info"):
@@ -210,7 +210,7 @@ def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
     with pytest.raises(InvalidStatus):
         line(server, BASE + "/stop/line", bearer(gateway))
     with pytest.raises(InvalidStatus):  # and people's tokens don't make a rover, not even an admin's
-        line(server, BASE + "/rover", bearer(tokens[Role.ADMIN]), subprotocols=[Subprotocol("footfall-rover-1")])
+        line(server, BASE + "/rover", bearer(tokens[Role.ADMIN]), subprotocols=[Subprotocol("footfall-rover-2")])
 
 
 def test_the_servers_own_simulated_rover_comes_in(server):

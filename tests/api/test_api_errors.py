@@ -100,7 +100,7 @@ def test_pages_may_not_be_framed_by_others(server):
 def test_websockets_of_foreign_pages_are_refused(server, path):
     url = "ws" + server.url.removeprefix("http") + path
     with pytest.raises(InvalidStatus) as caught:
-        connect(url, origin=Origin("https://example.org"), subprotocols=[Subprotocol("footfall-rover-1")], proxy=None)
+        connect(url, origin=Origin("https://example.org"), subprotocols=[Subprotocol("footfall-rover-2")], proxy=None)
     assert caught.value.response.status_code == 403
 
 

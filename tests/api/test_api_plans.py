@@ -16,6 +16,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.from_arrays import from_heights
 from tests.support.chassis_ground import wavy
 from tests.support.jobs import finished, result
+from tests.support.kept_workers import end_spare
 from tests.support.problems import problem
 from tests.support.server import Running, running_server, until
 
@@ -193,6 +194,7 @@ def _stand(sessions):
 
 def test_a_worker_killed_under_a_real_plan(tmp_path):
     """The server says so, keeps what it had, and plans the next step."""
+    end_spare()  # so that those of this server are new
     others = set(multiprocessing.active_children())
     with running_server(tmp_path, prepare=_stand) as running, running.client() as client:
         x, y = wheel(client, client.get(f"{SESSION}/state").json())

@@ -8,16 +8,17 @@ from websockets.typing import Subprotocol
 
 from footfall.io.robot_files import load_robot
 from footfall.planning.stance.stand import stand
-from footfall.telemetry.link import HelloMessage, encode
+from footfall.telemetry.link import EpochMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
 from tests.support.server import until
 
 
 @pytest.fixture
-def link(server):
+def link(server, client):
+    until(lambda: not client.get("/info").json()["rover_link"]["linked"], "the end of an earlier link")
     url = "ws" + server.api.removeprefix("http") + "/rover"
-    with connect(url, subprotocols=[Subprotocol("footfall-rover-1")], proxy=None) as socket:
+    with connect(url, subprotocols=[Subprotocol("footfall-rover-2")], proxy=None) as socket:
         yield socket
 
 
@@ -57,6 +58,40 @@ def test_bad_frames_are_answered_and_counted(server, client, link, athlete):
     link.send(json.dumps({"type": "stop_ack", "id": message["id"], "time": 1.0}))
     until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
     assert client.post("/stop/clear").json()["stopped"] is False
+
+
+def hears(link, kind: str) -> dict:
+    while (message := json.loads(link.recv(timeout=10)))["type"] != kind:
+        pass
+    return message
+
+
+def test_an_epoch_that_another_session_told_is_outdone(server, client, link):
+    """Also when the rover learns of it only after its hello; a command is never older than what a rover has heard."""
+    link.send(encode(HelloMessage("athlete", 6, id="first", epoch=7)))
+    told = hears(link, "epoch")
+    assert told["id"] == "first"
+    assert told["epoch"] > 7
+    live = server.sessions.current
+    until(lambda: live.state.epoch == told["epoch"], "the log")
+    later = told["epoch"] + 1000
+    link.send(encode(EpochMessage("command 1", later)))
+    assert hears(link, "epoch") == {"type": "epoch", "id": "first", "epoch": later + 1}
+    until(lambda: live.state.epoch == later + 1, "the new epoch in the log")
+    # not confirmed: it is told again, and then no more
+    assert hears(link, "epoch")["epoch"] == later + 1
+    link.send(encode(EpochMessage("first", later + 1)))
+    client.post("/stop")
+    stop = hears(link, "stop")
+    assert stop["epoch"] == later + 2
+    link.send(json.dumps({"type": "stop_ack", "id": stop["id"], "time": 1.0}))
+    until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
+    assert client.post("/stop/clear").json()["stopped"] is False
+    assert hears(link, "clear_stop")["epoch"] == later + 2
+    # another session, whose log knows nothing of this one, goes on from there over the same connection
+    client.post("/sessions", json={"name": "another"}).raise_for_status()
+    until(lambda: server.sessions.current is not live and server.sessions.current.link.connected, "the other session")
+    assert server.sessions.current.epoch > later + 2
 
 
 def test_the_link_is_free_again_after_a_rover_left(server, client, link):

@@ -144,7 +144,7 @@ def test_a_second_rover_is_refused_until_the_first_is_silent(quiet, client, monk
         client.post("/stop")
         with rover_of(quiet) as second:
             assert next_of(second, "stop")
-            assert {json.loads(text)["type"] for text in first} == {"stop"}  # and then it was closed
+            assert {json.loads(text)["type"] for text in first} == {"epoch", "stop"}  # and then it was closed
             linked(client)
             assert client.get("/info").json()["rover_link"]["linked"] is True
 

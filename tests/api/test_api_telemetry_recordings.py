@@ -142,7 +142,7 @@ def test_commands_are_refused_and_a_stop_pauses(plain, tmp_path):
     live.request_images()
     until(lambda: "takes no new images" in live.link.fault, "the refusal of images")
     command = {"type": "command", "id": "c1", "sequence": "s", "row": 0, "name": "WAIT", "leg": None, "joints": None}
-    live.link.send(json.dumps({**command, "duration": 1.0, "force": None}))
+    live.link.send(json.dumps({**command, "duration": 1.0, "force": None, "epoch": 0}))
     until(lambda: "c1" in told(live), "the refusal of the command")
     assert told(live)["c1"] == ("refused", players.REFUSAL)
     assert live.frame is not None

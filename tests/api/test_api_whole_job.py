@@ -192,7 +192,7 @@ def test_a_second_rover_is_refused(rover_server, rest):
     from websockets.typing import Subprotocol
 
     url = "ws" + rover_server.api.removeprefix("http") + "/rover"
-    for protocols in ([Subprotocol("footfall-rover-1")], None):
+    for protocols in ([Subprotocol("footfall-rover-2")], None):
         with pytest.raises(InvalidStatus):
             connect(url, subprotocols=protocols, proxy=None)
     assert rest.get("/info").json()["simulated_rover"]["running"] is True

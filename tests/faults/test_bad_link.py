@@ -1,4 +1,4 @@
-"""A link that cuts, delays, repeats, reorders and loses half of all: at most once, and nothing after a stop."""
+"""A link that cuts, delays, repeats, reorders, loses half of all, holds back: at most once, nothing after a stop."""
 
 import asyncio
 import json
@@ -11,9 +11,9 @@ from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
-from footfall.session.commanding import STOP_AGAIN_AFTER
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.telling import AGAIN_AFTER
 from footfall.sim.imager import Imager
 from footfall.sim.process import RoverClient
 from footfall.sim.rover import SimulatedRover
@@ -152,6 +152,56 @@ def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
     assert (link.done["cut"] > 0) == (BAD[name].cut_every > 0)
 
 
+def stop_and_clear(client, rover):
+    assert client.post("/stop").json()["stopped"]
+    until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop")
+    assert client.post("/stop/clear").status_code == 200
+    until(lambda: rover.mode == "idle", "clearing")
+
+
+def refused_too_late(client, command_id):
+    """Why, as the log tells it of a command; None while it does not."""
+    log = client.get(f"{SESSION}/log?limit=1000").json()["events"]
+    refused = (e["payload"] for e in log if e["type"] == "command_refused")
+    return next((one["reason"] for one in refused if one["id"] == command_id), None)
+
+
+@pytest.mark.parametrize("over", ["a stop and its clearing", "another connection", "a restart of the rover"])
+def test_what_was_held_back_too_long_is_not_carried_out_and_the_operator_hears_of_it(served, athlete, over):
+    server, client, dem, state = served
+    rover, imager = WatchedRover(athlete, dem, state), Imager(athlete, dem, 0)
+    counted = client.get(SESSION).json()["link"]["faults_by_kind"].get("outdated-command", 0)
+    with rover_over(server, Badness(), rover, imager) as link:
+        until(lambda: client.get(SESSION).json()["link"]["connected"], "the link")
+        link.holding = True
+        number = sent_run(client)
+        until(lambda: link.held, "a command held back")
+        held = list(link.held)
+        late = json.loads(held[0])["id"]
+        if over == "a stop and its clearing":
+            stop_and_clear(client, rover)
+            link.let_go()
+            reason = until(lambda: refused_too_late(client, late), "the refusal")
+            assert not rover.begun
+            assert sent_run(client)  # and all goes on
+            until(lambda: len(rover.begun) == 3 and rover.mode == "idle", "the next run carried out")
+    if over != "a stop and its clearing":
+        until(lambda: not client.get(SESSION).json()["link"]["connected"], "the end of the link")
+        rover = WatchedRover(athlete, dem, state) if over == "a restart of the rover" else rover
+        with rover_over(server, Badness(), rover, imager) as link:
+            until(lambda: client.get(SESSION).json()["link"]["connected"], "the link")
+            link.held = list(held)
+            link.let_go()
+            reason = until(lambda: refused_too_late(client, late), "the refusal")
+            assert not rover.begun
+    assert reason.startswith("outdated: ")
+    told = client.get(SESSION).json()["link"]
+    assert told["faults_by_kind"]["outdated-command"] == counted + 1
+    assert told["fault"].startswith(f"command {late} came to the rover too late")
+    if (run := run_of(client, number)) is not None:
+        assert run["rows"][0]["state"] == "refused"
+
+
 def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
     sent = []
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
@@ -163,6 +213,6 @@ def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
         assert {json.loads(text)["type"] for text in sent} == {"stop"}
         live.take_stop_acknowledgement(told)
         count = len(sent)
-        threading.Event().wait(1.5 * STOP_AGAIN_AFTER)
+        threading.Event().wait(1.5 * AGAIN_AFTER)
         assert len(sent) == count
         assert [event.type for event in live.events()].count("stop_requested") == 1

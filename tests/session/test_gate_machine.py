@@ -1,6 +1,5 @@
 """Random operators, links, rovers, disks and clocks against the gate: what must never happen does not."""
 
-import json
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +20,16 @@ from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
 from footfall.sim.orders import OrderedRover
-from footfall.telemetry.link import AckMessage, ClearStopMessage, CommandMessage, QueryMessage, StopMessage, decode
+from footfall.telemetry.link import (
+    AckMessage,
+    ClearStopMessage,
+    CommandMessage,
+    EpochMessage,
+    HelloMessage,
+    QueryMessage,
+    StopMessage,
+    decode,
+)
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 ROWS = 3
@@ -77,6 +85,11 @@ class World(RuleBasedStateMachine):
         self.events, self.pending, self.state, self.disk_full = [], [], SessionState(), False
         self.rover, self.moved_before = ModelRover(), []
         self.down, self.up = [], []
+        # what a gateway holds back, for as long as it likes: over stops, clearings, connections and restarts
+        self.held = []
+        # messages down are numbered: which commands each makes too late, and which those are that the rover has heard
+        self.said, self.too_late, self.never = 0, {}, set()
+        self.stopped_at, self.greetings, self.answered, self.sent_before = 0, 0, False, frozenset()
         self.connected, self.heard_at, self.frame = False, None, None
         self.sent, self.tokens, self.used = [], {}, set()
         self.stops = False
@@ -100,9 +113,19 @@ class World(RuleBasedStateMachine):
     def send(self, text):
         if not self.connected:
             raise Conflict("no rover is connected")
-        if json.loads(text)["type"] == "command":
-            self.released(json.loads(text)["id"])
-        self.down.append(text)
+        self.said += 1
+        given_up = {one.id for one in self.state.commands if one.state == "unknown"}
+        match decode(text):
+            case CommandMessage(id=command_id):
+                self.released(command_id)
+                self.too_late[self.said] = given_up
+            case StopMessage():
+                self.too_late[self.said] = {*self.sent}
+            case EpochMessage():
+                self.too_late[self.said] = self.sent_before | given_up
+            case _:
+                self.too_late[self.said] = set()
+        self.down.append((self.said, text))
 
     def released(self, command_id):
         self.settle()
@@ -278,22 +301,44 @@ class World(RuleBasedStateMachine):
         self.frame, self.heard_at = FRAMES[self.rover.mode], self.now
 
     @precondition(lambda self: self.down)
-    @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "arrives", "comes twice", "is lost"]))
+    @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "arrives", "comes twice", "is held back", "is lost"]))
     def downlink(self, pick, fate):
-        barrier = next((i for i, one in enumerate(self.down) if '"command"' not in one), len(self.down) - 1)
+        barrier = next((i for i, (_, one) in enumerate(self.down) if '"command"' not in one), len(self.down) - 1)
         place = min(pick, barrier)  # as on a WebSocket, nothing overtakes a stop
-        text = self.down[place] if fate == "comes twice" else self.down.pop(place)
-        if fate == "is lost":
-            return
+        said, text = self.down[place] if fate == "comes twice" else self.down.pop(place)
+        if fate in ("is held back", "comes twice"):
+            self.held.append((said, text))
+        if fate not in ("is lost", "is held back"):
+            self.reaches(said, text)
+
+    @precondition(lambda self: self.held)
+    @rule(pick=which)
+    def comes_after_all(self, pick):
+        """What was held back reaches whatever rover is there, whenever the gateway likes, linked or not."""
+        self.reaches(*self.held.pop(pick % len(self.held)))
+
+    def reaches(self, said, text):
+        moved = len(self.rover.moved)
         match decode(text):
             case CommandMessage() as message:
                 self.up += self.rover.command(message)
             case QueryMessage(id=command_id):
                 self.up.append(self.rover.became(command_id))
-            case StopMessage(id=stop_id):
-                self.up += [*self.rover.stop(), stop_id]
-            case ClearStopMessage():
-                self.rover.clear_stop()
+            case EpochMessage(id=greeting, epoch=epoch):
+                self.rover.hear_epoch(greeting, epoch)
+                self.up.append(EpochMessage(greeting, self.rover.epoch or 0))
+                self.answered |= greeting == f"hello {self.greetings}"
+            case StopMessage(id=stop_id, epoch=epoch):
+                self.up += [*self.rover.stop(epoch), stop_id]
+                self.stopped_at = max(self.stopped_at, said)
+            case ClearStopMessage(epoch=epoch):
+                before = self.rover.mode
+                self.rover.clear_stop(epoch)
+                assert said > self.stopped_at or self.rover.mode == before, "cleared a stop that came after it"
+        self.never |= self.too_late[said]
+        begun = {*self.rover.moved[moved:]}
+        assert not self.never & begun, "held back, and carried out after all"
+        assert self.answered or not begun, "carried out though the ground had not answered the rover yet"
 
     @precondition(lambda self: self.connected and self.up)
     @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "comes twice", "is lost"]))
@@ -302,10 +347,12 @@ class World(RuleBasedStateMachine):
         said = self.up[place] if fate == "comes twice" else self.up.pop(place)
         if fate == "is lost":
             return
-        if not isinstance(said, AckMessage):
+        if isinstance(said, EpochMessage):
+            self.gate.epoch_heard(said.id, said.epoch)
+        elif not isinstance(said, AckMessage):
             self.gate.stop_acknowledged(said)
         elif any(one.id == said.id for one in self.state.commands):
-            self.gate.heard(said.id, said.state, said.reason)
+            self.gate.heard(said.id, "refused" if said.state == "outdated" else said.state, said.reason)
 
     @rule()
     def arrive(self):
@@ -343,6 +390,47 @@ class World(RuleBasedStateMachine):
             self.up.clear()
 
     @precondition(lambda self: self.connected)
+    @rule(
+        who=person,
+        early=st.booleans(),
+        over=st.sampled_from(["a stop", "its being given up", "a connection", "a restart", "all restart"]),
+    )
+    def held_back(self, who, over, early):
+        """A command is held back over something that ends its run, and comes when all is well again."""
+        self.send_at_once(who, steps=False, reach=False)
+        self.held += [one for one in self.down if '"command"' in one[1]]
+        self.down = []
+        clearings: list[Any] = []
+        if over == "a stop":
+            self.stop(who)
+            self.all_goes_well(1)
+            self.clear(self.holder or who)
+            clearings = [one for one in self.down if '"clear_stop"' in one[1]]
+        elif over == "its being given up":
+            self.wait(3.5, looks=True)
+        elif over == "a connection":
+            self.disconnect()
+        else:
+            self.server_dies() if over == "all restart" else None
+            self.rover_restarts()
+        if early and self.held:
+            self.comes_after_all(0)
+        self.all_goes_well(1)
+        while self.held:
+            self.comes_after_all(0)
+        self.held = clearings
+
+    @precondition(lambda self: self.connected)
+    @rule(who=person, picks=st.lists(which, max_size=4))
+    def stopped_again(self, who, picks):
+        """Whatever was held back comes while a stop is in force that the rover has heard of."""
+        self.stop(who)
+        self.all_goes_well(1)
+        for pick in picks:
+            if self.held:
+                self.comes_after_all(pick)
+
+    @precondition(lambda self: self.connected)
     @rule()
     def disconnect(self):
         self.connected, self.down = False, []
@@ -352,8 +440,12 @@ class World(RuleBasedStateMachine):
     @rule()
     def connect(self):
         self.connected = True
-        self.gate.connected()
-        self.record_anyway("link_connected", {})
+        self.greetings += 1
+        greeting, self.sent_before = f"hello {self.greetings}", frozenset(self.sent)
+        self.answered = False
+        self.rover.greets(greeting)
+        epoch = self.gate.connected(HelloMessage("r", 6, id=greeting, epoch=self.rover.epoch))
+        self.record_anyway("link_connected", {"epoch": epoch})
 
     @precondition(lambda self: self.sent)
     @rule()
@@ -361,7 +453,8 @@ class World(RuleBasedStateMachine):
         if self.connected:
             self.disconnect()
         self.moved_before += self.rover.moved
-        self.rover, self.up = ModelRover(), []
+        self.rover, self.up, self.stopped_at, self.answered = ModelRover(), [], 0, False
+        self.rover.greets("not heard by the ground yet")
 
     @precondition(lambda self: self.sent)
     @rule()
@@ -421,7 +514,7 @@ class World(RuleBasedStateMachine):
         for command in self.state.commands:
             remembered = self.rover._last.get(command.id)
             if command.run == self.state.runs and command.id in self.sent and remembered is not None:
-                assert command.state == remembered.state
+                assert command.state == ("refused" if remembered.state == "outdated" else remembered.state)
 
 
 World.TestCase.settings = settings(max_examples=120, stateful_step_count=40, deadline=None, derandomize=True)

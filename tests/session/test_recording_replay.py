@@ -17,7 +17,7 @@ from footfall.io.recordings import TO_ROVER
 from footfall.io.recordings.writing import RecordingWriter
 from footfall.session.replay.recordings import MOST_PROBLEMS, UNHEARD, replay_recording
 from footfall.session.rover.recorder import acknowledgement
-from footfall.telemetry.link import ClearStopMessage, CommandMessage, StopMessage, message_object
+from footfall.telemetry.link import ClearStopMessage, CommandMessage, EpochMessage, Message, StopMessage, message_object
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.command_line import run
 from tests.support.frames import JOINTS, moving_frames
@@ -44,7 +44,7 @@ def recorded(folder: Path, write: Callable[[RecordingWriter], None], finish: boo
     return path
 
 
-def told(writer: RecordingWriter, message: CommandMessage | StopMessage | ClearStopMessage, at: int = 0) -> None:
+def told(writer: RecordingWriter, message: Message, at: int = 0) -> None:
     writer.note(TO_ROVER, message_object(message), at)
 
 
@@ -112,6 +112,21 @@ def test_what_became_of_commands(folder):
     assert report.commands == {"done": 1, "refused": 1, "started": 1, UNHEARD: 1}
     assert (report.stops, report.strangers) == (1, 1)
     assert report.ok, report.problems
+
+
+def test_a_command_of_an_older_epoch_is_told_and_recordings_that_know_none_are_read(folder):
+    def write(writer: RecordingWriter) -> None:
+        told(writer, EpochMessage("h", 4))
+        told(writer, replace(command("a"), epoch=4))
+        told(writer, StopMessage("s1", 5))
+        told(writer, ClearStopMessage("s1", 5))
+        told(writer, replace(command("b"), epoch=4))
+        older = message_object(command("c"))
+        del older["epoch"]
+        writer.note(TO_ROVER, older, 5 * PERIOD)
+
+    problems = replay_recording(recorded(folder, write)).problems
+    assert problems == ("command b was sent in epoch 4, after one of epoch 5",)
 
 
 def test_what_must_not_be_is_told(folder):

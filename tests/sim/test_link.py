@@ -14,6 +14,7 @@ from footfall.telemetry.link import (
     AckMessage,
     ClearStopMessage,
     CommandMessage,
+    EpochMessage,
     ErrorMessage,
     HelloMessage,
     ImageRequestMessage,
@@ -28,6 +29,7 @@ from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 names = st.text(min_size=1, max_size=64)
+epochs = st.integers(0, 2**53 - 1)
 six = st.lists(numbers, min_size=6, max_size=6).map(np.array)
 
 
@@ -50,7 +52,8 @@ def telemetry(draw) -> TelemetryFrame:
 
 messages = st.one_of(
     telemetry(),
-    st.builds(HelloMessage, names, st.integers(1, 20), software=names),
+    st.builds(HelloMessage, names, st.integers(1, 20), software=names, id=names, epoch=st.none() | epochs),
+    st.builds(EpochMessage, names, epochs),
     st.builds(
         CommandMessage,
         names,
@@ -60,12 +63,13 @@ messages = st.one_of(
         st.none() | st.integers(0, 9),
         st.none() | six,
         numbers,
+        epoch=epochs,
     ),
     st.builds(AckMessage, names, st.sampled_from(ACK_STATES), st.text(max_size=200), numbers),
-    st.builds(StopMessage, names),
+    st.builds(StopMessage, names, epochs),
     st.builds(QueryMessage, names),
     st.builds(StopAckMessage, names, numbers),
-    st.builds(ClearStopMessage, names),
+    st.builds(ClearStopMessage, names, epochs),
     st.builds(ImageRequestMessage, names, st.none() | st.lists(names, min_size=1, max_size=9).map(tuple)),
     st.builds(ErrorMessage, st.text(max_size=64), st.text(max_size=200)),
 )
@@ -127,10 +131,11 @@ def test_broken_telemetry_is_named(standing):
 
 
 def test_another_version_or_another_rover_is_refused():
-    hello = {"type": "hello", "protocol": 1, "robot": "athlete", "legs": 6, "software": "1"}
+    hello = {"type": "hello", "protocol": 2, "robot": "athlete", "legs": 6, "software": "1", "id": "h", "epoch": None}
     assert isinstance(decode(json.dumps(hello), legs=6), HelloMessage)
-    with pytest.raises(InvalidTelemetry, match="protocol 2, this end speaks 1"):
-        decode(changed(hello, protocol=2))
+    older = {name: one for name, one in hello.items() if name not in ("id", "epoch")}
+    with pytest.raises(InvalidTelemetry, match="protocol 1, this end speaks 2"):
+        decode(changed(older, protocol=1))
     with pytest.raises(InvalidTelemetry, match="8 legs, 6 are expected"):
         decode(changed(hello, legs=8), legs=6)
 
@@ -145,6 +150,9 @@ def test_broken_commands_are_named():
         (changed(good, id=""), "id must be a text"),
         (changed(good, id="x" * 65), "id must be a text"),
         (json.dumps({name: one for name, one in good.items() if name != "joints"}), "joints is missing"),
+        (json.dumps({name: one for name, one in good.items() if name != "epoch"}), "epoch is missing"),
+        (changed(good, epoch=-1), "epoch must be a whole number"),
+        (changed(good, epoch=None), "epoch must be a whole number"),
     ]
     for text, says in cases:
         with pytest.raises(InvalidTelemetry, match=says):

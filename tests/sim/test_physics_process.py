@@ -10,7 +10,16 @@ import pytest
 
 from footfall.io.artifacts import encode as store
 from footfall.io.terrain_files import write_terrain
-from footfall.telemetry.link import AckMessage, CommandMessage, StopAckMessage, StopMessage, decode, encode
+from footfall.telemetry.link import (
+    AckMessage,
+    CommandMessage,
+    EpochMessage,
+    HelloMessage,
+    StopAckMessage,
+    StopMessage,
+    decode,
+    encode,
+)
 from footfall.telemetry.state import TelemetryFrame
 
 MOON = 1.62
@@ -44,6 +53,8 @@ def acked(command_id: str, state: str):
 
 
 def test_it_tells_what_physics_makes_of_its_commands(athlete, rover_process, link_server):
+    hello = link_server.wait_for(lambda frames: [one for one in texts(frames) if isinstance(one, HelloMessage)])[0]
+    link_server.send(encode(EpochMessage(hello.id, 0)))
     first = link_server.wait_for(lambda frames: newest(frames, lambda frame: frame.state.mode == "idle"))
     assert first.state.wheel_forces[:, 2].sum() == pytest.approx(athlete.mass * MOON, abs=2.0)
     sag = athlete.stiffness * (first.commanded - first.state.posture)

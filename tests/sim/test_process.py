@@ -16,6 +16,7 @@ from footfall.telemetry.link import (
     AckMessage,
     ClearStopMessage,
     CommandMessage,
+    EpochMessage,
     ErrorMessage,
     HelloMessage,
     ImageRequestMessage,
@@ -64,10 +65,10 @@ def moving(frames):
     return newest and newest[0].state.mode == "moving"
 
 
-def lift(robot, command_id: str, by: float, duration: float) -> str:
+def lift(robot, command_id: str, by: float, duration: float, epoch: int = 5) -> str:
     joints = robot.posture("stand")[12:18].copy()
     joints[1] -= by
-    return encode(CommandMessage(command_id, "s", 0, "LEG_MOVE", 2, joints, duration))
+    return encode(CommandMessage(command_id, "s", 0, "LEG_MOVE", 2, joints, duration, epoch=epoch))
 
 
 def count_acks(frames, command_id: str, state: str) -> int:
@@ -77,7 +78,7 @@ def count_acks(frames, command_id: str, state: str) -> int:
 def test_a_day_on_the_link(athlete, rover_process, link_server):
     server = link_server
     hello = server.wait_for(of(HelloMessage))
-    assert (hello.protocol, hello.robot, hello.legs) == (1, "athlete", 6)
+    assert (hello.protocol, hello.robot, hello.legs, hello.epoch) == (2, "athlete", 6, None)
     assert isinstance(texts(server.frames)[0], HelloMessage)
 
     # images are taken beside all that follows
@@ -85,9 +86,20 @@ def test_a_day_on_the_link(athlete, rover_process, link_server):
     server.send(encode(ImageRequestMessage("i2", None)))
     assert "busy" in server.wait_for(of(ErrorMessage, id="i2")).text
 
+    # nothing is carried out before the ground has answered the hello, nor for the answer to another one
+    server.send(encode(EpochMessage("an earlier connection", 3)))
+    server.send(lift(athlete, "c-1", 0.1, 0.5))
+    assert "has not told" in server.wait_for(of(AckMessage, id="c-1", state="outdated")).reason
+    server.send(encode(EpochMessage(hello.id, 5)))
+    server.wait_for(of(EpochMessage, id=hello.id, epoch=5))
+    server.send(lift(athlete, "c-2", 0.1, 0.5, epoch=4))
+    assert "in epoch 4" in server.wait_for(of(AckMessage, id="c-2", state="outdated")).reason
+    assert count_acks(server.frames, "c-1", "started") == count_acks(server.frames, "c-2", "started") == 0
+
     server.send(lift(athlete, "c1", 0.1, 0.5))
     server.wait_for(of(AckMessage, id="c1", state="done"))
-    assert [one.state for one in texts(server.frames) if isinstance(one, AckMessage)] == ["received", "started", "done"]
+    said = [one.state for one in texts(server.frames) if isinstance(one, AckMessage)]
+    assert said == ["outdated", "outdated", "received", "started", "done"]
 
     # the same id again, as a link that repeats itself would
     server.send(lift(athlete, "c1", 0.3, 0.5))
@@ -103,18 +115,22 @@ def test_a_day_on_the_link(athlete, rover_process, link_server):
     server.send(lift(athlete, "c2", 1.2, 30.0))
     server.wait_for(of(AckMessage, id="c2", state="started"))
     server.wait_for(moving)
-    server.send(encode(StopMessage("halt")))
+    server.send(encode(StopMessage("halt", 6)))
     stopped = server.wait_for(of(StopAckMessage, id="halt"))
     assert "stopped" in server.wait_for(of(AckMessage, id="c2", state="refused")).reason
-    server.send(lift(athlete, "c3", 0.1, 1.0))
+    server.send(lift(athlete, "c3", 0.1, 1.0, epoch=6))
     assert "clear the stop" in server.wait_for(of(AckMessage, id="c3", state="refused")).reason
     after = server.wait_for(lambda frames: _telemetry_after(frames, stopped.time, 5))
     assert {frame.state.mode for frame in after} == {"stopped"}
     assert len({frame.state.posture.tobytes() for frame in after}) == 1
     assert np.array_equal(after[0].commanded, after[0].state.posture)
 
-    server.send(encode(ClearStopMessage("again")))
-    server.send(lift(athlete, "c4", 0.1, 1.0))
+    server.send(encode(ClearStopMessage("of an earlier stop", 5)))
+    assert "not cleared" in server.wait_for(of(ErrorMessage, id="of an earlier stop")).text
+    server.send(encode(ClearStopMessage("again", 6)))
+    server.send(lift(athlete, "c-3", 0.1, 1.0))
+    server.wait_for(of(AckMessage, id="c-3", state="outdated"))
+    server.send(lift(athlete, "c4", 0.1, 1.0, epoch=6))
     server.wait_for(of(AckMessage, id="c4", state="done"))
 
     server.send(json.dumps({"type": "command", "id": "c5", "joints": [0.0] * 5}))
@@ -140,11 +156,16 @@ def test_a_day_on_the_link(athlete, rover_process, link_server):
     assert all(abs(frame.state.wheel_forces[:, 2].sum() - weight) < 1e-3 * weight for frame in frames)
 
     # the line breaks while it moves: it finishes, comes back, and says so
-    server.send(lift(athlete, "c6", 0.0, 1.0))
+    server.send(lift(athlete, "c6", 0.0, 1.0, epoch=7))
     server.wait_for(of(AckMessage, id="c6", state="started"))
     server.drop()
     server.wait_for(of(AckMessage, id="c6", state="done"))
     assert server.connections == 2
+    again = server.wait_for(of(HelloMessage, count=2))
+    assert again.id != hello.id
+    assert again.epoch == 7
+    server.send(lift(athlete, "c7", 0.0, 1.0, epoch=7))
+    server.wait_for(of(AckMessage, id="c7", state="outdated"))
     assert count_acks(server.frames, "c6", "done") == 1
 
 

@@ -33,12 +33,17 @@ class BadLink:
     """Stands at ``url`` before the server's rover link ``upstream``; use it as an async context manager.
 
     Rover and server each have a WebSocket of their own to it. done: how many messages were carried, lost, repeated.
+    holding: whether commands are held back, in ``held``, until :meth:`let_go`.
     """
 
     def __init__(self, upstream: str, badness: Badness, seed: int) -> None:
         self._upstream, self._badness, self._random = upstream, badness, Random(seed)
         self._server: Server | None = None
         self._late: set[asyncio.Task[None]] = set()
+        self._loop = asyncio.get_running_loop()
+        self._rover: ServerConnection | None = None
+        self.holding = False
+        self.held: list[str] = []
         self.done: Counter[str] = Counter()
 
     @property
@@ -46,6 +51,13 @@ class BadLink:
         """Where the rover connects to."""
         assert self._server is not None
         return f"ws://127.0.0.1:{next(iter(self._server.sockets)).getsockname()[1]}/"
+
+    def let_go(self) -> None:
+        """What is held back reaches the rover that is there now; from another thread than the link's."""
+        assert self._rover is not None
+        self.holding = False
+        while self.held:
+            asyncio.run_coroutine_threadsafe(self._rover.send(self.held.pop(0)), self._loop).result(10)
 
     async def __aenter__(self) -> "BadLink":
         protocols = [Subprotocol(SUBPROTOCOL)]
@@ -60,6 +72,7 @@ class BadLink:
         await self._server.wait_closed()
 
     async def _between(self, rover: ServerConnection) -> None:
+        self._rover = rover
         protocols = [Subprotocol(SUBPROTOCOL)]
         with contextlib.suppress(OSError, WebSocketException):
             async with connect(self._upstream, subprotocols=protocols, proxy=None, max_size=MAX_BINARY_FRAME) as server:
@@ -76,6 +89,9 @@ class BadLink:
         async for text in source:
             if isinstance(text, str) and '"hello"' in text[:40]:
                 await sink.send(text)
+                continue
+            if self.holding and isinstance(text, str) and '"command"' in text[:40]:
+                self.held.append(text)
                 continue
             if self._random.random() < bad.lose:
                 self.done["lost"] += 1

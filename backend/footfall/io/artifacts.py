@@ -96,6 +96,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "AckMessage",
         "ClearStopMessage",
         "CommandMessage",
+        "EpochMessage",
         "ErrorMessage",
         "HelloMessage",
         "ImageRequestMessage",

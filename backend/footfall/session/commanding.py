@@ -21,12 +21,11 @@ from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.gate.runs import Run, command_id
 from footfall.session.log.fold import SessionState
 from footfall.session.rover.link import RoverLink
-from footfall.telemetry.link import ClearStopMessage, CommandMessage, QueryMessage, StopMessage, encode
+from footfall.session.telling import Telling
+from footfall.telemetry.link import CommandMessage, HelloMessage, encode
 
 WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
-STOP_AGAIN_AFTER = 1.0
-"""A stop that the rover has not acknowledged is told again so long after it could have been answered [s]."""
 ENDED = ("done", "refused")
 """States of a command that nothing changes any more."""
 
@@ -58,15 +57,15 @@ class Commanding:
             acknowledged=known.stop.acknowledged,
             runs=known.runs,
             conn=0 if known.conn is None else known.conn.number,
+            epoch=known.epoch,
             clock=clock,
             told=self._conn_changed,
         )
         self._link = link
+        self._tell = Telling(link, self.gate, clock)
         self._record = record
         self._record_anyway = record_anyway
         self._state = state
-        self._clock = clock
-        self._stop_told_at = 0.0
         self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
         self._closing = threading.Event()
@@ -181,11 +180,11 @@ class Commanding:
         at: wall clock. Again while stopped: the rover is told again.
         """
         first, run = self.gate.latch()
-        reached = self._tell_stop()
+        reached = self._tell.stop()
         with contextlib.suppress(RuntimeError):  # no thread can be started: the stop goes on without being repeated
             self._start_watch()
         if first:
-            told = {"reason": reason, "at": at, "rover_reached": reached, **self._by(who)}
+            told = {"reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch, **self._by(who)}
             self._record_anyway("stop_requested", told)
         if run is not None:
             self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
@@ -211,25 +210,35 @@ class Commanding:
         if was_stopped:
             if self._link.connected and not self.gate.acknowledged:
                 raise Conflict("the rover has not acknowledged the stop yet; the stop stays in force")
-            self._record("stop_cleared", self._by(who))
+            self._record("stop_cleared", {"epoch": self.gate.epoch, **self._by(who)})
         elif frame is None or frame.state.mode != "stopped":
             return
-        if self.gate.unlatch(stops, self._tell_clear):
+        if self.gate.unlatch(stops, self._tell.clear):
             return
         if was_stopped:
             # the log says cleared, and must not stay behind the gate
             again = {"reason": "asked for while a stop was being cleared", "at": time.time(), "rover_reached": True}
-            self._record_anyway("stop_requested", again)
+            self._record_anyway("stop_requested", {**again, "epoch": self.gate.epoch})
         raise Conflict("another stop came while this one was being cleared; it stays in force")
 
     # -- the link ------------------------------------------------------------------------------
 
-    def connected(self) -> None:
-        """A rover came (back): it hears of a stop that it may have missed, and is asked what became of commands."""
-        if self.gate.rover_changed():
-            self._tell_stop()
+    def connected(self, hello: HelloMessage | None = None) -> int:
+        """A rover came (back): it hears of a stop that it may have missed, and is asked what became of commands.
+
+        hello: what it said of itself, None where it can't be told of epochs. Returns the epoch that begins with it.
+        """
+        if self._tell.rover_came(hello) or hello is not None:
             self._start_watch()
+        epoch = self.gate.epoch
         self._ask()
+        return epoch
+
+    def epoch_heard(self, about: str, epoch: int) -> None:
+        """The rover has heard of ``epoch``, and says so about a message of that id."""
+        if self._tell.epoch_heard(about, epoch):
+            reason = f"another session has told the rover of epoch {epoch}"
+            self._record_anyway("epoch_begun", {"epoch": self.gate.epoch, "reason": reason})
 
     def lost(self, reason: str) -> None:
         """The link is gone: what was not sent stays unsent. A run that waits is checked anew before it goes on."""
@@ -249,19 +258,7 @@ class Commanding:
         known = self._state()
         for command in known.commands:
             if command.run == known.runs and command.state == "unknown":
-                with contextlib.suppress(Conflict):
-                    self._link.send(encode(QueryMessage(command.id)))
-
-    def _tell_stop(self) -> bool:
-        self._stop_told_at = self._clock()
-        with contextlib.suppress(Conflict):
-            self._link.send(encode(StopMessage(self.gate.stop_id)))
-            return True
-        return False
-
-    def _tell_clear(self) -> None:
-        with contextlib.suppress(Conflict):
-            self._link.send(encode(ClearStopMessage("clear-stop")))
+                self._tell.ask(command.id)
 
     # -- rows ----------------------------------------------------------------------------------
 
@@ -276,8 +273,9 @@ class Commanding:
             elif hindered == "telemetry":
                 self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:.1f} s old")
             return
-        text = encode(_message(run))
-        sent = {"id": run.command_id, "sequence": run.digest, "run": run.number, "row": run.row}
+        message = _message(run, self.gate.epoch)
+        text, row = encode(message), {"sequence": run.digest, "run": run.number, "row": run.row}
+        sent = {"id": message.id, **row, "epoch": message.epoch}
         try:
             self._record("command_sent", sent)
         except OSError as err:
@@ -301,13 +299,19 @@ class Commanding:
     def _end(self, number: int | None, outcome: str, reason: str) -> None:
         run = self.gate.end(number)
         if run is not None:
+            given_up = run.phase == "out" and outcome in ("overdue", "link_lost")
+            if given_up:
+                # the row may be held back on the way: should it come after all, it comes too late
+                self.gate.new_epoch()
             self._record_ended(run, outcome, reason)
+            if given_up:
+                self._tell.epoch()
             if outcome == "overdue":
                 self._ask()
 
     def _record_ended(self, run: Run, outcome: str, reason: str) -> None:
         ended = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": run.unsent}
-        self._record_anyway("run_ended", ended)
+        self._record_anyway("run_ended", {**ended, "epoch": self.gate.epoch})
 
     def _by(self, who: Identity) -> dict[str, Any]:
         return {"by": who.as_dict(), "conn": self.gate.conn_number}
@@ -332,14 +336,9 @@ class Commanding:
             self.look()
 
     def look(self) -> None:
-        """End what time has ended: the conn, a run whose rover fell silent or whose row is overdue.
-
-        A stop that the rover has not acknowledged is told again: a gateway may have lost it, and twice harms nobody.
-        """
+        """End what time has ended: the conn, a run whose rover fell silent or whose row is overdue."""
         self.gate.pass_time()
-        waited = self._clock() - self._stop_told_at - self._link.light_time.round_trip
-        if waited > STOP_AGAIN_AFTER:
-            self.gate.remind(self._tell_stop)
+        self._tell.remind()
         run = self.gate.run
         if run is None or run.phase == "waiting":
             return
@@ -350,7 +349,7 @@ class Commanding:
             self._end(run.number, "overdue", late)
 
 
-def _message(run: Run) -> CommandMessage:
+def _message(run: Run, epoch: int) -> CommandMessage:
     command = run.command
     return CommandMessage(
         id=run.command_id,
@@ -361,4 +360,5 @@ def _message(run: Run) -> CommandMessage:
         joints=command.joints,
         duration=command.duration,
         force=command.force,
+        epoch=epoch,
     )

@@ -5,7 +5,7 @@ What the rover says is used when its light time is over; what is wrong with a me
 
 from contextlib import suppress
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import Conflict, InvalidTelemetry
 from footfall.session.commanding import Commanding
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.executions import ExecutionSession
@@ -14,7 +14,7 @@ from footfall.session.rover.link import Send
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
-from footfall.telemetry.link import ErrorMessage, encode
+from footfall.telemetry.link import LATEST_EPOCH, ErrorMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 
 
@@ -50,12 +50,17 @@ class LinkedSession(ExecutionSession):
         """How often a stop was asked for since the session was opened."""
         return self._commanding.gate.stops()
 
-    def rover_connected(self, send: Send) -> None:
-        """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block."""
+    def rover_connected(self, send: Send, hello: HelloMessage | None = None) -> None:
+        """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block.
+
+        hello: what it said of itself; without, it is not told of epochs. Raises InvalidTelemetry where it has heard of
+        an epoch that can't be.
+        """
+        _require_epoch(0 if hello is None else hello.epoch or 0)
         self.link.connect(send)
         # a stop in force goes first: the log may be slow
-        self._commanding.connected()
-        self._journal.record_anyway("link_connected", {})
+        epoch = self._commanding.connected(hello)
+        self._journal.record_anyway("link_connected", {"epoch": epoch})
         self._journal.tell("link", link=self.link.as_dict())
 
     def rover_disconnected(self, send: Send | None = None) -> None:
@@ -125,8 +130,18 @@ class LinkedSession(ExecutionSession):
 
     def _acknowledged(self, command_id: str, state: str, reason: str, time: float | None, at: float) -> None:
         self.recorder.take(acknowledgement("ack", command_id, state, reason, time), at)
+        if state == "outdated":
+            # also of another session: something on the way holds commands back
+            text = f"command {command_id} came to the rover too late and was not carried out: {reason}"
+            self._complained(text, command_id, "rover", "outdated-command")
+            state, reason = "refused", f"outdated: {reason}"
         if any(command.id == command_id for command in self.state.commands):
             self._commanding.heard(command_id, state, reason)
+
+    def take_epoch(self, about: str, epoch: int) -> None:
+        """The rover has heard of ``epoch``, and says so about the message called ``about``. Raises InvalidTelemetry."""
+        _require_epoch(epoch)
+        self.link.hear(lambda _: self._commanding.epoch_heard(about, epoch))
 
     def take_stop_acknowledgement(self, stop_id: str | None = None, time: float | None = None) -> None:
         """The rover stands still because of the stop ``stop_id`` (None: the latest). time: rover clock [s]."""
@@ -144,6 +159,11 @@ class LinkedSession(ExecutionSession):
                 self.link.light_time = light_time
                 self._journal.tell("link", link=self.link.as_dict())
 
+    @property
+    def epoch(self) -> int:
+        """In which commands are released now; it only grows."""
+        return self._commanding.gate.epoch
+
     def superseded(self, by: str) -> None:
         """Tell whoever listens that session ``by`` holds the rover from now on."""
         self._journal.tell("session", session={"current": by})
@@ -156,3 +176,8 @@ class LinkedSession(ExecutionSession):
             self._journal.tell("link", link=self.link.as_dict())
         else:
             self._journal.record_anyway(type, {"text": text})
+
+
+def _require_epoch(epoch: int) -> None:
+    if epoch > LATEST_EPOCH:
+        raise InvalidTelemetry(f"the rover has heard of epoch {epoch}; there are {LATEST_EPOCH} at most", epoch=epoch)

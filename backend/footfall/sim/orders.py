@@ -31,11 +31,15 @@ class OrderedRover(ABC):
 
     It takes a command only when it stands idle, executes each command id at most once, and answers a repeated or asked
     id with what became of the first. :meth:`stop` freezes what it drives to at once.
+
+    epoch: the newest that it has heard of since it was started; commands of older ones came too late.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.mode = "idle"
+        self.epoch: int | None = None
+        self._greeting: str | None = None
         self._motion: Motion | None = None
         self._last: dict[str, AckMessage] = {}
 
@@ -65,6 +69,8 @@ class OrderedRover(ABC):
         """
         if command.id in self._last:
             return [self._last[command.id]]
+        if late := self._outdated(command):
+            return [self._ack(command.id, "outdated", late)]
         reason = self._unready() or objection(self.robot, command)
         if reason:
             return [self._ack(command.id, "refused", reason)]
@@ -81,8 +87,22 @@ class OrderedRover(ABC):
         forgotten = "no command of this id has come since the rover was started"
         return self._last.get(command_id) or AckMessage(command_id, "unknown", forgotten, self.time)
 
-    def stop(self) -> list[AckMessage]:
-        """Freeze what it drives to and take no command until :meth:`clear_stop`; twice is as good as once."""
+    def greets(self, greeting: str) -> None:
+        """It says hello on a new connection: it takes no command before the ground has answered ``greeting``."""
+        self._greeting = greeting
+
+    def hear_epoch(self, greeting: str, epoch: int) -> None:
+        """The ground tells the epoch, in answer to a hello; one of an earlier connection was held back on the way."""
+        self._hear(epoch)
+        if greeting == self._greeting:
+            self._greeting = None
+
+    def stop(self, epoch: int = 0) -> list[AckMessage]:
+        """Freeze what it drives to and take no command until :meth:`clear_stop`; twice is as good as once.
+
+        epoch: of the stop. One of an older epoch is obeyed as well: standing still harms nobody.
+        """
+        self._hear(epoch)
         if self.mode == "fault":
             return []
         motion, self._motion = self._motion, None
@@ -91,15 +111,31 @@ class OrderedRover(ABC):
             return []
         return [self._ack(motion.command.id, "refused", f"stopped after {motion.share:.0%} of the motion")]
 
-    def clear_stop(self) -> None:
-        """Take commands again after a stop."""
+    def clear_stop(self, epoch: int = 0) -> str:
+        """Take commands again after a stop; why not, or "". epoch: of the clearing, which clears no later stop."""
+        if epoch < (self.epoch or 0):
+            return f"it clears a stop of epoch {epoch} or earlier; the rover has heard of epoch {self.epoch} since"
+        self._hear(epoch)
         if self.mode == "stopped":
             self.mode = "idle"
+        return ""
 
     def _ack(self, command_id: str, state: str, reason: str = "") -> AckMessage:
         ack = AckMessage(command_id, state, reason, self.time)
         self._last[command_id] = ack
         return ack
+
+    def _hear(self, epoch: int) -> None:
+        self.epoch = max(epoch, self.epoch or 0)
+
+    def _outdated(self, command: CommandMessage) -> str:
+        """Why a command may have been held back on the way for too long, or ""."""
+        if self._greeting is not None:
+            return "the ground has not told the epoch on this connection yet"
+        if command.epoch < (self.epoch or 0):
+            return f"it was released in epoch {command.epoch}; the rover has heard of epoch {self.epoch} since"
+        self._hear(command.epoch)
+        return ""
 
     def _unready(self) -> str:
         """Why no command can be taken now, or ""."""

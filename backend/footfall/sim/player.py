@@ -24,6 +24,7 @@ from footfall.telemetry.link import (
     AckMessage,
     ClearStopMessage,
     CommandMessage,
+    EpochMessage,
     ErrorMessage,
     HelloMessage,
     ImageRequestMessage,
@@ -254,6 +255,8 @@ class Player:
         except InvalidTelemetry as err:
             return [ErrorMessage("", err.message)]
         match message:
+            case EpochMessage():
+                return [message]
             case CommandMessage():
                 return [AckMessage(message.id, "refused", REFUSAL, now)]
             case QueryMessage():

@@ -8,6 +8,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import secrets
 import signal
 import time
 from collections import deque
@@ -39,6 +40,7 @@ from footfall.telemetry.link import (
     AckMessage,
     ClearStopMessage,
     CommandMessage,
+    EpochMessage,
     ErrorMessage,
     HelloMessage,
     ImageRequestMessage,
@@ -219,7 +221,10 @@ class RoverClient:
 
     async def _serve(self, socket: ClientConnection) -> None:
         """Talk until the connection closes."""
-        await socket.send(encode(HelloMessage(self._rover.robot.name, self._rover.robot.leg_count)))
+        rover, greeting = self._rover, secrets.token_hex(8)
+        rover.greets(greeting)
+        hello = HelloMessage(rover.robot.name, rover.robot.leg_count, id=greeting, epoch=rover.epoch)
+        await socket.send(encode(hello))
         senders = [asyncio.create_task(self._send_telemetry(socket)), asyncio.create_task(self._send_rest(socket))]
         try:
             async for frame in socket:
@@ -265,20 +270,33 @@ class RoverClient:
             return
         self._catch_up()
         match message:
+            case EpochMessage():
+                self._rover.hear_epoch(message.id, message.epoch)
+                self._tell_epoch(message.id)
             case CommandMessage():
-                self._say(*self._rover.command(message))
+                said = self._rover.command(message)
+                self._say(*said)
+                if said[-1].state == "outdated":
+                    self._tell_epoch(message.id)
             case QueryMessage():
                 self._say(self._rover.became(message.id))
             case StopMessage():
-                self._say(*self._rover.stop(), StopAckMessage(message.id, self._rover.time))
+                self._say(*self._rover.stop(message.epoch), StopAckMessage(message.id, self._rover.time))
             case ClearStopMessage():
-                self._rover.clear_stop()
+                if outdated := self._rover.clear_stop(message.epoch):
+                    self._say(ErrorMessage(message.id, f"the stop was not cleared: {outdated}"))
+                    self._tell_epoch(message.id)
             case ImageRequestMessage():
                 self._take_images(message)
             case ErrorMessage():
                 log.warning("the server could not use a message: %s", message.text)
             case _:
                 self._say(ErrorMessage(getattr(message, "id", ""), "only the rover sends this message"))
+
+    def _tell_epoch(self, about: str) -> None:
+        """The ground hears which epoch it has come to: it may be older than what another one told."""
+        if self._rover.epoch is not None:
+            self._say(EpochMessage(about, self._rover.epoch))
 
     def _complaint(self, frame: str, reason: str) -> AckMessage | ErrorMessage:
         """A command that can't be read is refused under its id, so that the sender knows its fate."""

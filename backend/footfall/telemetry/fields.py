@@ -23,6 +23,7 @@ FAULTS = (
     "too-large",
     "images",
     "refused-by-rover",
+    "outdated-command",
     "other",
 )
 """Kinds of what may be wrong on the rover link, as ``fault`` in an error's details; see docs/rover-link.md."""

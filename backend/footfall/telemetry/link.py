@@ -16,12 +16,14 @@ from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
 
-PROTOCOL = 1
-SUBPROTOCOL = "footfall-rover-1"
+PROTOCOL = 2
+SUBPROTOCOL = "footfall-rover-2"
 PATH = "/api/v1/rover"
 TOKEN_VARIABLE = "FOOTFALL_ROVER_TOKEN"
 """Environment variable with the token that a rover shows to a server with accounts."""
-ACK_STATES = ("received", "started", "done", "refused", "unknown")
+ACK_STATES = ("received", "started", "done", "refused", "outdated", "unknown")
+LATEST_EPOCH = 1 << 52
+"""A rover that has heard of a later epoch than this has heard wrong: there would be none after it."""
 MAX_TEXT_FRAME = 1 << 20
 """Longest text frame [bytes]."""
 MAX_BINARY_FRAME = 16 << 20
@@ -30,12 +32,25 @@ MAX_BINARY_FRAME = 16 << 20
 
 @value
 class HelloMessage(Value):
-    """First message of the rover: who it is. legs: how many it has."""
+    """First message of the rover: who it is. legs: how many it has.
+
+    id: another one for each connection. epoch: the newest that it has heard, None since it was started.
+    """
 
     robot: str
     legs: int
     protocol: int = PROTOCOL
     software: str = SOFTWARE_VERSION
+    id: str = "hello"
+    epoch: int | None = None
+
+
+@value
+class EpochMessage(Value):
+    """The epoch, down as an answer to the ``hello`` called ``id``; up: the newest that the rover has heard."""
+
+    id: str
+    epoch: int
 
 
 @value
@@ -43,6 +58,7 @@ class CommandMessage(Value):
     """One command down. id: unique; a rover executes an id at most once. sequence: digest; row: in that sequence.
 
     name, leg, joints [rad], duration [s], force [N]: as in :class:`footfall.sequence.commands.Command`.
+    epoch: in which it was released; a rover that has heard of a newer one does not carry it out.
     """
 
     id: str
@@ -53,13 +69,15 @@ class CommandMessage(Value):
     joints: NDArray[np.float64] | None
     duration: float
     force: float | None = None
+    epoch: int = 0
 
 
 @value
 class AckMessage(Value):
-    """What became of a command. state: one of ACK_STATES; reason: text for "refused" and "unknown", else "".
+    """What became of a command. state: one of ACK_STATES; reason: text for the last three of them, else "".
 
-    "unknown" answers a query only: the rover remembers no command of that id. time: rover clock [s].
+    "outdated": it came too late to be carried out. "unknown" answers a query only: the rover remembers no command of
+    that id. time: rover clock [s].
     """
 
     id: str
@@ -81,9 +99,10 @@ class QueryMessage(Value):
 
 @value
 class StopMessage(Value):
-    """Stop at once and stay stopped."""
+    """Stop at once and stay stopped. epoch: which the stop began."""
 
     id: str
+    epoch: int = 0
 
 
 @value
@@ -96,9 +115,10 @@ class StopAckMessage(Value):
 
 @value
 class ClearStopMessage(Value):
-    """Accept commands again."""
+    """Accept commands again. epoch: a rover that has heard of a newer one stays stopped."""
 
     id: str
+    epoch: int = 0
 
 
 @value
@@ -119,6 +139,7 @@ class ErrorMessage(Value):
 
 Message = (
     HelloMessage
+    | EpochMessage
     | TelemetryFrame
     | CommandMessage
     | AckMessage
@@ -132,6 +153,7 @@ Message = (
 
 _names: dict[type, str] = {
     HelloMessage: "hello",
+    EpochMessage: "epoch",
     TelemetryFrame: "telemetry",
     CommandMessage: "command",
     AckMessage: "ack",
@@ -175,6 +197,8 @@ def message_object(message: Message) -> dict[str, Any]:
                 "robot": message.robot,
                 "legs": message.legs,
                 "software": message.software,
+                "id": message.id,
+                "epoch": message.epoch,
             }
         case CommandMessage():
             body |= {
@@ -186,12 +210,15 @@ def message_object(message: Message) -> dict[str, Any]:
                 "joints": None if message.joints is None else message.joints.tolist(),
                 "duration": message.duration,
                 "force": message.force,
+                "epoch": message.epoch,
             }
         case AckMessage():
             body |= {"id": message.id, "state": message.state, "reason": message.reason, "time": message.time}
         case StopAckMessage():
             body |= {"id": message.id, "time": message.time}
-        case QueryMessage() | StopMessage() | ClearStopMessage():
+        case EpochMessage() | StopMessage() | ClearStopMessage():
+            body |= {"id": message.id, "epoch": message.epoch}
+        case QueryMessage():
             body |= {"id": message.id}
         case ImageRequestMessage():
             body |= {"id": message.id, "pairs": None if message.pairs is None else list(message.pairs)}
@@ -227,6 +254,8 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
     match kind:
         case "hello":
             return _hello(fields, legs)
+        case "epoch":
+            return EpochMessage(fields.identifier(), fields.whole("epoch"))
         case "telemetry":
             number = fields.whole("number")
             state, count = _state(fields, legs)
@@ -243,6 +272,7 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
                 joints=fields.angles_or_null("joints", legs) if of_all else fields.array_or_null("joints", (6,)),
                 duration=fields.number("duration"),
                 force=fields.number_or_null("force"),
+                epoch=fields.whole("epoch"),
             )
         case "ack":
             return AckMessage(
@@ -254,11 +284,11 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
         case "query":
             return QueryMessage(fields.identifier())
         case "stop":
-            return StopMessage(fields.identifier())
+            return StopMessage(fields.identifier(), fields.whole("epoch"))
         case "stop_ack":
             return StopAckMessage(fields.identifier(), fields.number("time"))
         case "clear_stop":
-            return ClearStopMessage(fields.identifier())
+            return ClearStopMessage(fields.identifier(), fields.whole("epoch"))
         case "image_request":
             return ImageRequestMessage(fields.identifier(), fields.texts_or_null("pairs"))
         case _:
@@ -279,6 +309,8 @@ def _hello(fields: Fields, legs: int | None) -> HelloMessage:
         robot=fields.text("robot", longest=64),
         legs=fields.whole("legs", least=1),
         software=fields.text("software", longest=64),
+        id=fields.identifier(),
+        epoch=fields.whole_or_null("epoch"),
     )
     if legs is not None and hello.legs != legs:
         raise InvalidTelemetry(

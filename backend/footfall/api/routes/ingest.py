@@ -116,7 +116,9 @@ def _take(door: RoverDoor, live: LiveSession, content: bytes, came: float) -> Ta
         )
     body = parse_object(content)
     frames = Fields({"frames": body.pop("frames", None)}, "request").objects("frames")
-    hello = message_from({**body, "type": "hello"})
+    if needless := sorted({"id", "epoch"} & body.keys()):
+        raise InvalidTelemetry(f"request: unknown fields {', '.join(needless)}", fields=needless)
+    hello = message_from({**body, "type": "hello", "id": "request", "epoch": None})
     if not isinstance(hello, HelloMessage):  # its type says so
         raise InvalidTelemetry("the request lacks the fields of hello")
     require_same_rover(hello, live)

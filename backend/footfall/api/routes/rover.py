@@ -9,6 +9,8 @@ import contextlib
 import logging
 import time
 from collections import Counter
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from anyio import CapacityLimiter, to_thread
@@ -23,6 +25,7 @@ from footfall.session.registry import Sessions
 from footfall.telemetry.link import (
     SUBPROTOCOL,
     AckMessage,
+    EpochMessage,
     ErrorMessage,
     HelloMessage,
     StopAckMessage,
@@ -82,8 +85,11 @@ async def rover(socket: WebSocket) -> None:
     door: RoverDoor = socket.app.state.rover_door
     if SUBPROTOCOL not in (offered := socket.scope["subprotocols"]):
         text = f"the rover link needs the sub-protocol {SUBPROTOCOL}"
-        door.count("wrong-version", f"{text}; {', '.join(offered)[:80] or 'none'} was offered")
+        told = f"{text}; {', '.join(offered)[:80] or 'none'} was offered"
+        door.count("wrong-version", told)
         await socket.close(1008, text)
+        if (live := socket.app.state.sessions.current) is not None:
+            await to_thread.run_sync(partial(live.take_complaint, told, about_rover="wrong-version"))
         return
     if door.inside is not None and not door.inside.silent:
         await socket.close(1008, "another rover is linked")
@@ -271,6 +277,8 @@ class _Connection:
                 live.take_telemetry(message, at)
             case AckMessage():
                 live.take_acknowledgement(message.id, message.state, message.reason, message.time)
+            case EpochMessage():
+                live.take_epoch(message.id, message.epoch)
             case StopAckMessage():
                 live.take_stop_acknowledgement(message.id, message.time)
             case ErrorMessage():
@@ -288,9 +296,11 @@ class _Connection:
             return live
         if self._live is not None:
             self._live.rover_disconnected(self._send)
+            # what the next session tells must not look older than what this one has told
+            self._hello = replace(self._hello, epoch=max(self._live.epoch, self._hello.epoch or 0))
             self._live = None
         if live is not None:
             require_same_rover(self._hello, live)
-            live.rover_connected(self._send)
+            live.rover_connected(self._send, self._hello)
             self._live = live
         return live

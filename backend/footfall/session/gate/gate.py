@@ -21,7 +21,7 @@ from footfall.session.gate.runs import Run
 class Gate:
     """:mod:`footfall.session.gate.machine`, thread-safe; its methods raise CommandRefused as the functions there.
 
-    runs, conn: the latest run's and conn's numbers that the session knows; both go on from there.
+    runs, conn, epoch: the latest run's, conn's and epoch's numbers that the session knows; all go on from there.
     told: is called, with the lock free, with whatever became of the conn.
     """
 
@@ -32,12 +32,13 @@ class Gate:
         acknowledged: bool = False,
         runs: int = 0,
         conn: int = 0,
+        epoch: int = 0,
         clock: Callable[[], float] = time.monotonic,
         told: Callable[[Done], None] = lambda done: None,
     ) -> None:
         self._clock, self._told = clock, told
         self._guard = threading.Lock()
-        self._state = State(Conn(conn), runs, Latch(stopped, acknowledged))
+        self._state = State(Conn(conn), runs, epoch, stop=Latch(stopped, acknowledged))
         # ids of another process must not look like ours: its acknowledgements may still be on their way
         self._stop_prefix = f"stop-{secrets.token_hex(4)}"
 
@@ -105,21 +106,11 @@ class Gate:
 
     def heard(self, command_id: str) -> Run | None:
         """The rover said something of a command: the present run if the command is the row that is out, else None."""
-        with self._guard:
-            state = machine.heard(self._state, command_id)
-            if state is None:
-                return None
-            self._state = state
-            return state.run
+        return self._become_if(lambda state: machine.heard(state, command_id))
 
     def row_done(self, run: Run) -> Run | None:
         """The row of ``run`` is done: the run after it, or None where that row is not out."""
-        with self._guard:
-            state = machine.row_done(self._state, run)
-            if state is None:
-                return None
-            self._state = state
-            return state.run
+        return self._become_if(lambda state: machine.row_done(state, run))
 
     def steer(self, who: Identity) -> Run:
         """The run that ``who`` may steer: as holder of the conn, which is taken where nobody holds it."""
@@ -187,11 +178,35 @@ class Gate:
             transmit()
             return True
 
-    def rover_changed(self) -> bool:
-        """A rover has come to the link, which has acknowledged no stop yet. Whether a stop is in force."""
+    def rover_changed(self, beyond: int = 0) -> bool:
+        """A rover has come to the link, which has acknowledged no stop yet. Whether a stop is in force.
+
+        beyond: the epoch that begins with it is a later one than this.
+        """
         with self._guard:
-            self._state = machine.acknowledged(self._state, False)
+            self._state = machine.rover_came(self._state, beyond)
             return self._state.stop.stopped
+
+    def new_epoch(self) -> None:
+        """Whatever is on its way to the rover becomes outdated."""
+        with self._guard:
+            self._state = machine.new_epoch(self._state)
+
+    def epoch_heard(self, epoch: int, confirms: bool) -> bool:
+        """The rover knows of ``epoch`` (confirms: as it was told): whether that was later, and a new one began."""
+        with self._guard:
+            before, self._state = self._state, machine.epoch_heard(self._state, epoch, confirms)
+            return self._state.epoch > before.epoch
+
+    @property
+    def epoch(self) -> int:
+        """In which commands are released now."""
+        return self._state.epoch
+
+    @property
+    def epoch_known(self) -> bool:
+        """Whether the rover on the link has confirmed the present epoch."""
+        return self._state.heard >= self._state.epoch
 
     def stop_acknowledged(self, stop_id: str | None = None) -> bool:
         """The rover stands: whether that is news. ``stop_id``: of which stop; one that was cleared since is none."""
@@ -232,6 +247,15 @@ class Gate:
         for done in state.done:
             self._told(done)
         return state
+
+    def _become_if(self, change: Callable[[State], State | None]) -> Run | None:
+        """The run after a change; None where it changes nothing."""
+        with self._guard:
+            state = change(self._state)
+            if state is None:
+                return None
+            self._state = state
+            return state.run
 
     def _named(self, number: int) -> str:
         return f"{self._stop_prefix}-{number}"

@@ -9,6 +9,9 @@
 Arming takes the conn (:mod:`footfall.session.gate.lease`) where nobody holds it. An arming and a run stand under the
 number of the conn that they began with: under another one nothing goes. Beside that stands the latch of the stop: while
 it is set nothing is armed, begun or released. Every refusal is a CommandRefused that names its ``check``.
+
+Every row goes in the epoch of its moment. A stop, a rover that comes, and a row that is given up begin a new one; the
+rover carries nothing out that is of an older one than it has heard of. Epochs only grow.
 """
 
 import secrets
@@ -48,10 +51,15 @@ class Latch:
 
 @dataclass(frozen=True)
 class State:
-    """runs: number of the latest run. done: what became of the conn in the latest input."""
+    """runs: number of the latest run. done: what became of the conn in the latest input.
+
+    epoch: of what goes to the rover now. heard: the newest that the rover on the link has confirmed.
+    """
 
     conn: Conn = field(default_factory=Conn)
     runs: int = 0
+    epoch: int = 0
+    heard: int = 0
     stop: Latch = field(default_factory=Latch)
     armed: Armed | None = None
     run: Run | None = None
@@ -207,11 +215,11 @@ def end(state: State, number: int | None = None) -> State:
 
 
 def latch(state: State) -> State:
-    """Set the stop: whatever is armed or running ends."""
+    """Set the stop: whatever is armed or running ends, and what is on its way becomes outdated."""
     stop = state.stop
-    return replace(
-        state, stop=Latch(True, stop.stopped and stop.acknowledged, stop.count + 1, stop.cleared), armed=None, run=None
-    )
+    latched = Latch(True, stop.stopped and stop.acknowledged, stop.count + 1, stop.cleared)
+    state = state if stop.stopped else new_epoch(state)
+    return replace(state, stop=latched, armed=None, run=None)
 
 
 def require_may_clear(state: State, who: Identity, now: float) -> State:
@@ -234,6 +242,25 @@ def unlatch(state: State, count: int | None = None) -> State | None:
 def acknowledged(state: State, yes: bool) -> State:
     """The rover stands because of the stop, or (another rover came) does not say so any more."""
     return replace(state, stop=replace(state.stop, acknowledged=yes and state.stop.stopped))
+
+
+def new_epoch(state: State, beyond: int = 0) -> State:
+    """What is on its way to the rover is outdated once it hears of this. beyond: the new epoch is a later one."""
+    return replace(state, epoch=max(state.epoch, beyond) + 1)
+
+
+def rover_came(state: State, beyond: int) -> State:
+    """A rover is on the link, or has come back: what went down before is outdated."""
+    return replace(new_epoch(acknowledged(state, False), beyond), heard=0)
+
+
+def epoch_heard(state: State, epoch: int, confirms: bool) -> State:
+    """The rover knows of ``epoch``; where that is later than any of this session, another session told it.
+
+    confirms: it says so because this session told it.
+    """
+    state = replace(state, heard=max(state.heard, epoch) if confirms else state.heard)
+    return new_epoch(state, epoch) if epoch > state.epoch else state
 
 
 def as_dict(state: State, now: float) -> dict[str, Any]:

@@ -88,7 +88,8 @@ class SessionState(Value):
         since the latest edit, the one undone last at the end, for redo.
     points: for the swing of a leg, None before any were set. choices: what the operator chose and can take back, oldest
         first; choices_ahead: what was taken back since, the latest at the end, for redo.
-    runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it.
+    runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it. epoch: the latest
+        that the rover was told of.
     """
 
     name: str = ""
@@ -123,6 +124,7 @@ class SessionState(Value):
     runs: int = 0
     run: RunRecord | None = field(default=None, metadata=LATER)
     conn: ConnRecord | None = field(default=None, metadata=LATER)
+    epoch: int = field(default=0, metadata=LATER)
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
 

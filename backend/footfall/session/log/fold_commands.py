@@ -80,6 +80,8 @@ class Commanded(Protocol):
     def run(self) -> RunRecord | None: ...
     @property
     def conn(self) -> ConnRecord | None: ...
+    @property
+    def epoch(self) -> int: ...
 
 
 Changes = dict[str, Any]
@@ -190,10 +192,26 @@ def _nothing(state: Commanded, event: Event, payload: Payload) -> Changes:
     return {}
 
 
-CHANGES: Mapping[str, Callable[[Commanded, Event, Payload], Changes]] = {
+Change = Callable[[Commanded, Event, Payload], Changes]
+
+
+def _in_its_epoch(change: Change) -> Change:
+    """Whatever goes to the rover says in which epoch; the newest counts, whichever event was kept for later."""
+
+    def changed(state: Commanded, event: Event, payload: Payload) -> Changes:
+        epoch = payload.get("epoch", 0)
+        if type(epoch) is not int or not 0 <= epoch < 2**53:
+            raise ValueError(f"{epoch!r} is no epoch")
+        return {**change(state, event, payload), "epoch": max(state.epoch, epoch)}
+
+    return changed
+
+
+_CHANGES: Mapping[str, Change] = {
     "link_connected": _link_connected,
     "conn_changed": _conn_changed,
     "act_refused": _nothing,
+    "epoch_begun": _nothing,
     "armed": _nothing,
     "run_started": _run_started,
     "run_held": _run_held,
@@ -210,4 +228,6 @@ CHANGES: Mapping[str, Callable[[Commanded, Event, Payload], Changes]] = {
     "stop_acknowledged": _stop_acknowledged,
     "stop_cleared": _stop_cleared,
 }
+
+CHANGES: Mapping[str, Change] = {type: _in_its_epoch(change) for type, change in _CHANGES.items()}
 """Event type → what it changes."""

@@ -127,6 +127,7 @@ class _Heard:
     stops: set[str] = field(default_factory=set)
     strangers: set[str] = field(default_factory=set)
     stopped: bool = False
+    epoch: int = 0
     digest: Any = field(default_factory=hashlib.sha256)
     problems: list[str] = field(default_factory=list)
 
@@ -139,7 +140,8 @@ class _Heard:
                 self.digest.update(images)
                 self._images(images)
             case body:
-                self.digest.update(json.dumps(body, sort_keys=True).encode())
+                if body.get("type") != "epoch":  # a number of the session's own: the same rover may be told another one
+                    self.digest.update(json.dumps(body, sort_keys=True).encode())
                 self._message(said.topic, body)
 
     def _frame(self, frame: TelemetryFrame) -> None:
@@ -162,6 +164,10 @@ class _Heard:
 
     def _message(self, topic: str, body: dict[str, Any]) -> None:
         kind, name = body.get("type"), str(body.get("id", ""))
+        if topic == TO_ROVER and "epoch" in body:  # recordings of earlier versions of the link know none
+            if body["epoch"] < self.epoch:
+                self.problem(f"{kind} {name} was sent in epoch {body['epoch']}, after one of epoch {self.epoch}")
+            self.epoch = max(self.epoch, body["epoch"])
         if topic == DROPPED:
             self.counted.dropped += int(body.get("dropped", 0))
         elif topic == TO_ROVER and kind == "command":
