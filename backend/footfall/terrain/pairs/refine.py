@@ -5,8 +5,8 @@ costs. Both pull: to whole pixels, and small rises down to the ground around the
 a plane of disparity, d(x, y) = d + p x + q y, that makes its patch of the left image agree best with the right one:
 Gauss–Newton on grey values (Lucas & Kanade, IJCAI 1981; Baker & Matthews, IJCV 2004), with planes as in Bleyer, Rhemann
 & Rother, *PatchMatch stereo*, BMVC 2011. Weights leave out what does not fit the plane: occlusions, and surfaces at
-other disparities. What the fit leaves open, and how far the two images still differ, is each disparity's variance; the
-plane says how the surface lies: both tell what was matched by chance.
+other disparities. What the fit leaves open is each disparity's variance, and the plane says how the surface lies: both
+tell what was matched by chance.
 """
 
 from typing import NamedTuple
@@ -19,9 +19,8 @@ from footfall.terrain.pairs.refine_kernel import fit_planes
 
 Image = NDArray[np.float32]
 
-RADII = ((3, 4), (7,))
-"""Of the windows, step by step [px]; between the two groups the right image is sampled anew. Small windows first, which
-find the surfaces; then a wide one, which noise and faint grain need, and whose weights keep to the surface found."""
+RADII = (3, 4)
+"""Of the windows, step by step [px]."""
 
 WIDE_REACH, NARROW_REACH = 1.0, 0.35
 """A neighbour whose disparity is so far off the plane counts a quarter [px]: in the first step, and later at least."""
@@ -38,12 +37,9 @@ ALIKE = 41
 FARTHEST = 1.0
 """Standard deviation of what comes in where the images say nothing, and how far the result may be from it [px]."""
 
-LEAST_DISAGREEMENT, MOST_DISAGREEMENT = 0.075, 9.0
-"""Of squared differences of the images over the variance that their weights assume: images may agree by chance, and one
-pixel that shows something else says no more than this."""
-
-BETWEEN_PIXELS = 0.025
-"""Standard deviation of what interpolation between pixels adds, however clear the images are [px]."""
+CONTRAST_AS_NOISE = 0.5
+"""Contrast counts as noise in the weights, so errors are smaller than the normal equations say: against rendered ground
+by about this factor, in clean images and in noisy ones [px/px]."""
 
 STEEPEST = 0.5
 """Disparity changes by at most this from one pixel to the next on a surface that both cameras see [px]."""
@@ -53,7 +49,7 @@ class Refined(NamedTuple):
     """Of each pixel of the left image, (height, width) float32, NaN where unknown.
 
     disparity: [px]. along, down: its change to the next column and row on the surface there. deviation: its standard
-    deviation [px], at most FARTHEST.
+    deviation [px], at most half of FARTHEST.
     """
 
     disparity: Image
@@ -68,52 +64,28 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     disparity: (height, width) to about half a pixel, NaN = unknown.
     """
     known = np.isfinite(disparity)
-    first = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
-    grey_left, grey_right = left.astype(np.float32), right.astype(np.float32)
-    weight = np.where(known, 1.0 / _variance(grey_left), 0.0).astype(np.float32)
-    planes = np.stack([first, np.zeros_like(first), np.zeros_like(first), np.full_like(first, FARTHEST**2)])
-    start, error, slope = first, np.zeros_like(first), np.zeros_like(first)
+    start = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
+    error, slope = _compared(left.astype(np.float32), right.astype(np.float32), start, known)
+    weight = np.where(known, 1.0 / _variance(left.astype(np.float32)), 0.0).astype(np.float32)
+    planes = np.stack([start, np.zeros_like(start), np.zeros_like(start), np.full_like(start, FARTHEST**2)])
     reach = WIDE_REACH
-    for radii in RADII:
-        start = planes[0].copy()
-        error, slope = _compared(grey_left, grey_right, start, known)
-        for radius in radii:
-            planes = fit_planes(
-                _bordered(start, radius),
-                _bordered(error, radius),
-                _bordered(slope, radius),
-                _bordered(weight, radius),
-                _bordered(planes[0], radius),
-                planes[:3],
-                radius,
-                1.0 / reach,
-                1.0 / FARTHEST**2,
-            )
-            np.clip(planes[0], first - np.float32(FARTHEST), first + np.float32(FARTHEST), out=planes[0])
-            np.clip(planes[1:3], -STEEPEST, STEEPEST, out=planes[1:3])
-            reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - first[known]))
-    left_over = error + slope * (start - planes[0])
-    deviation = _told(planes[3], weight * left_over * left_over, known, RADII[-1][-1])
-    planes[:, ~known], deviation[~known] = np.nan, np.nan
-    return Refined(planes[0], planes[1], planes[2], deviation)
-
-
-def _told(variance: Image, disagreement: Image, known: NDArray[np.bool_], radius: int) -> Image:
-    """Standard deviations: what the images said counts by how well they agree around each pixel, FARTHEST as it is.
-
-    The variance of unit weight, from the residuals themselves (Koch, *Parameter Estimation and Hypothesis Testing in
-    Linear Models*, 1999): contrast counts as noise in the weights, sensors differ, and where the images show different
-    things the normal equations don't know. variance: of the disparity with weights taken at their word [px²];
-    disagreement: squared differences of the images, weighted, of each pixel.
-    """
-    side = (2 * radius + 1, 2 * radius + 1)
-    share = cv2.blur(known.astype(np.float32), side)
-    mean = cv2.blur(np.where(known, np.minimum(disagreement, np.float32(MOST_DISAGREEMENT)), np.float32(0.0)), side)
-    unit = np.maximum(mean / np.maximum(share, np.float32(1e-6)), np.float32(LEAST_DISAGREEMENT))
-    least = np.float32(1.0 / FARTHEST**2)
-    said = np.maximum(1.0 / variance - least, np.float32(0.0))
-    deviation = np.sqrt(1.0 / (said / unit + least) + np.float32(BETWEEN_PIXELS**2))
-    return np.minimum(deviation, np.float32(FARTHEST)).astype(np.float32)
+    for radius in RADII:
+        planes = fit_planes(
+            _bordered(start, radius),
+            _bordered(error, radius),
+            _bordered(slope, radius),
+            _bordered(weight, radius),
+            _bordered(planes[0], radius),
+            planes[:3],
+            radius,
+            1.0 / reach,
+            1.0 / FARTHEST**2,
+        )
+        np.clip(planes[0], start - np.float32(FARTHEST), start + np.float32(FARTHEST), out=planes[0])
+        np.clip(planes[1:3], -STEEPEST, STEEPEST, out=planes[1:3])
+        reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - start[known]))
+    planes[:, ~known] = np.nan
+    return Refined(planes[0], planes[1], planes[2], np.float32(CONTRAST_AS_NOISE) * np.sqrt(planes[3]))
 
 
 def _deviation(errors: Image) -> float:
