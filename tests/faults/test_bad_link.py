@@ -125,6 +125,7 @@ def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
         assert {row["state"] for row in ended["rows"]} <= {"done", "refused", "unknown", "unsent"}
         log = client.get(f"{SESSION}/log?limit=1000").json()["events"]
         assert [e["payload"]["outcome"] for e in log if e["type"] == "run_ended"][-1] == ended["outcome"]
+        until(lambda: link.done["cut"] or not BAD[name].cut_every, "the first cut")
         # a stop in the middle of another one: it gets through, and nothing begins after the rover's word
         sent_run(client)
         assert client.post("/stop").json()["stopped"]
