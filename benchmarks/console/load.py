@@ -4,7 +4,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from websockets.exceptions import ConnectionClosed
@@ -46,18 +46,18 @@ def delays(clients: list[Client], since: float) -> list[float]:
 
     When the server took the frames that no client was sent is read between those that some were.
     """
+    # what comes while this computes was not measured, and would be held against the latest that was
+    heard = [tuple(client.heard) for client in clients]
     taken: dict[int, float] = {}
-    for client in clients:
-        for number, at, _ in client.heard:
-            taken[number] = min(at, taken.get(number, at))
+    for number, at, _ in chain.from_iterable(heard):
+        taken[number] = min(at, taken.get(number, at))
     known = sorted(taken)
+    times = [taken[number] for number in known]
     worst = []
-    for client in clients:
-        heard = [one for one in client.heard if one[2] >= since]
+    for frames in heard:
         late = [0.0]
-        for (before, _, _), (number, _, came) in pairwise(heard):
-            oldest = np.interp(before + 1, known, [taken[one] for one in known])
-            late.append(came - float(oldest) if number > before else 0.0)
+        for (before, _, _), (number, _, came) in pairwise(one for one in frames if one[2] >= since):
+            late.append(came - float(np.interp(before + 1, known, times)) if number > before else 0.0)
         worst.append(max(late))
     return worst
 
