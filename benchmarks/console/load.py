@@ -3,8 +3,9 @@
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, pairwise
+from typing import Protocol
 
 import numpy as np
 from websockets.exceptions import ConnectionClosed
@@ -21,8 +22,15 @@ SETTLING = 20.0
 """Not measured: the page loads, the server's memory fills [s]."""
 
 
+class Listener(Protocol):
+    """Somebody who follows a session. heard: (number of the frame, when the server took it, when it came) [s]."""
+
+    @property
+    def heard(self) -> Sequence[tuple[int, float, float]]: ...
+
+
 class Client:
-    """Follows a session. heard: (number of the frame, when the server took it, when it came here) [s]."""
+    """A listener over a socket of its own."""
 
     def __init__(self, socket: Connection) -> None:
         self.heard: list[tuple[int, float, float]] = []
@@ -41,7 +49,7 @@ class Client:
             return
 
 
-def delays(clients: list[Client], since: float) -> list[float]:
+def delays(clients: Sequence[Listener], since: float) -> list[float]:
     """For each client the longest time that a frame, or a newer one, took to it [s].
 
     When the server took the frames that no client was sent is read between those that some were.

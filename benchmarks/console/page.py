@@ -12,7 +12,8 @@ from benchmarks.console.apart import Apart, served_apart
 from benchmarks.timing import Figure
 from footfall.doctor import CHROMIUMS
 
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+"""Options of a Chromium that draws 3-D in software."""
 USEFUL = """() => new Promise((done) => {
   const look = () => {
     const shown = document.getElementById("status-session")?.textContent ?? "–";
@@ -45,7 +46,7 @@ def chromium_path() -> str:
 def chromium() -> Iterator[Browser]:
     """It, drawing in software."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_path(), args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=chromium_path(), args=["--no-sandbox", *DRAWING])
         yield browser
         browser.close()
 

@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from benchmarks.console.page import chromium_path
+from benchmarks.console.page import DRAWING, chromium_path
 from tests.browser.pictures import OUTPUTS
 from tests.support.server import Running, running_server, until
 
 FLAGS = ["--no-sandbox", "--disable-background-networking"]
-DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 FLAT = ["--disable-gpu"]
 
 expect.set_options(timeout=20_000)  # ms; nothing here waits for something not to happen
