@@ -3,7 +3,8 @@
 A step is drawn by its number: ground, gravity, payload, where the rover stands, leg and footfall, and whether the
 parameters are known or physics differs from the description (joints by 20 %, wheels by 30 %, masses by 5 %, crowned
 wheels, noise of the sensors). The rover in physics stands at rest; what its telemetry says is planned from. What the
-planner refuses is counted, not judged. ``python -m benchmarks.referee --steps 24`` names each step that missed a floor.
+planner refuses is counted, not judged. ``python -m benchmarks.referee --steps 24`` names each step that missed a floor;
+``--state FILE`` keeps what each gave, so that a long run may be stopped and gone on with.
 """
 
 import argparse
@@ -11,12 +12,17 @@ import multiprocessing
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
+from itertools import chain
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import footfall
+from benchmarks.kept import KeptRun, digest_of
+from benchmarks.steps.recheck import JUDGED as PLANNED
 from benchmarks.timing import SEED, Figure
 from footfall.balance.settings import GRAVITIES, BalanceSettings
 from footfall.core.errors import InvalidInput
@@ -58,6 +64,8 @@ FLOORS: dict[tuple[bool, str], dict[str, float]] = {
 }
 """Largest of each quantity of an outcome, by whether the parameters are known and by mode; none may tip or touch."""
 LEAST_CLEARANCE = 0.05
+JUDGED = (*PLANNED, "sequence", "sim")
+"""What plans, commands and judges."""
 SAG_FLOOR, SAG_SHARE = 0.003, 0.1
 """Sag may differ from the prediction by this [m], or this share of it where that is more."""
 
@@ -315,15 +323,33 @@ def sags_of(robot: Robot, done: Execution, commands: Commands, report: RefereeRe
     return np.array(rows)
 
 
-def run(numbers: Sequence[int], workers: int) -> Iterator[Outcome]:
-    """All outcomes, case by case."""
+def run(numbers: Sequence[int], workers: int, state: Path | None = None) -> Iterator[Outcome]:
+    """All outcomes, case by case; those that ``state`` keeps are not run again.
+
+    Raises InvalidInput where the state is of another seed or of other code than this.
+    """
+    if state is None:
+        yield from chain.from_iterable(_each(numbers, workers))
+        return
+    kept = KeptRun(state, {"seed": SEED, "code": digest_of(JUDGED, ("referee.py",))})
+    done = {part["number"]: [_outcome(row) for row in part["outcomes"]] for part in kept.parts}
+    yield from chain.from_iterable(done[number] for number in numbers if number in done)
+    todo = [number for number in numbers if number not in done]
+    for number, found in zip(todo, _each(todo, workers), strict=True):
+        kept.add({"number": number, "outcomes": [asdict(one) for one in found]})
+        yield from found
+
+
+def _each(numbers: Sequence[int], workers: int) -> Iterator[list[Outcome]]:
     if workers == 1:
-        for number in numbers:
-            yield from outcomes(number)
+        yield from map(outcomes, numbers)
         return
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        for found in pool.imap(outcomes, numbers):
-            yield from found
+        yield from pool.imap(outcomes, numbers)
+
+
+def _outcome(row: dict[str, Any]) -> Outcome:
+    return Outcome(**(row | {"case": Case(**row["case"]), "said": tuple(row["said"])}))
 
 
 QUANTITIES = {
@@ -375,9 +401,10 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=24)
     parser.add_argument("--only", type=int, nargs="*", help="numbers of steps")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--state", type=Path, help="file that a run is kept in, and gone on with")
     asked = parser.parse_args()
     found = []
-    for one in run(asked.only or spread(asked.steps), asked.workers):
+    for one in run(asked.only or spread(asked.steps), asked.workers, asked.state):
         found.append(one)
         told = f"refused: {one.refused}" if one.refused else "; ".join(one.missed()) or "holds"
         print(f"{one.case!s:<44}{one.mode:<14}{told}", *one.said, sep="\n    ", flush=True)

@@ -7,18 +7,16 @@ may be stopped and gone on with: ``--state FILE`` keeps what each scene gave, on
 """
 
 import argparse
-import hashlib
 import itertools
-import json
 import sys
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.kept import KeptRun, digest_of
 from benchmarks.steps.families import MAKERS, problem
 from benchmarks.steps.problem import Scene, StepProblem, beside_hip, build, is_here
 from benchmarks.steps.quality import planned
@@ -36,10 +34,12 @@ TARGETS = 25
 """Random targets of one scene: building a scene costs more than a plan."""
 FIRST = 10_000
 """The families' first seed for a scene here; those of the set are far below."""
-JUDGED = ("core", "robot", "terrain", "balance", "planning")
-"""Packages that make the plans, or the meshes that judge them."""
-SCENES = ("families.py", "problem.py", "quality.py", "recheck.py")
-"""Files beside this one that say what is planned, and how it is judged."""
+GROUND = ("terrain/dem.py", "terrain/generate.py", "terrain/rocks.py", "terrain/ground")
+"""What makes ground, and asks it; how it is seen in images is no part of a plan."""
+JUDGED = ("core", "robot", "balance", "planning", *GROUND)
+"""What makes the plans, or the meshes that judge them."""
+SCENES = tuple(f"steps/{name}.py" for name in ("families", "problem", "quality", "recheck"))
+"""Benchmarks that say what is planned, and how it is judged."""
 
 
 @dataclass(frozen=True)
@@ -122,44 +122,19 @@ def tallies(plans: int, seed: int, state: Path | None = None) -> Iterator[Tally]
 
     Raises InvalidInput where the state is of another seed or of other code than this.
     """
-    done = kept(state, seed) if state is not None else []
+    run = KeptRun(state, {"seed": seed, "code": digest_of(JUDGED, SCENES)}) if state is not None else None
+    done = [Tally(**part) for part in run.parts] if run is not None else []
     total = sum(done, Tally())
     yield total
     for number in itertools.count(len(done)):
         if total.paths >= plans:
             return
         # a state holds whole scenes, so that it can be gone on with
-        found = recheck(number, seed, TARGETS if state is not None else plans - total.paths)
-        if state is not None:
-            with state.open("a") as file:
-                file.write(json.dumps(asdict(found)) + "\n")
+        found = recheck(number, seed, TARGETS if run is not None else plans - total.paths)
+        if run is not None:
+            run.add(asdict(found))
         total += found
         yield total
-
-
-def kept(state: Path, seed: int) -> list[Tally]:
-    """The tallies in a state, scene by scene; begins it where there is none. Raises InvalidInput, see above."""
-    about = {"seed": seed, "code": judged_code()}
-    if not state.exists():
-        state.write_text(json.dumps(about) + "\n")
-    text = state.read_text()
-    lines = text.splitlines(keepends=True)
-    if json.loads(lines[0]) != about:
-        raise InvalidInput("this state is of another seed or other code: begin another", state=str(state))
-    if not lines[-1].endswith("\n"):
-        lines.pop()  # it was stopped while it wrote this scene
-        state.write_text("".join(lines))
-    return [Tally(**(row | {"bad": tuple(row["bad"])})) for row in map(json.loads, lines[1:])]
-
-
-def judged_code() -> str:
-    """Digest of the source that plans, and of what makes the scenes."""
-    digest = hashlib.sha256()
-    package, here = Path(str(files("footfall"))), Path(__file__).parent
-    sources = [path for name in JUDGED for path in (package / name).rglob("*.py")]
-    for file in sorted([*sources, *(here / name for name in SCENES)]):
-        digest.update(file.name.encode() + file.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def figures(quick: bool) -> Iterator[Figure]:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from footfall.core.errors import InvalidInput
 from footfall.planning.execution.settings import MODES
 
 pytest.importorskip("mujoco")
@@ -50,6 +51,27 @@ def test_a_campaign_of_any_size_goes_through_the_settings(campaign):
             assert len({getattr(case, name) for case in cases}) == values, (count, name)
     settings = [campaign.case_of(number) for number in range(24)]
     assert len({(case.ground, case.gravity, case.payload, case.known) for case in settings}) == 24
+
+
+def test_a_campaign_that_was_stopped_goes_on_where_it_was(campaign, monkeypatch, tmp_path):
+    state, asked = tmp_path / "state.jsonl", []
+
+    def outcomes(number):
+        asked.append(number)
+        case = campaign.case_of(number)
+        return [campaign.Outcome(case, mode, slip=0.001 * number, said=("slid",)) for mode in MODES]
+
+    monkeypatch.setattr(campaign, "outcomes", outcomes)
+    whole = list(campaign.run([5, 2, 9], 1))
+    assert [repr(one) for one in campaign.run([5, 2], 1, state)] == [repr(one) for one in whole[: 2 * len(MODES)]]
+    # stopped in the middle of a line: that case is run again
+    state.write_text(state.read_text()[:-5])
+    asked.clear()
+    assert [repr(one) for one in campaign.run([5, 2, 9], 1, state)] == [repr(one) for one in whole]
+    assert asked == [2, 9]
+    monkeypatch.setattr(campaign, "SEED", 1)
+    with pytest.raises(InvalidInput, match="another seed"):
+        list(campaign.run([5], 1, state))
 
 
 def test_what_misses_a_floor_is_named(campaign):
