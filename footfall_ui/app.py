@@ -20,6 +20,7 @@ from starlette.types import Scope
 from footfall.api.assemble import assemble
 from footfall.api.auth.oidc import SignOn
 from footfall.api.door.front import LOOPBACK, Front
+from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.account_store import FILE as ACCOUNTS_FILE
 from footfall.io.sign_on_file import read_sign_on
@@ -207,6 +208,7 @@ def serve(
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
+    leave_out_what_is_loaded()
     with _interruptible(), contextlib.ExitStack() as stack:
         known = _accounts_of(folder, stack)
         if accounts and known is None:

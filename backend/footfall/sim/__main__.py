@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from footfall.balance.settings import GRAVITY
+from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.io.artifacts import decode
 from footfall.sim.physics.settings import PhysicsSettings
@@ -30,6 +31,7 @@ def main() -> int:
     parser.add_argument("--certificate", type=Path, help="PEM file of the server's own certificate")
     parser.add_argument("--with-parent", action="store_true", help="end when the starting process is gone")
     options = parser.parse_args()
+    leave_out_what_is_loaded()
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     try:
         start = Start(options.x, options.y, options.yaw, options.posture)

@@ -6,6 +6,7 @@ error). A closed pipe ends it.
 """
 
 import contextlib
+import gc
 import logging
 import os
 import signal
@@ -18,6 +19,7 @@ from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from typing import Any
 
+from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import Cancelled, FootFallError
 from footfall.core.value import Value
 from footfall.io.artifacts import named
@@ -47,6 +49,9 @@ def work(pipe: Connection, recipes: str) -> None:
             while warm_ups and not pipe.poll():
                 with contextlib.suppress(Exception):
                     warm_ups.pop(0)()
+                if not warm_ups:
+                    gc.collect()
+                    leave_out_what_is_loaded()
             message = pipe.recv()
             if message[0] == "job":
                 with _logged_by_server(pipe):
