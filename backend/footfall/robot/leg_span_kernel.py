@@ -41,9 +41,10 @@ def span_to_others(
     :func:`line_bends`. mode: see leg_is_clear. work: memory to work in, WORK numbers.
     """
     speeds, twists, scratch = work[:7], work[7:49].reshape(7, 6), work[49:].reshape(SCRATCH, 3)
+    shells, reach = tables.shells, tables.reach
     _twists(d, poses, twists)
     for part in range(PART_COUNT):
-        speeds[part] = _speed(twists, poses, tables.shells, tables.reach, part, -1)
+        speeds[part] = _speed(twists, poses, shells, reach, part, -1)
     h = most
     if mode >= 0:
         h = _span_over_ground(poses, speeds, bends, h, tables, mode)
@@ -71,13 +72,14 @@ def span_of_own_parts(
 @njit(cache=True)
 def line_bends(d: Array, tables: LegTables) -> tuple[Array, Array]:
     """b of each part moved by the joints from the k-th on, and the most speed it ever has, (7, 7) each."""
-    bends, rates, shells = np.zeros((PART_COUNT, 7)), np.zeros((PART_COUNT, 7)), tables.shells
+    bends, rates = np.zeros((PART_COUNT, 7)), np.zeros((PART_COUNT, 7))
+    shells, reach, lengths = tables.shells, tables.reach, tables.lengths
     for part in range(PART_COUNT):
-        far = tables.reach[part] + math.sqrt(
+        far = reach[part] + math.sqrt(
             shells[part, CENTER] ** 2 + shells[part, CENTER + 1] ** 2 + shells[part, CENTER + 2] ** 2
         )
         for first in range(6):
-            bends[part, first], rates[part, first] = most_bend(d, tables.lengths, part, first, far)
+            bends[part, first], rates[part, first] = most_bend(d, lengths, part, first, far)
     return bends, rates
 
 
@@ -162,10 +164,12 @@ def most_bend(d: Array, lengths: Array, part: int, first: int, far: float) -> tu
 
 @njit(cache=True)
 def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, mode: int) -> float:
-    balls, radii, lift = tables.balls, tables.radii, tables.lift[mode]
+    # taken out of their tuple once: each time, a table is counted as used and unused again, which took half of the time
+    balls, trees, radii, lift = tables.balls, tables.trees, tables.radii, tables.lift[mode]
+    ground, ground_layout = tables.ground, tables.ground_layout
     # the wheel first: it is what the ground is nearest to
     for part in range(PART_COUNT - 1, -1, -1):
-        ball, end = tables.trees[mode, part, 0], tables.trees[mode, part, 1]
+        ball, end = trees[mode, part, 0], trees[mode, part, 1]
         v, b = speeds[part], bends[part, 0]
         while ball < end:
             x = coordinate(poses, part, balls, ball, 0, 0)
@@ -178,13 +182,13 @@ def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, table
             while table < radii.size - 1 and radii[table] < needed:
                 table += 1
             room = radii[table] - radii[own]
-            top = needed_height(tables.ground, tables.ground_layout, table, x, y)
+            top = needed_height(ground, ground_layout, table, x, y)
             # a larger ball that is too low by so much is clear where its radius is less by that: see clearance.py
             room -= max(top - z, 0.0)
             if following == ball + 1:
                 while table > own and radii[table - 1] - radii[own] > room:
                     table -= 1
-                    top = needed_height(tables.ground, tables.ground_layout, table, x, y)
+                    top = needed_height(ground, ground_layout, table, x, y)
                     room = max(room, radii[table] - radii[own] - max(top - z, 0.0))
                 if room < 0.0:
                     return UNSURE
@@ -203,7 +207,7 @@ def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, table
 def _span_of_own_parts(
     poses: Array, twists: Array, bends: Array, rates: Array, h: float, tables: LegTables, scratch: Array
 ) -> float:
-    shells, points, own = tables.shells, tables.points, tables.own
+    shells, points, own, reach = tables.shells, tables.points, tables.own, tables.reach
     for k in range(own.shape[0]):
         a, b, required = int(own[k, 0]), int(own[k, 1]), own[k, 2]
         # seen from the part nearer to the hip only the joints beyond it move the other
@@ -214,7 +218,7 @@ def _span_of_own_parts(
         if bound < required:
             return UNSURE
         if bound - required < rates[far, near + 1] * h:
-            v = _speed(twists, poses, shells, tables.reach, far, near)
+            v = _speed(twists, poses, shells, reach, far, near)
             h = max(reached(v, bends[far, near + 1], bound - required, h), (bound - required) / rates[far, near + 1])
     return h
 
@@ -223,7 +227,8 @@ def _span_of_own_parts(
 def _span_beside_frozen(
     poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, scratch: Array
 ) -> float:
-    shells, frozen, groups = tables.shells, tables.frozen, tables.groups
+    shells, points, groups = tables.shells, tables.points, tables.groups
+    frozen, frozen_poses, all_required = tables.frozen, tables.frozen_poses, tables.required
     for part in range(PART_COUNT - 1, -1, -1):
         x = coordinate(poses, part, shells, part, CENTER, 0)
         y = coordinate(poses, part, shells, part, CENTER, 1)
@@ -233,7 +238,7 @@ def _span_beside_frozen(
             if not within(x, y, z, groups, group, 2, shells[part, REACH] + v * h + b * h * h):
                 continue
             for body in range(int(groups[group, 0]), int(groups[group, 1])):
-                required = tables.required[part, body]
+                required = all_required[part, body]
                 if required < 0.0:
                     continue
                 enough = required + v * h + b * h * h
@@ -241,12 +246,12 @@ def _span_beside_frozen(
                     continue
                 bound = apart_by(
                     shells,
-                    tables.points,
+                    points,
                     part,
                     poses,
                     part,
                     int(frozen[body, 4]),
-                    tables.frozen_poses,
+                    frozen_poses,
                     body,
                     required,
                     enough,

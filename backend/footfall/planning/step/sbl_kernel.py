@@ -38,7 +38,7 @@ DIVISIONS = 16
 """Cells of the density grid along each of its two coordinates."""
 REPICK = 64
 """Milestones after which the density grid changes to two other coordinates."""
-COARSE = 0.3
+COARSE = 0.7
 """Pieces of a route that are longer are looked at in their middles alone, which mostly shows what is blocked; shorter
 ones are proven as far as each look allows [rad]."""
 PICKS = 4
