@@ -1,17 +1,20 @@
 """The page in a real Chromium: how heavy it is, how soon it is of use, how fast the ghost follows the hand."""
 
 import gzip
+import os
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
-from playwright.sync_api import Browser, Page, Response, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, Response, sync_playwright
 
 from benchmarks.console.apart import Apart, served_apart
 from benchmarks.timing import Figure
 from footfall.doctor import CHROMIUMS
 
+AT_PAR = Path(__file__).with_name("at_par.sh")
 DRAWING = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
 """Options of a Chromium that draws 3-D in software."""
 USEFUL = """() => new Promise((done) => {
@@ -42,11 +45,17 @@ def chromium_path() -> str:
     return path
 
 
+def launched(playwright: Playwright, options: Sequence[str]) -> Browser:
+    """It, at the priority of other programs; ``options``: of its command line. Raises RuntimeError."""
+    environment: dict[str, str | float | bool] = {**os.environ, "CHROMIUM": chromium_path()}
+    return playwright.chromium.launch(executable_path=AT_PAR, args=["--no-sandbox", *options], env=environment)
+
+
 @contextmanager
 def chromium() -> Iterator[Browser]:
     """It, drawing in software."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_path(), args=["--no-sandbox", *DRAWING])
+        browser = launched(playwright, DRAWING)
         yield browser
         browser.close()
 

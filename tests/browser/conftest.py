@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from benchmarks.console.page import DRAWING, chromium_path
+from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
 from tests.support.server import Running, running_server, until
 
-FLAGS = ["--no-sandbox", "--disable-background-networking"]
 FLAT = ["--disable-gpu"]
 
 expect.set_options(timeout=20_000)  # ms; nothing here waits for something not to happen
@@ -23,14 +22,13 @@ def chromiums() -> Iterator[Callable[[bool], Browser]]:
 
     One process can hold one Playwright.
     """
-    path = chromium_path()
     with sync_playwright() as playwright:
         started: dict[bool, Browser] = {}
 
         def chromium(drawing: bool) -> Browser:
             if drawing not in started:
-                flags = [*FLAGS, *(DRAWING if drawing else FLAT)]
-                started[drawing] = playwright.chromium.launch(executable_path=path, args=flags)
+                options = ["--disable-background-networking", *(DRAWING if drawing else FLAT)]
+                started[drawing] = launched(playwright, options)
             return started[drawing]
 
         yield chromium
