@@ -123,6 +123,28 @@ def test_the_recheck_passes_a_good_path_and_fails_a_dragged_one():
     assert "terrain" in rechecked(row.problem, scene, straight, meshes).bad
 
 
+def test_what_comes_too_near_between_two_samples_is_not_accepted():
+    # on this straight swing the wheel passes a ridge of ground 23 µm too near; no sample 0.005 rad apart shows it
+    asked = replace(problem("steep fractal", 10048), target=(-1.275133177905105, -1.1223247104631486))
+    scene = build(asked)
+    situation = situation_of(asked, scene)
+    straight = planned(asked, scene, "line", 30.0).result
+    assert straight.plan is None
+    assert "terrain collision in swing" in straight.reason
+    plan = planned(asked, scene, "auto", 30.0).result.plan
+    assert plan is not None
+    meshes = CollisionScene(
+        scene.robot,
+        scene.state.posture,
+        asked.leg,
+        scene.state.T_site_base,
+        situation.ground.mesh,
+        0.0,
+        situation.settings.raise_terrain,
+    )
+    assert rechecked(asked, scene, plan, meshes).bad == ""
+
+
 def test_a_recheck_that_was_stopped_goes_on_where_it_was(monkeypatch, tmp_path):
     state, asked = tmp_path / "state.jsonl", []
 

@@ -42,12 +42,12 @@ class LegOverGround:
         # by whether the wheel touches
         self._shells = _with_ground(links), _with_ground([*links[:-1], sunk])
 
-    def collision(self, qs: Array, raise_terrain: float, touching: bool) -> tuple[int, str] | None:
+    def collision(self, qs: Array, raise_terrain: float, touching: bool, more: float = 0.0) -> tuple[int, str] | None:
         """The first of n postures in which a link is too close to the ground raised by so much [m], and which.
 
-        touching: the wheel may touch the ground, and be in it by what it can sink.
+        touching: the wheel may touch the ground, and be in it by what it can sink. more: asked beyond every δ [m].
         """
-        poses, deltas = self._poses(qs), self._deltas(touching)
+        poses, deltas = self._poses(qs), self._deltas(touching) + more
         shells, tiles = self._shells[touching], self._ground.tiles
         depths = ground_depths(*shells, poses, raise_terrain, tiles.heights, tiles.corner, tiles.resolution)
         *_, bounds = self._bounds(poses, deltas, raise_terrain, shells, 0.0, nearest=False)

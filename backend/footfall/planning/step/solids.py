@@ -133,12 +133,15 @@ class Solids:
         delta = np.array([[d.get(part, np.nan) for *_, d in frozen] for part in PARTS]) + clearance
         self._deltas = delta, np.array(own, float).reshape(-1, 3)
 
-    def own_collision(self, qs: Array) -> tuple[int, str] | None:
-        """The first of n postures (n, 6) in which two parts of the rover are too close, and which."""
-        poses, bounds = self._bounds(qs, 0.0, nearest=False)
-        for index in np.flatnonzero(bounds <= 0.0):
+    def own_collision(self, qs: Array, more: float = 0.0) -> tuple[int, str] | None:
+        """The first of n postures (n, 6) in which two parts of the rover are too close, and which.
+
+        more: asked beyond every δ [m].
+        """
+        poses, bounds = self._bounds(qs, more, nearest=False)
+        for index in np.flatnonzero(bounds <= more):
             at, a, T_a, b, T_b, delta, between = self._pair(poses, bounds, int(index))
-            if touch(a.shape, T_a, b.shape, T_b, delta):
+            if touch(a.shape, T_a, b.shape, T_b, delta + more):
                 return at, between
         return None
 
