@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -101,8 +102,30 @@ def test_a_worker_that_dies_fails_its_job_only(pool):
     os.kill(pid, signal.SIGKILL)
     with pytest.raises(WorkerLost):
         running.finish(20)
-    os.kill(worker_pid(pool), signal.SIGKILL)  # between jobs: the next one finds a new worker, or is told
-    time.sleep(0.2)
+
+
+def test_a_job_whose_worker_ends_before_it_takes_it_up_goes_to_another(pool):
+    pid = worker_pid(pool)
+    os.kill(pid, signal.SIGSTOP)  # it is there when the job is handed over, and never reads it
+    job = pool.submit("pid", {}, None, lambda job, product: product.decode())
+    until(lambda: job.text == "starting")
+    os.kill(pid, signal.SIGKILL)
+    other = int(job.finish(20))
+    assert other != pid
+    assert not alive(pid)
+    for _ in range(5):  # nor does it matter how far the end of a worker has come
+        killed = worker_pid(pool)
+        os.kill(killed, signal.SIGKILL)
+        assert worker_pid(pool) != killed
+
+
+def test_a_job_that_no_worker_can_take_up_ends_with_the_second(pool):
+    class Deadly:
+        def __reduce__(self):
+            return os._exit, (9,)
+
+    with pytest.raises(WorkerLost, match="exit code 9"):
+        pool.submit("quick", {"dem": SimpleNamespace(digest="x", value=Deadly())}, None).finish(20)
     assert worker_pid(pool)
 
 

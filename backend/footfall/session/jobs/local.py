@@ -163,45 +163,59 @@ class Jobs(JobPool):
             return True
 
     def _run(self, process: "WorkerProcess", job: Job, message: tuple[Any, ...]) -> tuple[Any, FootFallError | None]:
-        """One job on one worker: (product, None) or (None, error)."""
+        """One job on one worker: (product, None) or (None, error).
+
+        A worker that ended before it took the job up made nothing of it: another gets the job, once.
+        """
+        for tries_left in (1, 0):
+            try:
+                return self._exchange(process, job, message)
+            except (EOFError, OSError):
+                begun, code = process.begun, process.stop()
+                if job.cancel_asked.is_set() or self._closing:
+                    return None, Cancelled("cancelled; its worker did not take it and was ended")
+                if begun or not tries_left:
+                    break
+            except Exception as err:
+                # A value that can't cross the pipe: the two ends no longer agree where a message starts.
+                process.stop()
+                return None, FootFallError(f"the {job.kind} could not be exchanged with its worker: {err}")
+        return None, WorkerLost(
+            f"the worker process died while it made the {job.kind} (exit code {code}); a new one takes the next job",
+            exit_code=code,
+        )
+
+    def _exchange(
+        self, process: "WorkerProcess", job: Job, message: tuple[Any, ...]
+    ) -> tuple[Any, FootFallError | None]:
+        """Hand a job over and hear of it until it ends. Raises EOFError or OSError where its worker has gone."""
+        pipe = process.start()
+        process.begun = False
+        job.report(0.0, "starting")
+        with self._taken(process, job):
+            pipe.send(("job", job.id, *message))
         cancel_by: float | None = None
-        try:
-            pipe = process.start()
-            job.report(0.0, "starting")
-            with self._taken(process, job):
-                pipe.send(("job", job.id, *message))
-            while True:
-                if pipe.poll(0.05):
-                    match pipe.recv():
-                        case ("progress", fraction, text):
-                            job.report(fraction, text)
-                        case ("preview", product):
-                            job.preview(product)
-                        case ("log", record):
-                            logging.getLogger(record.name).handle(record)
-                        case ("done", product):
-                            return product, None
-                        case ("failed", error):
-                            return None, error
-                if cancel_by is None and (job.cancel_asked.is_set() or self._closing):
-                    cancel_by = time.monotonic() + CANCEL_GRACE
-                    pipe.send(("cancel", job.id))
-                elif cancel_by is not None and time.monotonic() > cancel_by:
-                    process.stop()
-                    return None, Cancelled("cancelled; its worker did not stop by itself and was ended")
-        except (EOFError, OSError):
-            code = process.stop()
-            if job.cancel_asked.is_set() or self._closing:
-                return None, Cancelled("cancelled; its worker did not take it and was ended")
-            return None, WorkerLost(
-                f"the worker process died while it made the {job.kind} (exit code {code}); "
-                "a new one takes the next job",
-                exit_code=code,
-            )
-        except Exception as err:
-            # A value that can't cross the pipe: the two ends no longer agree where a message starts.
-            process.stop()
-            return None, FootFallError(f"the {job.kind} could not be exchanged with its worker: {err}")
+        while True:
+            if pipe.poll(0.05):
+                match pipe.recv():
+                    case ("begun",):
+                        process.begun = True
+                    case ("progress", fraction, text):
+                        job.report(fraction, text)
+                    case ("preview", product):
+                        job.preview(product)
+                    case ("log", record):
+                        logging.getLogger(record.name).handle(record)
+                    case ("done", product):
+                        return product, None
+                    case ("failed", error):
+                        return None, error
+            if cancel_by is None and (job.cancel_asked.is_set() or self._closing):
+                cancel_by = time.monotonic() + CANCEL_GRACE
+                pipe.send(("cancel", job.id))
+            elif cancel_by is not None and time.monotonic() > cancel_by:
+                process.stop()
+                return None, Cancelled("cancelled; its worker did not stop by itself and was ended")
 
     @contextlib.contextmanager
     def _taken(self, process: "WorkerProcess", job: Job) -> Iterator[None]:
@@ -224,12 +238,16 @@ class Jobs(JobPool):
 
 
 class WorkerProcess:
-    """One worker process and this end of its pipe; started when needed."""
+    """One worker process and this end of its pipe; started when needed.
+
+    begun: whether it has taken up the job that was handed to it last.
+    """
 
     def __init__(self, recipes: str) -> None:
         self._recipes = recipes
         self._process: SpawnProcess | None = None
         self._pipe: Connection | None = None
+        self.begun = False
 
     def start(self) -> Connection:
         if self._process is not None and not self._process.is_alive():

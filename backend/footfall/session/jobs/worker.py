@@ -1,8 +1,8 @@
 """The worker process: takes one job at a time from its pipe, makes the product, sends it back.
 
 Messages to the worker: ("job", id, kind, {name: (digest, value)}, (digest, value) | None) and ("cancel", id).
-Messages from it: ("progress", fraction, text), ("preview", product), ("log", record), ("done", product), ("failed",
-error). A closed pipe ends it.
+Messages from it: ("begun",), ("progress", fraction, text), ("preview", product), ("log", record), ("done", product),
+("failed", error). A closed pipe ends it.
 """
 
 import contextlib
@@ -54,6 +54,7 @@ def work(pipe: Connection, recipes: str) -> None:
                     leave_out_what_is_loaded()
             message = pipe.recv()
             if message[0] == "job":
+                _send(pipe, ("begun",))
                 with _logged_by_server(pipe):
                     answer = _run(pipe, module.RECIPES, *message[1:])
                 _send(pipe, answer)
