@@ -1,17 +1,18 @@
 """Telemetry at 10 Hz to five clients, one of them a real page: who gets what when, and what it costs the server."""
 
-import gc
+import contextlib
 import json
+import multiprocessing
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, pairwise
+from multiprocessing.connection import Connection as Pipe
 from typing import Protocol
 
 import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
-from websockets.sync.connection import Connection
 
 from benchmarks.console.apart import Apart, served_apart
 from benchmarks.console.page import chromium
@@ -32,23 +33,45 @@ class Listener(Protocol):
 
 
 class Client:
-    """A listener over a socket of its own."""
+    """A listener in a process of its own, as programs of others are: it waits for nothing of this one. address: ws://…"""
 
-    def __init__(self, socket: Connection) -> None:
-        self.heard: list[tuple[int, float, float]] = []
-        self._socket = socket
-        threading.Thread(target=self._listen, daemon=True).start()
+    def __init__(self, address: str) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_listen, args=(address, theirs), daemon=True)
+        self._process.start()
+        theirs.close()
 
-    def _listen(self) -> None:
-        try:
+    @property
+    def heard(self) -> Sequence[tuple[int, float, float]]:
+        self._pipe.send("what was heard")
+        return self._pipe.recv()
+
+    def close(self) -> None:
+        """Hang up."""
+        self._pipe.close()
+        self._process.join()
+
+
+def _listen(address: str, pipe: Pipe) -> None:
+    """Listen until the pipe closes; say what was heard whenever asked."""
+    heard: list[tuple[int, float, float]] = []
+
+    def listen() -> None:
+        with contextlib.suppress(ConnectionClosed):
             while True:
-                message = json.loads(self._socket.recv())
+                message = json.loads(socket.recv())
                 if message["type"] == "telemetry":
                     now, frame = time.monotonic(), message["data"]
-                    self.heard.append((frame["number"], now - frame["age_s"], now))
-                    self._socket.send(json.dumps({"heard": frame["number"]}))
-        except ConnectionClosed:
-            return
+                    heard.append((frame["number"], now - frame["age_s"], now))
+                    socket.send(json.dumps({"heard": frame["number"]}))
+
+    leave_out_what_is_loaded()
+    with connect(address, proxy=None) as socket, contextlib.suppress(EOFError):
+        threading.Thread(target=listen, daemon=True).start()
+        while True:
+            pipe.recv()
+            pipe.send(tuple(heard))
 
 
 def delays(clients: Sequence[Listener], since: float) -> list[float]:
@@ -77,22 +100,17 @@ def figures(quick: bool) -> Iterator[Figure]:
     with served_apart() as served, chromium() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 720})
         page.goto(f"{served.url}/?fixedDpr=0.5")
-        sockets = [
-            connect(served.line("/api/v1/sessions/current/events/line?ahead=2"), proxy=None) for _ in range(CLIENTS)
-        ]
-        clients = [Client(socket) for socket in sockets]
+        line = served.line("/api/v1/sessions/current/events/line?ahead=2")
+        clients = [Client(line) for _ in range(CLIENTS)]
         page.wait_for_timeout(1000 * SETTLING)
-        # the listeners here are to be as awake as programs of their own
-        gc.collect()
-        leave_out_what_is_loaded()
         yield from measured(served, clients, lambda: page.wait_for_timeout(1000 * seconds))
         stale = page.locator("#status-link").get_attribute("data-state")
         yield Figure("console.load.page_is_up_to_date", (float(stale == "good"),), "yes=1", 1.0, at_most=False)
-        for socket in sockets:
-            socket.close()
+        for client in clients:
+            client.close()
 
 
-def measured(served: Apart, clients: list[Client], wait: Callable[[], object]) -> Iterator[Figure]:
+def measured(served: Apart, clients: Sequence[Listener], wait: Callable[[], object]) -> Iterator[Figure]:
     with served.client() as client:
         before = client.get("/sessions/current").json()["link"]
         begin, used, memory = time.monotonic(), served.processor_seconds(), served.memory()
