@@ -16,11 +16,13 @@ run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
-# Playwright's loop suffers no other in its process, and a browser that draws in software wants the machine for itself.
+# Playwright's loop suffers no other in its process, and a browser that draws the scene in software wants the machine
+# for itself.
 test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest tests/browser -m scene
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .
