@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from footfall.planning.compliance.ball_contact import ball_contacts
+from footfall.planning.compliance.ball_contact import APART, ball_contacts, second_gaps
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, slope
 from footfall.terrain.ground.surface import height_at
@@ -61,3 +61,40 @@ def test_unknown_ground_below_the_middle_is_told():
     assert np.isnan(points[0]).all()
     assert np.isnan(normals[0]).all()
     assert normals[1:] == pytest.approx(np.tile([0.0, 0.0, 1.0], (2, 1)))
+
+
+def standing(ground, centers):
+    """Balls that stand there and where they touch."""
+    points, normals, _ = ball_contacts(ground, centers, RADIUS)
+    return points + RADIUS * normals, points
+
+
+def test_on_a_plane_there_is_one_side_only(rng):
+    ground = slope(size=4.0, resolution=0.05, angle=0.3, uphill=0.7)
+    balls, points = standing(ground, np.column_stack([rng.uniform(-1, 1, (20, 2)), np.zeros(20)]))
+    gaps = second_gaps(ground, balls, points, RADIUS)
+    assert gaps == pytest.approx(RADIUS * (1 / np.cos(APART) - 1), abs=3e-3)
+
+
+@pytest.mark.parametrize("away", [0.0, 0.002, 0.01, -0.004])
+def test_beside_a_step_it_leans_by_how_far_the_edge_is(away):
+    x = np.arange(-2.0, 2.001, 0.005)
+    X, _ = np.meshgrid(x, x)
+    height = 0.12
+    heights = np.where(X >= 0, height, 0.0).astype(np.float32)
+    ground = from_heights(heights, 0.005, -2.0, -2.0, "step")
+    # where a ball on the lower floor touches the edge, and that much farther off
+    reach = np.sqrt(RADIUS**2 - (RADIUS - height) ** 2)
+    along = np.linspace(-0.1, 0.1, 4001)
+    edge = along[height_at(ground, along, 0 * along) > height - 1e-6].min()
+    ball = np.array([[edge - reach - away, 0.0, RADIUS]])
+    gap = second_gaps(ground, ball, np.array([[ball[0, 0], 0.0, 0.0]]), RADIUS)[0]
+    assert gap == pytest.approx(np.hypot(reach + away, RADIUS - height) - RADIUS, abs=2e-3)
+
+
+def test_ground_that_nobody_saw_is_no_side():
+    heights = np.zeros((81, 81), np.float32)
+    heights[:, 50:] = np.nan
+    ground = from_heights(heights, 0.05, -2.0, -2.0, "edge")
+    balls, points = standing(ground, np.array([[0.2, 0.0, 0.0]]))
+    assert second_gaps(ground, balls, points, RADIUS)[0] == pytest.approx(RADIUS * (1 / np.cos(APART) - 1), abs=3e-3)

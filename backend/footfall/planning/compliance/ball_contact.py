@@ -1,4 +1,7 @@
-"""Where a ball that comes straight down meets the ground: a wheel's rim stands on the highest bump under it."""
+"""Where a ball that comes straight down meets the ground: a wheel's rim stands on the highest bump under it.
+
+And how near it then is to touching the ground on another side too.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +15,9 @@ COARSE = 12
 """The ground is looked at in at least so many steps from below the centre to the rim, at least once a cell."""
 ROUNDS, FINER = 3, 4
 """Around the best place it is looked at so often again, each time in steps so many times finer."""
+APART = np.radians(20.0)
+"""Directions from the centre of a ball that are nearer to each other lead to one contact: on a plane, ground that far
+from where it touches is 6 % of the radius away from the ball."""
 KNOWN = 0.35
 """All ground nearer to the point below the centre than this share of the radius must be known."""
 
@@ -40,6 +46,24 @@ def ball_contacts(dem: Dem, centers: Array, radius: float) -> tuple[Array, Array
     points[known, 2] = height_at(dem, points[known, 0], points[known, 1])
     normals[known] = np.column_stack([-places, down])[known] / radius
     return points, normals, known
+
+
+def second_gaps(dem: Dem, centers: Array, points: Array, radius: float) -> Array:
+    """How much farther the ground is from balls, which touch it near points (k, 3), on any other side, (k,) [m].
+
+    Another side is seen from the centre more than APART away from the point. Negative: it is nearer there, so that the
+    ball can't stand where it is said to. A ball may be off the ground, or in it, as a whole. Unknown ground is left
+    out; infinite where no ground is known on one of the two.
+    """
+    steps = FINER * max(COARSE, int(np.ceil(radius / dem.geometry.resolution)))
+    dx, dy = _square(steps, 1.2 * radius / steps)
+    below = height_at(dem, centers[:, :1] + dx, centers[:, 1:2] + dy) - centers[:, 2:]
+    away = np.sqrt(dx * dx + dy * dy + below * below)
+    toward = (points - centers) / np.linalg.norm(points - centers, axis=1, keepdims=True)
+    along = (toward[:, :1] * dx + toward[:, 1:2] * dy + toward[:, 2:] * below) / np.maximum(away, 1e-9)
+    known, other = np.isfinite(away), along < np.cos(APART)
+    own = np.min(np.where(known & ~other, away, np.inf), axis=1)
+    return np.where(np.isfinite(own), np.min(np.where(known & other, away, np.inf), axis=1) - own, np.inf)
 
 
 def _square(steps: int, spacing: float) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """What must hold of a predicted motion, and by how much it does."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,13 +8,16 @@ from numpy.typing import NDArray
 from footfall.balance.payload import loaded
 from footfall.balance.support import margins
 from footfall.core.frames import apply
-from footfall.planning.execution.problem import Execution
+from footfall.planning.compliance.ball_contact import second_gaps
+from footfall.planning.compliance.rover import Rest
+from footfall.planning.execution.problem import Execution, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.stance.whole_body import Nearest, WholeBody
 from footfall.planning.step.problem import Check
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
@@ -27,17 +30,21 @@ ADVICE = {
     "torque": "move the chassis away from the leg, or carry less",
     "friction": "move the chassis, or take the mode pose_held",
     "load on the supporting wheels": "move the chassis away from the leg",
+    "wheels on one side of the ground": "take the mode pose_held, or move that leg first",
     "balance": "move the chassis away from the leg",
     "touch-down": "ask for more overshoot; the ground may be lower than the map says",
     "touch-down offset": "take the mode droop_aware or pose_held",
 }
 """What to try where a check fails, by its name."""
 
+LEAN = 0.003
+"""A wheel nearer than this to the ground on another side leans against it [m]: hubs are predicted so well."""
+
 
 def checks_of(
-    robot: Robot, done: Execution, torques: Array, body: WholeBody, contacts: Array, settings: ExecutionSettings
+    robot: Robot, done: Execution, rests: Sequence[Rest], body: WholeBody, settings: ExecutionSettings
 ) -> tuple[Check, ...]:
-    """Every check; torques: (n, legs × 6) of the springs [N·m]; contacts: (n, legs, 3) of the wheels, site [m]."""
+    """Every check of an execution; rests: where the rover is predicted to be, n of them."""
 
     def where(at: int) -> str:
         return f"waypoint {at} ({done.phases[at]})"
@@ -45,7 +52,8 @@ def checks_of(
     swings = np.flatnonzero([phase == "swing" for phase in done.phases])
     supports = [leg for leg in robot.legs if leg != done.leg]
     path = dense(done.predicted, done.Ts_site_base)
-    ratios = np.abs(torques) / robot.torque_limits
+    ratios = np.abs([one.torques for one in rests]) / robot.torque_limits
+    contacts = np.array([one.contacts for one in rests])
     return (
         _clearance(done, settings, swings, where),
         _limits("joint limits of the set points", robot, _set_points(done), where),
@@ -65,6 +73,7 @@ def checks_of(
             "N",
             lambda at, i: f"leg {supports[i]}, {where(at)}",
         ),
+        *([] if done.mode == "pose_held" else [_one_contact(robot, done, rests, body.ground.dem, supports, where)]),
         _balance(robot, done, contacts[:, supports], settings, where),
         _touch_down(done, settings),
         _offset(done, settings),
@@ -136,6 +145,24 @@ def _near(name: str, found: Nearest, rows: NDArray[np.int64], done: Execution, p
     at = int(np.ceil(path.part[rows[found.at]] * (len(done.phases) - 1) - 1e-9))
     spare = found.gap.spare
     return Check(name, spare >= 0, spare, "m", f"{found.gap.between}, beyond δ, waypoint {at} ({done.phases[at]})")
+
+
+def _one_contact(
+    robot: Robot, done: Execution, rests: Sequence[Rest], dem: Dem, supports: list[int], where: Callable[[int], str]
+) -> Check:
+    """Whether each supporting wheel touches the ground on one side only, at the ends of the phases.
+
+    One that leans against a rock's flank too yields otherwise than on the one plane that the prediction knows.
+    """
+    rows = ends_of(done.phases)
+    rims, contacts = (np.array([getattr(rests[at], of)[supports] for at in rows]) for of in ("rims", "contacts"))
+    gaps = second_gaps(dem, rims.reshape(-1, 3), contacts.reshape(-1, 3), robot.wheel_radius).reshape(len(rows), -1)
+    return _worst(
+        "wheels on one side of the ground",
+        gaps - LEAN,
+        "m",
+        lambda row, i: f"leg {supports[i]} leans against another, {where(rows[row])}",
+    )
 
 
 def _balance(

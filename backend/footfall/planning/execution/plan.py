@@ -18,7 +18,7 @@ from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.checks import ADVICE, checks_of
 from footfall.planning.execution.course import COMMANDERS, FALL, Course, Lost
-from footfall.planning.execution.problem import Execution, ExecutionResult
+from footfall.planning.execution.problem import Execution, ExecutionResult, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.body_move import No, stance_of
 from footfall.planning.stance.whole_body import WholeBody
@@ -154,8 +154,7 @@ class _Attempt:
         done = self._execution(plan, course)
         progress(0.7, "checking where the rover will be")
         rests = course.rests
-        torques, contacts = np.array([one.torques for one in rests]), np.array([one.contacts for one in rests])
-        return done, checks_of(self.robot, done, torques, self.body, contacts, self.settings)
+        return done, checks_of(self.robot, done, rests, self.body, self.settings)
 
     def _execution(self, plan: StepPlan, course: Course) -> Execution:
         rests, leg, settings = course.rests, plan.leg, self.settings
@@ -241,7 +240,7 @@ def _durations(robot: Robot, course: Course, fraction: float) -> Array:
     out = np.append(0.0, travel.max(axis=1))
     guarded = slice(course.guarded_from + 1, course.stopped_at + 1 if course.stopped_at >= 0 else len(out))
     out[guarded] = np.maximum(out[guarded], FALL / GENTLE)
-    ends = [i for i in _last(course.phases) if not guarded.start <= i < guarded.stop]
+    ends = [i for i in ends_of(course.phases) if not guarded.start <= i < guarded.stop]
     for end in ends:
         slow, row = 0.0, end
         while row > 0 and course.phases[row] == course.phases[end] and slow < SWAY:
@@ -251,15 +250,10 @@ def _durations(robot: Robot, course: Course, fraction: float) -> Array:
     return out
 
 
-def _last(phases: tuple[str, ...]) -> list[int]:
-    """The waypoints at which phases end."""
-    return [i for i, phase in enumerate(phases) if i == len(phases) - 1 or phases[i + 1] != phase]
-
-
 def _pauses(phases: tuple[str, ...], pause: float) -> Array:
     """Seconds to wait after each waypoint: at the end of each phase."""
     out = np.zeros(len(phases))
-    out[_last(phases)] = pause
+    out[ends_of(phases)] = pause
     return out
 
 

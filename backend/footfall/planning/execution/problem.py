@@ -10,6 +10,11 @@ from footfall.planning.step.problem import Check, Status, StepPlan
 PHASES = ("unload", "lift", "swing", "lower", "load")
 
 
+def ends_of(phases: tuple[str, ...]) -> list[int]:
+    """The waypoints at which phases end."""
+    return [i for i, phase in enumerate(phases) if i == len(phases) - 1 or phases[i + 1] != phase]
+
+
 @value
 class Execution(Value):
     """A checked motion: set points, waypoint by waypoint, and where the rover is predicted to be at each.
