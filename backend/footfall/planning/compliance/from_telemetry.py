@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 DOUBT = 0.2
 """How far the stiffness of a joint may be from its description, as a share (one standard deviation)."""
+ALIKE = 0.25
+"""Share of that variance that all joints have in common: they are of one make, and one temperature."""
 UNEXPLAINED = 0.003
 """What of a joint's deflection is from encoders, or from moments at the wheel that the map does not tell [rad] (same).
 """
@@ -49,7 +51,7 @@ def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | No
     q, T = np.array(state.posture), np.array(state.T_site_base)
     held = q + state.joint_torques / rover.stiffness
     set_points = held if commanded is None else robot.require_posture(commanded)
-    points, normals, _ = rover.ground_under(q, T, forces=np.array(state.wheel_forces))
+    points, normals, known = rover.ground_under(q, T, forces=np.array(state.wheel_forces))
     hubs, turns = rover.wheels(q, T)
     forces = np.array(state.wheel_forces)
     independent = commanded is not None and bool(forces.any())
@@ -66,18 +68,23 @@ def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | No
     held = q + torques / stiffness
     pressed = np.sum(forces * normals, axis=1, keepdims=True) / rover.wheel_stiffness
     # the ground is where a wheel that is pressed so much finds it, whatever the map says
-    points = np.where(touching[:, None], hubs - (robot.wheel_radius - pressed) * normals, points)
+    found = np.where(touching[:, None], hubs - (robot.wheel_radius - pressed) * normals, points)
+    raised = np.where(known, np.sum((found - points) * normals, axis=1), 0.0)
     rims = hubs + forces / rover.wheel_stiffness
-    pose = Pose(T[:3, :3].copy(), T[:3, 3].copy(), q, touching, rims, turns, points, normals, forces)
-    return rover.settle(pose, set_points, set_points, held - set_points, stiffness, 1)
+    pose = Pose(T[:3, :3].copy(), T[:3, 3].copy(), q, touching, rims, turns, found, normals, forces)
+    return rover.settle(pose, set_points, set_points, held - set_points, stiffness, raised, 1)
 
 
 def softer_by(expected: Array, deflections: Array) -> Array:
     """How many times softer joints are than described, most likely, from deflections (n,), expected and seen [rad].
 
-    seen = softer · expected + error, softer around 1 by DOUBT and errors by UNEXPLAINED, both normally distributed.
+    seen = softer · expected + error; softer = 1 + a part that all joints share + each one's own, by DOUBT together;
+    errors by UNEXPLAINED. All are normally distributed, so this is their mean given what was seen (Rasmussen &
+    Williams, *Gaussian Processes for Machine Learning*, 2006, eq. 2.23).
     """
-    excess = DOUBT**2 * expected * (deflections - expected) / (DOUBT**2 * expected**2 + UNEXPLAINED**2)
+    prior = DOUBT**2 * (ALIKE * np.ones((len(expected), len(expected))) + (1 - ALIKE) * np.eye(len(expected)))
+    seen = expected[:, None] * prior * expected + UNEXPLAINED**2 * np.eye(len(expected))
+    excess = prior @ (expected * np.linalg.solve(seen, deflections - expected))
     return np.clip(1.0 + excess, 1 / MOST_SOFTER, MOST_SOFTER)
 
 

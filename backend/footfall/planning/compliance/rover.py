@@ -43,8 +43,9 @@ class Rest:
     commanded, posture: (legs × 6,) set points and angles [rad]; T_site_base: (4, 4). forces: of the ground on the
     wheels, site, (legs, 3) [N]; torques: of the joints, (legs × 6,) [N·m]. hubs: wheel centres, site, (legs, 3) [m];
     turns: (legs, 3, 3), R_site_wheel. points, normals: (legs, 3), plane of the ground at each wheel. rims: (legs, 3),
-    where the ground holds the middles of the rims. bias: (legs × 6,) [rad], on top of what is commanded; stiffness:
-    (legs × 6,) of the joints [N·m/rad].
+    where the ground holds the middles of the rims. bias: (legs × 6,) [rad], on top of what is commanded while the leg's
+    wheel touches; stiffness: (legs × 6,) of the joints [N·m/rad]. raised: (legs,), how much higher the ground is at
+    each wheel than on the map, along its normal [m].
     left_over: largest force or moment out of balance [N, N·m].
     """
 
@@ -60,6 +61,7 @@ class Rest:
     rims: Array
     bias: Array
     stiffness: Array
+    raised: Array
     left_over: float
 
     @property
@@ -105,32 +107,35 @@ class CompliantRover:
         """
         q, T = self.robot.require_posture(commanded), np.array(require_transform(T_site_base, "T_site_base"))
         hubs, turns = self.wheels(q, T)
-        points, normals, seen = self.ground_under(q, T)
-        above = np.sum((hubs - points) * normals, axis=1) - self.robot.wheel_radius
+        below, normals, seen = self.ground_under(q, T)
+        above = np.sum((hubs - below) * normals, axis=1) - self.robot.wheel_radius
         touching = ~seen | (above <= STANDING_GAP)
         require_three(touching)
-        points = np.where(touching[:, None], hubs - self.robot.wheel_radius * normals, points)
+        points = np.where(touching[:, None], hubs - self.robot.wheel_radius * normals, below)
         # it begins pressed down by its weight, so that no wheel is about to lift off or slip
         pressed = self.mass * self.gravity / (touching.sum() * self.wheel_stiffness)
         T[:3, 3] += pressed
         pose = Pose(
             T[:3, :3].copy(), T[:3, 3].copy(), np.array(q), touching, hubs + pressed, turns, points, normals, 0.0 * hubs
         )
-        return self.settle(pose, q, q, np.zeros_like(q), self.stiffness, 1)
+        raised = np.where(seen, np.sum((points - below) * normals, axis=1), 0.0)
+        return self.settle(pose, q, q, np.zeros_like(q), self.stiffness, raised, 1)
 
     def after(self, rest: Rest, commanded: ArrayLike) -> Rest:
         """The equilibrium after the set points went straight to ``commanded`` (legs × 6,).
 
-        The ground under a wheel in the air is taken where that wheel is before: ask for a few centimetres at a time.
+        The ground under each wheel is taken where that wheel is before: ask for a few centimetres at a time.
         Where there is no equilibrium the result is not ``settled``.
         """
         target = self.robot.require_posture(commanded)
         increments = max(1, int(np.ceil(np.abs(target - rest.commanded).max() / INCREMENT)))
         touching, T = rest.touching, rest.T_site_base
-        points, normals = rest.points.copy(), rest.normals.copy()
-        if not touching.all():
-            below, upward, _ = self.ground_under(rest.posture, T, np.flatnonzero(~touching))
-            points[~touching], normals[~touching] = below, upward
+        below, normals, seen = self.ground_under(rest.posture, T, forces=rest.forces)
+        # where the wheels that stand find the ground on the whole, so will the next one
+        raised = np.where(touching, rest.raised, np.median(rest.raised[touching]) if touching.any() else 0.0)
+        kept = touching & ~seen
+        normals = np.where(kept[:, None], rest.normals, normals)
+        points = np.where(kept[:, None], rest.points, below + raised[:, None] * normals)
         pose = Pose(
             T[:3, :3].copy(),
             T[:3, 3].copy(),
@@ -142,18 +147,27 @@ class CompliantRover:
             normals,
             rest.forces.copy(),
         )
-        return self.settle(pose, rest.commanded, target, rest.bias, rest.stiffness, increments)
+        return self.settle(pose, rest.commanded, target, rest.bias, rest.stiffness, raised, increments)
 
     def settle(
-        self, pose: Pose, before: Array, commanded: Array, bias: Array, stiffness: Array, increments: int
+        self,
+        pose: Pose,
+        before: Array,
+        commanded: Array,
+        bias: Array,
+        stiffness: Array,
+        raised: Array,
+        increments: int,
     ) -> Rest:
         """The equilibrium that ``pose``, one with the set points ``before``, goes to with ``commanded``.
 
-        bias: on top of both; stiffness: of the joints. pose is changed.
+        bias: on top of both, of legs whose wheels touch: what their deflection is more than explained comes from where
+        and how the ground pushes on the wheel. stiffness: of the joints; raised: see :class:`Rest`. pose is changed.
         """
-        target = commanded + bias
+        borne = np.where(np.repeat(pose.touching, 6), bias, 0.0)
+        target = commanded + borne
         body = self.body._replace(stiffness=stiffness)
-        left_over = settle(body, pose, before + bias, target, self.gravity, increments)
+        left_over = settle(body, pose, before + borne, target, self.gravity, increments)
         T = transform(pose.R, pose.t)
         hubs, turns = self.wheels(pose.q, T)
         return Rest(
@@ -169,6 +183,7 @@ class CompliantRover:
             rims=pose.rims,
             bias=bias,
             stiffness=stiffness,
+            raised=raised,
             left_over=float(left_over),
         )
 

@@ -139,7 +139,8 @@ class Commander(ABC):
     def set_points(self, posture: Array, T_site_base: Array, hubs: Array, forces: Array) -> Array:
         """Set points (legs × 6,) that hold a posture against gravity and the ground's forces (legs, 3)."""
         torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
-        return posture + torques / self.start.stiffness - self.start.bias
+        bias = np.where(np.repeat(forces.any(axis=1), 6), self.start.bias, 0.0)
+        return posture + torques / self.start.stiffness - bias
 
     def hanging(self, T_site_base: Array, near: Array, hub: Array) -> Array:
         """Set points (6,) of the swing leg that hang its hub at a place in site; near: a posture (legs × 6,)."""
