@@ -12,6 +12,7 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.maps.standing import contacts, wheel_gaps
+from footfall.planning.compliance.ball_contact import second_gaps
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover
@@ -287,6 +288,41 @@ def test_what_cannot_be_is_refused_with_a_reason(athlete, dem, state, rest, plan
     hanging = asked(now=replace(state, wheel_forces=forces))
     assert hanging.status is Status.START_INVALID
     assert "three legs must be pressed" in hanging.reason
+
+
+def test_a_standing_wheel_that_leans_against_a_rock_is_refused_unless_the_chassis_is_held(
+    athlete, dem, state, rest, plan
+):
+    other = (LEG + 3) % 6
+    rim = rest.rims[other]
+    outward = rim[:2] - state.T_site_base[:2, 3]
+    outward /= np.linalg.norm(outward)
+    X, Y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    beyond = (X - rim[0]) * outward[0] + (Y - rim[1]) * outward[1]
+    beside = np.abs((X - rim[0]) * outward[1] - (Y - rim[1]) * outward[0]) < 0.3
+
+    def with_rock(height):
+        raised = np.where((beyond > 0.12) & (beyond < 0.5) & beside, height, 0.0)
+        return replace(dem, heights=(dem.heights + raised).astype(np.float32))
+
+    def gap(height):
+        return second_gaps(with_rock(height), rim[None], rest.contacts[other][None], athlete.wheel_radius)[0]
+
+    def asked(height, mode):
+        return plan_execution(athlete, with_rock(height), state, plan, ExecutionSettings(mode=mode), rest.commanded)
+
+    heights = np.arange(0.0, 0.2, 0.001)
+    free, leaning = (next(h for h in heights[::-1] if gap(h) > least) for least in (0.006, 0.0005))
+    assert gap(leaning) < 0.003 < gap(free)
+    for mode in MODES:
+        done_in(asked(free, mode))
+    done_in(asked(leaning, "pose_held"))
+    for mode in ("droop_aware", "as_commanded"):
+        refused = asked(leaning, mode)
+        assert refused.status is Status.NO_PATH
+        assert "wheels on one side of the ground by 0.00" in refused.reason
+        assert f"leg {other} leans against another" in refused.reason
+        assert "take the mode pose_held" in refused.reason
 
 
 def test_misuse_is_named(athlete, dem, state, plan, rest):
