@@ -45,7 +45,8 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import fractal, plane, rock_field
 
-STEPS, QUICK_STEPS = 200, 6
+STEPS, QUICK_STEPS = 240, 6
+"""About one in ten is refused in all modes."""
 GROUNDS = ("flat", "fractal", "rocks")
 PAYLOAD = 300.0
 NOISE = Noise(encoder=0.001, position=0.002, orientation=0.001, force=20.0)
