@@ -24,6 +24,8 @@ from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.sequence.of_execution import sequence_of_execution
+from footfall.sim.rover import SimulatedRover
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
 from footfall.terrain.ground.triangulate import triangulate
@@ -323,6 +325,19 @@ def test_a_standing_wheel_that_leans_against_a_rock_is_refused_unless_the_chassi
         assert "wheels on one side of the ground by 0.00" in refused.reason
         assert f"leg {other} leans against another" in refused.reason
         assert "take the mode pose_held" in refused.reason
+
+
+@pytest.mark.parametrize("mode", ["droop_aware", "pose_held"])
+def test_a_rover_that_does_not_yield_at_all_drags_no_wheel(athlete, dem, mode):
+    rigid = SimulatedRover(athlete, dem, footfall.stand(athlete, dem)).frame()
+    x, y, _ = apply(rigid.state.T_site_base, wheel_centers(athlete, rigid.state.posture))[LEG]
+    step = footfall.plan_step(athlete, dem, rigid.state, LEG, (x + 0.1, y - 0.3)).plan
+    assert step is not None
+    found = plan_execution(athlete, dem, rigid.state, step, ExecutionSettings(mode=mode), rigid.commanded)
+    made = sequence_of_execution(done_in(found), athlete, dem)
+    assert [rule for rule in made.rules if not rule.holds] == []
+    drag = [rule for rule in made.rules if rule.rule == "no-drag"]
+    assert drag
 
 
 def test_misuse_is_named(athlete, dem, state, plan, rest):

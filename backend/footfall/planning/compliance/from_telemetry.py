@@ -28,6 +28,8 @@ UNEXPLAINED = 0.003
 """
 MOST_SOFTER = 2.0
 """A joint is taken to be at most so many times softer, or stiffer, than described."""
+LEAST_YIELD = 0.25
+"""A rover whose joints yield less than this share of what is expected holds them by other means than springs."""
 LEAST_LOAD = 0.005
 """A wheel that is pressed with less than this share of the weight is in the air: force sensors are not exact."""
 
@@ -72,7 +74,13 @@ def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | No
     raised = np.where(known, np.sum((found - points) * normals, axis=1), 0.0)
     rims = hubs + forces / rover.wheel_stiffness
     pose = Pose(T[:3, :3].copy(), T[:3, 3].copy(), q, touching, rims, turns, found, normals, forces)
-    return rover.settle(pose, set_points, set_points, held - set_points, stiffness, raised, 1)
+    left, nothing = held - set_points, np.zeros_like(held)
+    # joints that don't yield at all are held by something else than springs, in the air too
+    springs = not independent or np.median(np.abs(set_points - q)) > LEAST_YIELD * np.median(
+        np.abs(torques / rover.stiffness)
+    )
+    bias, offset = (left, nothing) if springs else (nothing, left)
+    return rover.settle(pose, set_points, set_points, bias, offset, stiffness, raised, 1)
 
 
 def softer_by(expected: Array, deflections: Array) -> Array:

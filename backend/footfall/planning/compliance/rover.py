@@ -44,8 +44,8 @@ class Rest:
     wheels, site, (legs, 3) [N]; torques: of the joints, (legs × 6,) [N·m]. hubs: wheel centres, site, (legs, 3) [m];
     turns: (legs, 3, 3), R_site_wheel. points, normals: (legs, 3), plane of the ground at each wheel. rims: (legs, 3),
     where the ground holds the middles of the rims. bias: (legs × 6,) [rad], on top of what is commanded while the leg's
-    wheel touches; stiffness: (legs × 6,) of the joints [N·m/rad]. raised: (legs,), how much higher the ground is at
-    each wheel than on the map, along its normal [m].
+    wheel touches; offset: the same, wherever the wheel is; stiffness: (legs × 6,) of the joints [N·m/rad]. raised:
+    (legs,), how much higher the ground is at each wheel than on the map, along its normal [m].
     left_over: largest force or moment out of balance [N, N·m].
     """
 
@@ -60,6 +60,7 @@ class Rest:
     normals: Array
     rims: Array
     bias: Array
+    offset: Array
     stiffness: Array
     raised: Array
     left_over: float
@@ -119,7 +120,7 @@ class CompliantRover:
             T[:3, :3].copy(), T[:3, 3].copy(), np.array(q), touching, hubs + pressed, turns, points, normals, 0.0 * hubs
         )
         raised = np.where(seen, np.sum((points - below) * normals, axis=1), 0.0)
-        return self.settle(pose, q, q, np.zeros_like(q), self.stiffness, raised, 1)
+        return self.settle(pose, q, q, np.zeros_like(q), np.zeros_like(q), self.stiffness, raised, 1)
 
     def after(self, rest: Rest, commanded: ArrayLike) -> Rest:
         """The equilibrium after the set points went straight to ``commanded`` (legs × 6,).
@@ -147,7 +148,7 @@ class CompliantRover:
             normals,
             rest.forces.copy(),
         )
-        return self.settle(pose, rest.commanded, target, rest.bias, rest.stiffness, raised, increments)
+        return self.settle(pose, rest.commanded, target, rest.bias, rest.offset, rest.stiffness, raised, increments)
 
     def settle(
         self,
@@ -155,6 +156,7 @@ class CompliantRover:
         before: Array,
         commanded: Array,
         bias: Array,
+        offset: Array,
         stiffness: Array,
         raised: Array,
         increments: int,
@@ -162,9 +164,9 @@ class CompliantRover:
         """The equilibrium that ``pose``, one with the set points ``before``, goes to with ``commanded``.
 
         bias: on top of both, of legs whose wheels touch: what their deflection is more than explained comes from where
-        and how the ground pushes on the wheel. stiffness: of the joints; raised: see :class:`Rest`. pose is changed.
+        and how the ground pushes on the wheel. offset, stiffness, raised: see :class:`Rest`. pose is changed.
         """
-        borne = np.where(np.repeat(pose.touching, 6), bias, 0.0)
+        borne = offset + np.where(np.repeat(pose.touching, 6), bias, 0.0)
         target = commanded + borne
         body = self.body._replace(stiffness=stiffness)
         left_over = settle(body, pose, before + borne, target, self.gravity, increments)
@@ -182,6 +184,7 @@ class CompliantRover:
             normals=pose.normals,
             rims=pose.rims,
             bias=bias,
+            offset=offset,
             stiffness=stiffness,
             raised=raised,
             left_over=float(left_over),

@@ -120,6 +120,11 @@ class Commander(ABC):
         walker = self.walker
         return Course(tuple(walker.rests), tuple(walker.phases), guarded_from, stopped_at, lowest, self.stop_force)
 
+    @property
+    def higher(self) -> Array:
+        """How much higher than planned the wheel is to stand, site (3,) [m]: as the others find the ground."""
+        return float(np.median(self.start.raised[self.start.touching])) * self.normals[self.leg]
+
     @abstractmethod
     def unload(self) -> None:
         """Take the load off the leg."""
@@ -140,7 +145,7 @@ class Commander(ABC):
         """Set points (legs × 6,) that hold a posture against gravity and the ground's forces (legs, 3)."""
         torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
         bias = np.where(np.repeat(forces.any(axis=1), 6), self.start.bias, 0.0)
-        return posture + torques / self.start.stiffness - bias
+        return posture + torques / self.start.stiffness - self.start.offset - bias
 
     def hanging(self, T_site_base: Array, near: Array, hub: Array) -> Array:
         """Set points (6,) of the swing leg that hang its hub at a place in site; near: a posture (legs × 6,)."""
@@ -282,7 +287,7 @@ class DroopAware(AsCommanded):
         forces = self.standing_forces()
         hubs, _, _ = self.goal()
         strains = np.zeros_like(forces)
-        strains[self.leg] = -forces[self.leg] / self.rover.wheel_stiffness
+        strains[self.leg] = self.higher - forces[self.leg] / self.rover.wheel_stiffness
         posture = strained(self.robot, self.postures[-1], self.T_plan, self.normals, strains, self.rover.body.rolled)
         self._leg_to(self.set_points(posture, self.T_plan, hubs, forces)[self.own], "load")
 
@@ -315,7 +320,9 @@ class PoseHeld(DroopAware):
 
     def load(self) -> None:
         posture = _with(self._posture, self.postures[-1], self.own)
-        self._shift(posture, np.zeros(3))
+        strains = np.zeros_like(self._forces)
+        strains[self.leg] = self.higher
+        self._shift(strained(self.robot, posture, self._T, self.normals, strains, self.rover.body.rolled), np.zeros(3))
         # what held all wheels before holds them again: forces of least norm push a wheel on a steep side along it
         in_the_air, standing = self._forces.copy(), self.standing_forces(near=self.start.forces)
         share_now = self.walker.rest.forces[self.leg, 2] / max(standing[self.leg, 2], 1.0)
