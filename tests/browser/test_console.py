@@ -173,7 +173,9 @@ def test_the_ghost_goes_where_the_rover_was(console: Page, quiet: Running) -> No
     travel = [np.abs(np.subtract(b, a)).max() for a, b in zip(plan["waypoints"], plan["waypoints"][1:], strict=False)]
     i = len(travel) // 2
     say(quiet, 1, posture=plan["waypoints"][i])
-    console.wait_for_function("async () => (await import('/js/samples.js')).heardFrom() > 0")
+    heard = "async () => (await import('/js/samples.js')).heardFrom() > 0"
+    until(lambda: console.evaluate(heard), "the page's hearing of it")  # wait_for_function takes any promise for true
+    expect(console.locator("#scrub")).to_be_enabled()  # the page has the plan
     console.evaluate(
         """async () => {
             const { heardFrom } = await import("/js/samples.js");

@@ -50,11 +50,9 @@ def planned(page: Page, served: Running, act: Callable[[], None]) -> dict:
     made(served, "plan", act)
     answer = held(served, f"{SESSION}/plans/current")
     assert answer["status"] == "found", answer["reason"]
-    page.wait_for_function(
-        "async digest => (await import('/js/store.js')).known.summary.plan.digest === digest",
-        arg=answer["digest"],
-        timeout=SLOW,
-    )
+    # wait_for_function would take the promise itself for true
+    knows = "async () => (await import('/js/store.js')).known.summary?.plan?.digest"
+    until(lambda: page.evaluate(knows) == answer["digest"], "the page's hearing of the plan", SLOW / 1000)
     return answer
 
 
