@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import time
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -14,6 +15,7 @@ from websockets.typing import Subprotocol
 from footfall.api.routes import rover as link_end
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
+from footfall.session.live import LiveSession
 from footfall.telemetry.link import ErrorMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
@@ -89,6 +91,21 @@ def test_a_silent_rover_follows_and_hears_the_stop_of_the_new_session(quiet, cli
         client.post("/stop")  # the rover has said nothing since
         assert next_of(link, "stop")["id"]
         linked(client)
+
+
+def test_a_rover_that_leaves_while_it_is_handed_over_has_left(quiet, client, monkeypatch):
+    handed_over = LiveSession.rover_connected
+
+    def slowly(live, *said):
+        handed_over(live, *said)
+        time.sleep(1.0)  # a slow disk
+
+    with rover_of(quiet):
+        linked(client)
+        monkeypatch.setattr(LiveSession, "rover_connected", slowly)
+        client.post("/sessions", json={"name": "fourth"})
+        linked(client)
+    until(lambda: not current(client)["link"]["connected"], "the leaving of the rover")
 
 
 def test_a_stop_needs_no_sensible_body(client):

@@ -7,6 +7,7 @@ because a rover that sends one bad frame is still a rover that must be stoppable
 import asyncio
 import contextlib
 import logging
+import threading
 import time
 from collections import Counter
 from dataclasses import replace
@@ -137,6 +138,9 @@ class _Connection:
         self._tasks: list[asyncio.Task[None]] = []
         self._looking: set[asyncio.Task[None]] = set()
         self._ended = False
+        # cancelling a task does not end the thread that works for it: without, that one could link after the leave
+        self._linking = threading.Lock()
+        self._left = False
 
     @property
     def silent(self) -> bool:
@@ -184,9 +188,11 @@ class _Connection:
         await asyncio.gather(*self._looking, return_exceptions=True)
 
     def _leave(self) -> None:
-        live, self._live, self._hello = self._live, None, None
-        if live is not None:
-            live.rover_disconnected(self._send)
+        with self._linking:
+            self._left = True
+            live, self._live, self._hello = self._live, None, None
+            if live is not None:
+                live.rover_disconnected(self._send)
 
     async def _write(self) -> None:
         try:
@@ -288,7 +294,11 @@ class _Connection:
                 raise InvalidTelemetry(f"a rover does not send {kind_of(message)}", fault="not-for-ground")
 
     def _session(self) -> LiveSession | None:
-        """The current session, told that this rover is linked to it."""
+        """The current session, told of this rover; None where there is none, or the rover has left."""
+        with self._linking:
+            return None if self._left else self._linked()
+
+    def _linked(self) -> LiveSession | None:
         if self._hello is None:
             raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         live = self._sessions.current
