@@ -185,7 +185,7 @@ def serve(
     session: str | None = None,
     sim: bool = True,
     seed: int = 0,
-    physics: bool = False,
+    physics: bool = True,
     on_ready: Callable[[str], None] = lambda _: None,
     accounts: bool = False,
     tls: Tls | None = None,
@@ -199,7 +199,7 @@ def serve(
 
     sample: open a copy of this sample; session: open this one of the folder instead; both None: open nothing.
     folder: where sessions are kept.
-    sim: run a simulated rover in the session's world; physics: one with masses and springs.
+    sim: run a simulated rover in the session's world; physics: one with masses and springs, or a kinematic one.
     seed: of the cameras' noise. on_ready: called with the address.
     accounts: whether not to serve at all without accounts; where the folder has some, they are asked for in any case.
     tls: certificate and key; behind_tls_proxy: a proxy in front has them. public_url: as browsers elsewhere name it.

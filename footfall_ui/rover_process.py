@@ -45,7 +45,7 @@ class RoverProcess:
     """One simulated rover as a client of ``url``, for the current one of ``sessions``.
 
     It is started again with the world of another session when that becomes the current one, and when a
-    session without a terrain gets one. physics: a rover with masses and springs, not a kinematic one.
+    session without a terrain gets one. physics: a rover with masses and springs, or a kinematic one.
     token: with which it comes in, where the server asks for one; certificate: that the server shows, with TLS.
     """
 
@@ -54,7 +54,7 @@ class RoverProcess:
         sessions: Sessions,
         url: str,
         seed: int = 0,
-        physics: bool = False,
+        physics: bool = True,
         token: str | None = None,
         certificate: Path | None = None,
     ) -> None:

@@ -89,7 +89,7 @@ def serve(
     seed: Annotated[int, typer.Option(help="Seed of the simulated cameras' noise.")] = 0,
     physics: Annotated[
         bool, typer.Option("--physics/--kinematic", help="Whether that rover has masses, springs and contact.")
-    ] = False,
+    ] = True,
     accounts: Annotated[
         bool,
         typer.Option("--accounts", help="Refuse to start without accounts; where there are some, they count anyway."),
@@ -294,7 +294,7 @@ def sim(
     seed: Annotated[int, typer.Option(help="Seed of the cameras' noise.")] = 0,
     physics: Annotated[
         bool, typer.Option("--physics/--kinematic", help="Masses, springs and contact, or joints that go as told.")
-    ] = False,
+    ] = True,
     gravity: Annotated[str, typer.Option(help="Of the world in physics: earth, moon or mars.")] = "earth",
     certificate: Annotated[Path | None, typer.Option(help="PEM file of the server's own certificate.")] = None,
     robot: RobotName = "athlete",

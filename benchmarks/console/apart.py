@@ -1,4 +1,7 @@
-"""A server in a process of its own, as ``footfall serve`` starts it: with a scene and a simulated rover."""
+"""A server in a process of its own, as ``footfall serve`` starts it: with a scene and a simulated rover.
+
+The rover is the kinematic one: physics is nothing that a ground tool computes beside a real rover.
+"""
 
 import os
 import subprocess
@@ -46,7 +49,7 @@ def served_apart(rover: bool = True) -> Iterator[Apart]:
     """Serve the rock-step sample on a free port until the context ends. rover: with one, which is there."""
     with TemporaryDirectory(prefix="footfall-bench-") as folder:
         command = [str(Path(sys.executable).with_name("footfall")), "serve", "--port", "0", "--data", folder]
-        command += [] if rover else ["--no-sim"]
+        command += ["--kinematic"] if rover else ["--no-sim"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
             try:
                 line = server.stdout.readline() if server.stdout is not None else ""

@@ -49,9 +49,17 @@ def chromium(chromiums: Callable[[bool], Browser], scene: bool) -> Browser:
 
 
 @pytest.fixture
-def served(tmp_path: Path, scene: bool) -> Iterator[Running]:
+def physics() -> bool:
+    """Whether the page's rover has masses and springs."""
+    return False
+
+
+@pytest.fixture
+def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
     """The rock-step sample, open, with its rover connected."""
-    with running_server(tmp_path, scene=scene, prepare=lambda s: s.open_sample("rock-step")) as running:
+    with running_server(
+        tmp_path, scene=scene, prepare=lambda s: s.open_sample("rock-step"), physics=physics
+    ) as running:
         running.rover.start()
         current = running.sessions.current
         until(lambda: current is not None and current.frame, "the first telemetry", 60)

@@ -1,30 +1,15 @@
 """A rover with masses and springs makes a step that was commanded for sag: sent from the page, measured sag told."""
 
-from collections.abc import Callable, Iterator
-from contextlib import closing
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import Page, expect
 
-from footfall.telemetry.link import PATH
-from footfall_ui.rover_process import RoverProcess
 from tests.support.page_steps import SESSION, SLOW, commanded, held, planned, press, sequenced
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, until
 
 
-@pytest.fixture
-def served(tmp_path: Path) -> Iterator[Running]:
-    """The rock-step sample, open, with a rover in physics connected."""
-    with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as running:
-        link = f"ws{running.url.removeprefix('http')}{PATH}"
-        with closing(RoverProcess(running.sessions, link, physics=True)) as rover:
-            rover.start()
-            current = running.sessions.current
-            until(lambda: current is not None and current.frame, "the first telemetry", 60)
-            yield running
-
-
+@pytest.mark.parametrize("physics", [True])
 def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, look: Callable[[str], None]) -> None:
     planned(page, served, lambda: press(page, "Plan step"))
     page.locator("#execution-settings-box summary").click()

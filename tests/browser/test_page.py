@@ -59,6 +59,7 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
 
 
 @pytest.mark.scene
+@pytest.mark.parametrize("physics", [True])
 def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -> None:
     """Every bold name of the README's browser steps is pressed, in its order."""
     part = README.read_text().split("### In the browser")[1].split("###")[0]
@@ -143,9 +144,9 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     live = served.sessions.current
     assert live is not None
     predicted = np.array(sequence["predicted"][-1])
-    # the acknowledgement may be a tenth of a second ahead of the next telemetry frame
+    # springs give way to what the legs carry, and the acknowledgement may be a little ahead of the next telemetry frame
     until(
-        lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=1e-6), "the predicted posture", 5
+        lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture", 5
     )
     expect(page.locator("#status-match")).to_have_attribute("data-state", "bad", timeout=SLOW)
     look("6-arrived")

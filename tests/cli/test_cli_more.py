@@ -117,7 +117,7 @@ def test_sim_is_a_rover_on_the_link(tmp_path):
                 until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry", 60)
                 telemetry = client.get("/sessions/current/telemetry").json()
                 assert telemetry["mode"] == "idle"
-                assert telemetry["T_site_base"][0][3] == pytest.approx(0.5)
+                assert telemetry["T_site_base"][0][3] == pytest.approx(0.5, abs=5e-3)  # it settles on its springs
                 rover.send_signal(signal.SIGINT)
                 assert rover.wait(15) == 0
             finally:

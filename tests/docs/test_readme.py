@@ -46,7 +46,7 @@ def test_curl(tmp_path: Path) -> None:
         pytest.skip("curl is not on this machine")
     script = block("bash")
     assert ADDRESS in script
-    with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step")) as served:
+    with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step"), physics=True) as served:
         served.rover.start()
         current = served.sessions.current
         until(lambda: current is not None and current.frame, "the first telemetry", 60)

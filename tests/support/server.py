@@ -47,17 +47,19 @@ def running_server(
     port: int = 0,
     accounts: Accounts | None = None,
     sign_on: SignOn | None = None,
+    physics: bool = False,
 ) -> Iterator[Running]:
     """Serve sessions kept in ``folder``; ``prepare`` may open one first. ``.rover.start()`` starts a rover.
 
     accounts: who may come in; None: everybody. sign_on: the provider of other accounts.
+    physics: of that rover; a kinematic one answers the same on a busy machine.
     """
     with closing(listen("127.0.0.1", port)) as listening, Sessions(folder, KeptWorkers()) as sessions:
         if prepare is not None:
             prepare(sessions)
         url = address_of(listening)
         token = None if accounts is None else accounts.own_rover()
-        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", token=token)
+        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", physics=physics, token=token)
         ready = threading.Event()
         server = Server(
             create_app(sessions, scene=scene, rover=rover, accounts=accounts, sign_on=sign_on),
