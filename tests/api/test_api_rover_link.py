@@ -99,4 +99,5 @@ def test_the_link_is_free_again_after_a_rover_left(server, client, link):
     until(lambda: client.get("/sessions/current").json()["link"]["connected"], "the connection")
     link.close()
     until(lambda: not client.get("/sessions/current").json()["link"]["connected"], "its end")
-    assert client.get("/info").json()["rover_link"]["linked"] is False
+    # the session hears of it first
+    until(lambda: not client.get("/info").json()["rover_link"]["linked"], "the free link")
