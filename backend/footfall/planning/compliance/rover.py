@@ -71,6 +71,11 @@ class Rest:
         return self.left_over <= BALANCED
 
     @property
+    def found_higher(self) -> float:
+        """How much higher than on the map the wheels that touch find the ground, by their median; 0 without any [m]."""
+        return float(np.median(self.raised[self.touching])) if self.touching.any() else 0.0
+
+    @property
     def touching(self) -> NDArray[np.bool_]:
         """Which wheels are pressed down, (legs,)."""
         return (self.forces != 0.0).any(axis=1)
@@ -133,7 +138,7 @@ class CompliantRover:
         touching, T = rest.touching, rest.T_site_base
         below, normals, seen = self.ground_under(rest.posture, T, forces=rest.forces)
         # where the wheels that stand find the ground on the whole, so will the next one
-        raised = np.where(touching, rest.raised, np.median(rest.raised[touching]) if touching.any() else 0.0)
+        raised = np.where(touching, rest.raised, rest.found_higher)
         kept = touching & ~seen
         normals = np.where(kept[:, None], rest.normals, normals)
         points = np.where(kept[:, None], rest.points, below + raised[:, None] * normals)

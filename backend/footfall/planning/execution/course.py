@@ -123,7 +123,7 @@ class Commander(ABC):
     @property
     def higher(self) -> Array:
         """How much higher than planned the wheel is to stand, site (3,) [m]: as the others find the ground."""
-        return float(np.median(self.start.raised[self.start.touching])) * self.normals[self.leg]
+        return self.start.found_higher * self.normals[self.leg]
 
     @abstractmethod
     def unload(self) -> None:
