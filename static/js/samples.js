@@ -34,10 +34,13 @@ export function startSamples(robot) {
   ].map((channel, at) => ({ ...channel, at, unit: QUANTITIES[channel.quantity].unit }));
   times = new Float64Array(CAPACITY);
   numbers = channels.map(() => new Float32Array(CAPACITY));
-  subscribe(({ frame }) => { if (frame && frame !== last) take(frame); });
+  subscribe(({ frame }) => { if (frame && isNew(frame)) take(frame); });
 }
 
 const free = (quantity, name) => ({ quantity, leg: null, name, low: null, high: null });
+
+// A line that was cut begins with what this page may have heard already.
+const isNew = ({ number, time }) => number !== last?.number || time !== last.time;
 
 function take(frame) {
   last = frame;

@@ -63,6 +63,31 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
     assert age >= 30.0
 
 
+def test_who_comes_while_the_rover_is_silent_hears_how_it_was(live, frames):
+    """The newest of before, with its age; nothing where there was none, and what comes meanwhile goes before it."""
+
+    async def listen(meanwhile):
+        stream = await started(live)
+        if meanwhile is not None:
+            live.take_telemetry(frames(meanwhile))
+        message = await asyncio.wait_for(anext(stream), 5.0)
+        live.add_note("nothing more")
+        assert (await asyncio.wait_for(anext(stream), 5.0)).event == "event"
+        await stream.aclose()
+        return json.loads(message.raw_data or "{}")
+
+    with pytest.raises(TimeoutError):
+        asyncio.run(asyncio.wait_for(listen(None), 0.2))
+    live.take_telemetry(frames(1))
+    live.take_telemetry(frames(2), time.monotonic() - 30.0)
+    heard = asyncio.run(listen(None))
+    assert heard["number"] == 2
+    assert 30.0 <= heard["age_s"] < 40.0
+    heard = asyncio.run(listen(3))
+    assert heard["number"] == 3
+    assert heard["age_s"] < 10.0
+
+
 def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
     monkeypatch.setattr(mailbox, "LONGEST_BACKLOG", 20)
 

@@ -81,6 +81,10 @@ def test_the_gauge_says_what_it_does_not_know(console: Page, quiet: Running, loo
     expect(now).to_contain_text("STALE", timeout=10_000)
     expect(meter).to_have_attribute("aria-valuetext", re.compile("STALE"))
     look("stale")
+    # who opens the page now sees the same
+    console.reload()
+    expect(now).to_contain_text("STALE")
+    expect(now).not_to_contain_text("not measured")
 
     # weight on the two front wheels alone: there is no polygon
     forces = np.zeros((6, 3))

@@ -50,6 +50,12 @@ class Mailbox:
                 self._oldest = self._oldest or now
         self._wake()
 
+    def begin(self, telemetry: dict[str, Any]) -> None:
+        """What was told before it listened; telemetry that came since is newer."""
+        with self._lock:
+            self._telemetry = self._telemetry or {**telemetry, "taken": time.monotonic()}
+        self._wake()
+
     def heard(self, number: int) -> None:
         """The listener has this telemetry, and all that went before it. Another number says nothing."""
         with self._lock:

@@ -74,7 +74,10 @@ class Streams:
 async def session_stream(
     live: LiveSession, streams: Streams, after: int | None, mailbox: Mailbox
 ) -> AsyncGenerator[ServerSentEvent]:
-    """Everything that happens in a session; ``after``: first the recorded events with a higher number."""
+    """Everything that happens in a session; ``after``: first the recorded events with a higher number.
+
+    Telemetry begins with the newest there is, however old.
+    """
     forget = streams.add(mailbox)
     unlisten = live.listen(mailbox.put)
     try:
@@ -87,6 +90,9 @@ async def session_stream(
         if recorded:
             seen = recorded[-1].seq
         yield ServerSentEvent(raw_data=dumps(live.link.as_dict()), event="link")
+        if (frame := live.frame) is not None:
+            # who comes while the rover is silent hears how it was, and how long ago that is
+            mailbox.begin({"type": "telemetry", "frame": frame, "age": live.link.age or 0.0, "light": live.link.light})
         while taken := await mailbox.take():
             for message in taken:
                 if message["type"] == "event":
