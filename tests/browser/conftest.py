@@ -13,7 +13,7 @@ from tests.support.server import Running, running_server, until
 
 FLAT = ["--disable-gpu"]
 
-expect.set_options(timeout=20_000)  # ms; nothing here waits for something not to happen
+expect.set_options(timeout=60_000)  # ms; nothing here waits for something not to happen
 
 
 @pytest.fixture(scope="session")

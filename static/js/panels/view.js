@@ -4,7 +4,8 @@ import { act } from "../acts.js";
 import { put } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { lacking } from "../rights.js";
-import { known, subscribe } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
 
 const SWITCHES = {
   torques: "joint torques", forces: "wheel forces", support: "support and margin", region: "region with friction", age: "age of the ground", suggestions: "suggested footfalls",
@@ -13,13 +14,15 @@ const SWITCHES = {
 const LOOKS = { top: "From above", leg: "Along the leg", wheel: "At its wheel", follow: "Follow chassis" };
 const KEYS = { tape: "Z" };
 
+const asked = new Map(); // switch → as it was set here, while that is on its way
+
 export function start() {
   $("view-looks").append(...Object.entries(LOOKS).map(([look, text]) => element("button", { type: "button", id: `look-${look}`, textContent: text })));
   for (const [look, text] of Object.entries(LOOKS)) act({ text: `Look: ${text.toLowerCase()}`, button: `look-${look}`, run: () => change({ look }) });
   for (const [name, text] of Object.entries(SWITCHES)) {
     const box = element("input", { type: "checkbox", id: `shown-${name}`, onchange: () => set(name, box.checked) });
     $("view-shown").append(element("label", {}, box, text));
-    act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !known.summary.view.shown[name]), refusal: () => lacking(box) });
+    act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !isOn(name)), refusal: () => lacking(box) });
   }
   act({ key: "0", text: "What the scene shows", run: toggle });
   subscribe(draw);
@@ -27,8 +30,20 @@ export function start() {
 
 const change = (view) => attempt(() => put("/sessions/current/view", view));
 
-// A tape that is put away is empty when it is taken out again.
-const set = (name, on) => change({ shown: { [name]: on }, ...(name === "tape" ? { tape: [] } : {}) });
+// What is drawn before the server has answered must not take the switch back under the operator's hand.
+const set = (name, on) => attempt(async () => {
+  asked.set(name, on);
+  try {
+    // a tape that is put away is empty when it is taken out again
+    await put("/sessions/current/view", { shown: { [name]: on }, ...(name === "tape" ? { tape: [] } : {}) });
+    await refresh();
+  } finally {
+    if (asked.get(name) === on) asked.delete(name);
+    changed();
+  }
+});
+
+const isOn = (name) => asked.get(name) ?? known.summary.view.shown[name];
 
 function toggle() {
   $("view").open = !$("view").open;
@@ -37,15 +52,15 @@ function toggle() {
 
 function draw({ summary }) {
   if (!summary) return;
-  const { shown, look, tape } = summary.view;
+  const { look, tape } = summary.view;
   for (const name of Object.keys(SWITCHES)) {
     const box = $(`shown-${name}`);
-    box.checked = shown[name];
+    box.checked = isOn(name);
     box.disabled = Boolean(lacking(box));
     box.title = lacking(box);
   }
   for (const name of Object.keys(LOOKS)) $(`look-${name}`).setAttribute("aria-pressed", String(look === name));
-  $("view-tape").hidden = !shown.tape;
+  $("view-tape").hidden = !isOn("tape");
   $("view-tape").textContent = measured(tape);
 }
 
