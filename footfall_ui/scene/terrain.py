@@ -1,5 +1,7 @@
 """The ground: the one triangulation, with a picture of the chosen layer on it."""
 
+from typing import Any
+
 import numpy as np
 import trimesh
 import viser
@@ -37,8 +39,8 @@ def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
 def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
     """Binary glTF of the terrain's triangulation with one texel for each of ``cells``, coarse or as the terrain's.
 
-    The colours go into the emissive texture over a black base: the scene's lights would wash out
-    the colours that the operator decides on.
+    Unlit: the scene's lights would wash out the colours that the operator decides on, and take a computer without
+    graphics most of the time of a picture.
     """
     mesh = triangulate(dem)
     u = ((mesh.vertices[:, 0] - cells.x0) / cells.resolution + 0.5) / cells.cols
@@ -46,17 +48,16 @@ def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
     every = round(cells.resolution / dem.geometry.resolution)
     shaded = (rgb * hillshade(dem)[::every, ::every, None]).astype(np.uint8)
     image = Image.fromarray(shaded[::-1])  # image row 0 is the north edge
-    material = PBRMaterial(
-        baseColorFactor=[0, 0, 0, 255],
-        emissiveTexture=image,
-        emissiveFactor=[1.0, 1.0, 1.0],
-        metallicFactor=0.0,
-        roughnessFactor=1.0,
-        doubleSided=True,
-    )
+    material = PBRMaterial(baseColorTexture=image, metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True)
     visual = TextureVisuals(uv=np.column_stack([u, v]), material=material)
     solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, visual=visual, process=False)
-    return export_glb(trimesh.Scene([solid]))
+    return export_glb(trimesh.Scene([solid]), tree_postprocessor=_unlit)
+
+
+def _unlit(tree: dict[str, Any]) -> None:
+    for material in tree["materials"]:
+        material["extensions"] = {"KHR_materials_unlit": {}}
+    tree["extensionsUsed"] = ["KHR_materials_unlit"]
 
 
 class TerrainDrawing:

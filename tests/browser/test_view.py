@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.support.server import Running, until
 
@@ -46,3 +46,23 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
     until(lambda: view(quiet)["shown"]["swept"], "the switch by the palette")
     console.keyboard.press("0")
     expect(menu).not_to_have_attribute("open", "")
+
+
+def test_a_switch_stays_as_set_until_the_server_has_answered(console: Page, quiet: Running) -> None:
+    held: list[Route] = []
+    console.route("**/view", held.append)
+    cameras = console.get_by_role("checkbox", name="camera views")
+    console.keyboard.press("0")
+    cameras.check()
+    console.wait_for_timeout(2500)  # the page draws itself once a second
+    expect(cameras).to_be_checked()
+    assert not view(quiet)["shown"]["cameras"]
+    held.pop().continue_()
+    until(lambda: view(quiet)["shown"]["cameras"], "the switch")
+    expect(cameras).to_be_checked()
+    # refused, it is as it was
+    cameras.uncheck()
+    console.wait_for_timeout(500)
+    held.pop().fulfill(status=409, json={"detail": "not now"})
+    expect(console.locator("#toast")).to_contain_text("not now")
+    expect(cameras).to_be_checked()
