@@ -50,7 +50,7 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
 
 def test_a_switch_stays_as_set_until_the_server_has_answered(console: Page, quiet: Running) -> None:
     held: list[Route] = []
-    console.route("**/view", held.append)
+    console.route("**/view", lambda route: held.append(route))
     cameras = console.get_by_role("checkbox", name="camera views")
     console.keyboard.press("0")
     cameras.check()
