@@ -12,6 +12,12 @@ def view(quiet: Running) -> dict:
         return client.get("/sessions/current/view").json()
 
 
+def asked(page: Page, held: list[Route]) -> Route:
+    """The change that the page has asked for; the wait lets the browser tell of it."""
+    until(lambda: page.wait_for_timeout(50) or held, "the page's question")
+    return held.pop()
+
+
 def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
     menu, cameras = console.locator("#view"), console.get_by_role("checkbox", name="camera views")
     expect(cameras).to_be_hidden()
@@ -57,12 +63,11 @@ def test_a_switch_stays_as_set_until_the_server_has_answered(console: Page, quie
     console.wait_for_timeout(2500)  # the page draws itself once a second
     expect(cameras).to_be_checked()
     assert not view(quiet)["shown"]["cameras"]
-    held.pop().continue_()
+    asked(console, held).continue_()
     until(lambda: view(quiet)["shown"]["cameras"], "the switch")
     expect(cameras).to_be_checked()
     # refused, it is as it was
     cameras.uncheck()
-    console.wait_for_timeout(500)
-    held.pop().fulfill(status=409, json={"detail": "not now"})
+    asked(console, held).fulfill(status=409, json={"detail": "not now"})
     expect(console.locator("#toast")).to_contain_text("not now")
     expect(cameras).to_be_checked()
