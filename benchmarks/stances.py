@@ -31,9 +31,11 @@ LIFTED = 0.25
 class Stance:
     """true: where the rover is; told: the same with the joint angles that its encoders give.
 
-    rocks: (n, 4) as x, y, diameter, height, one beside each wheel. lifted: the leg in the air, or None.
+    rocks: (n, 4) as x, y, diameter, height, one beside each wheel. lifted: the leg in the air, or None. ground: the
+    world before it had the rocks.
     """
 
+    ground: Dem
     world: Dem
     true: RobotState
     told: RobotState
@@ -62,7 +64,9 @@ def random_stance(seed: int, rock_diameter: float = 0.2, encoder_sd: float = ENC
     for leg in robot().legs:
         if leg != lifted:
             encoders[6 * leg : 6 * leg + 6] -= deflection(posture, leg, sag)
-    return Stance(add_rocks(ground, rocks), _state(posture, T_site_base), _state(encoders, T_site_base), rocks, lifted)
+    return Stance(
+        ground, add_rocks(ground, rocks), _state(posture, T_site_base), _state(encoders, T_site_base), rocks, lifted
+    )
 
 
 def deflection(posture: NDArray[np.float64], leg: int, sag: float) -> NDArray[np.float64]:

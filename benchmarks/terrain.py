@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 from benchmarks import terrain_memory
 from benchmarks.ground_truth import cells_seen, true_heights
@@ -38,7 +37,10 @@ NEAR = 3.0
 """Accuracy counts within this of the chassis [m]."""
 
 AT_WHEEL, STANDS_OUT = 0.5, 0.05
-"""A remnant: a cell this near to a wheel, seen from above, and this far above the truth [m]."""
+"""A remnant: a cell this near to a wheel, seen from above, and this far above the truth [m].
+
+Those of the legs are counted on the ground before it had the rocks.
+"""
 
 NINE_PAIRS = {"hh": 3.0, "3way": 2.0}
 """Floors of the time from nine pairs to traversability, by matcher [s]."""
@@ -100,7 +102,7 @@ def _build_and_weigh(snapshot: Snapshot, settings: TerrainSettings) -> float:
 
 def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     """Random stances with encoder noise and sag; the builder is told what the encoders say."""
-    errors, above, cover, remnants, beyond, kept, flat = [], [], [], [], [], [], []
+    errors, above, cover, remnants, beside_rocks, kept, flat = [], [], [], [], [], [], []
     wheels_told, wheels_fitted = [], []
     for seed in range(SEED, SEED + count):
         stance = random_stance(seed)
@@ -120,14 +122,14 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
         errors.append(error[known & near])
         above.append(float((error[known & near] > 0.1).mean()))
         cover.append(float(known[seen & near].mean()))
-        at_wheels = np.any([_within(dem, wheel[:2], AT_WHEEL) for wheel in stance.wheels], axis=0)
-        remnants.append(int((error[known & at_wheels] > STANDS_OUT).sum()))
-        # a height that is right but a cell off stands out on the flank of a rock, and is nothing of a leg
-        over = dem.heights - maximum_filter(truth, 3)
-        beyond.append(int((over[known & at_wheels] > STANDS_OUT).sum()))
         of_seen, of_unseen = _rocks(stance, dem, truth, seen)
         kept += of_seen
         flat += of_unseen
+        beside_rocks.append(_standing_out(stance, dem, truth))
+        # without the rocks, whose own rims stand out where they are a cell off: what stands out is left of the legs
+        images = render_snapshot(robot(), stance.true, stance.ground, seed=seed, effects=PRESETS[effects])
+        dem = build_terrain(robot(), Snapshot(stance.told, images.pairs))
+        remnants.append(_standing_out(stance, dem, true_heights(stance.ground, dem.geometry)))
     size = np.abs(np.concatenate(errors))
     name = f"terrain.{effects}"
     yield Figure(f"{name}_height_error_median", (float(np.median(size)),), "m", 0.005)
@@ -135,7 +137,7 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     yield Figure(f"{name}_above_0.1_m", (float(np.mean(above)),), "share", 0.0005)
     yield Figure(f"{name}_cover_of_visible", (float(np.mean(cover)),), "share", 0.94, at_most=False)
     yield Figure(f"{name}_remnants_{count}_stances", (float(np.sum(remnants)),), "cells", 3.0)
-    yield Figure(f"{name}_remnants_beyond_one_cell", (float(np.sum(beyond)),), "cells")
+    yield Figure(f"{name}_standing_out_beside_rocks", (float(np.sum(beside_rocks)),), "cells")
     yield Figure(f"{name}_wheels_off_as_told", tuple(wheels_told), "m")
     yield Figure(f"{name}_wheels_off_as_fitted", tuple(wheels_fitted), "m")
     if kept:
@@ -147,6 +149,12 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
 def _within(dem: Dem, xy: np.ndarray, radius: float) -> np.ndarray:
     x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
     return np.hypot(x - xy[0], y - xy[1]) < radius
+
+
+def _standing_out(stance: Stance, dem: Dem, truth: np.ndarray) -> int:
+    """Cells beside a wheel that stand above the truth."""
+    at_wheels = np.any([_within(dem, wheel[:2], AT_WHEEL) for wheel in stance.wheels], axis=0)
+    return int((dem.heights[at_wheels] - truth[at_wheels] > STANDS_OUT).sum())
 
 
 def _rocks(stance: Stance, dem: Dem, truth: np.ndarray, seen: np.ndarray) -> tuple[list[bool], list[bool]]:
