@@ -3,43 +3,46 @@
 Semi-global matching compares patches as if each had one disparity, and finds fractions from a parabola through three
 costs. Both pull: to whole pixels, and small rises down to the ground around them, by up to 0.3 px. Here each pixel gets
 a plane of disparity, d(x, y) = d + p x + q y, that makes its patch of the left image agree best with the right one:
-Gauss–Newton on grey values (Lucas & Kanade, IJCAI 1981; Baker & Matthews, IJCV 2004), with planes as in Bleyer, Rhemann
-& Rother, *PatchMatch stereo*, BMVC 2011. Weights leave out what does not fit the plane: occlusions, and surfaces at
-other disparities. What the fit leaves open is each disparity's variance, and the plane says how the surface lies: both
-tell what was matched by chance.
+Gauss–Newton on grey values (Lucas & Kanade, IJCAI 1981; Baker & Matthews, IJCV 2004), with the slopes of both images
+(Malis, *Improving vision-based control using efficient second-order minimization techniques*, ICRA 2004) and planes as
+in Bleyer, Rhemann & Rother, *PatchMatch stereo*, BMVC 2011. Weights leave out what does not fit the plane: occlusions,
+and surfaces at other disparities. What the fit leaves open is each disparity's variance, in units of what the images
+were found to differ by, and the plane says how the surface lies: both tell what was matched by chance.
 """
 
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from footfall.terrain.pairs.refine_kernel import fit_planes
 
 Image = NDArray[np.float32]
 
-RADII = (3, 4)
+RADII = (3, 4, 4)
 """Of the windows, step by step [px]."""
 
 WIDE_REACH, NARROW_REACH = 1.0, 0.35
-"""A neighbour whose disparity is so far off the plane counts a quarter [px]: in the first step, and later at least."""
+"""A neighbour whose disparity is so far off the plane counts a quarter [px]: in the first step, and in the last."""
 
 NOISY_REACH = 4.0
-"""Later, this many standard deviations of the disparities that came in: a small rise in noise can't be told from it."""
+"""Between them, this many standard deviations of what came in: a small rise in noise can't be told from it yet."""
 
 NOISE = 2.0
 """Grey levels by which a difference of two images may be wrong where they are even."""
+
+CONTRAST_AS_NOISE = 0.2
+"""Share of the contrast around a pixel that counts as noise in the weights: a wrong disparity turns it into error."""
+
+ROUNDED = 0.4
+"""Grey levels by which differences are off at least, as both are whole numbers: √(2/12)."""
 
 ALIKE = 41
 """Brightness of the two images is made equal over squares of this side [px]: exposure and vignetting differ slowly."""
 
 FARTHEST = 1.0
 """Standard deviation of what comes in where the images say nothing, and how far the result may be from it [px]."""
-
-CONTRAST_AS_NOISE = 0.5
-"""Contrast counts as noise in the weights, so errors are smaller than the normal equations say: against rendered ground
-by about this factor, in clean images and in noisy ones [px/px]."""
 
 STEEPEST = 0.5
 """Disparity changes by at most this from one pixel to the next on a surface that both cameras see [px]."""
@@ -49,7 +52,7 @@ class Refined(NamedTuple):
     """Of each pixel of the left image, (height, width) float32, NaN where unknown.
 
     disparity: [px]. along, down: its change to the next column and row on the surface there. deviation: its standard
-    deviation [px], at most half of FARTHEST.
+    deviation [px], at most FARTHEST.
     """
 
     disparity: Image
@@ -64,28 +67,45 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     disparity: (height, width) to about half a pixel, NaN = unknown.
     """
     known = np.isfinite(disparity)
-    start = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
-    error, slope = _compared(left.astype(np.float32), right.astype(np.float32), start, known)
-    weight = np.where(known, 1.0 / _variance(left.astype(np.float32)), 0.0).astype(np.float32)
-    planes = np.stack([start, np.zeros_like(start), np.zeros_like(start), np.full_like(start, FARTHEST**2)])
-    reach = WIDE_REACH
-    for radius in RADII:
-        planes = fit_planes(
-            _bordered(start, radius),
+    grey_left, grey_right = left.astype(np.float32), right.astype(np.float32)
+    weight = np.where(known, 1.0 / _variance(grey_left), 0.0).astype(np.float32)
+    came_in = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
+    planes = np.stack([came_in, np.zeros_like(came_in), np.zeros_like(came_in)])
+    compared = _Compared(grey_left, grey_right, known)
+    reach, residual = WIDE_REACH, came_in
+    for step, radius in enumerate(RADII):
+        at = planes[0]
+        error, slope = compared.at(at)
+        planes, variance = fit_planes(
+            _bordered(at, radius),
             _bordered(error, radius),
             _bordered(slope, radius),
             _bordered(weight, radius),
-            _bordered(planes[0], radius),
-            planes[:3],
+            planes,
             radius,
             1.0 / reach,
             1.0 / FARTHEST**2,
         )
-        np.clip(planes[0], start - np.float32(FARTHEST), start + np.float32(FARTHEST), out=planes[0])
-        np.clip(planes[1:3], -STEEPEST, STEEPEST, out=planes[1:3])
-        reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - start[known]))
+        np.clip(planes[0], came_in - np.float32(FARTHEST), came_in + np.float32(FARTHEST), out=planes[0])
+        np.clip(planes[1:], -STEEPEST, STEEPEST, out=planes[1:])
+        reach = NARROW_REACH
+        if step == 0:
+            reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - came_in[known]))
+        residual = error + slope * (at - planes[0])
+    deviation = _in_units_of(residual[known] * np.sqrt(weight[known]), variance)
     planes[:, ~known] = np.nan
-    return Refined(planes[0], planes[1], planes[2], np.float32(CONTRAST_AS_NOISE) * np.sqrt(planes[3]))
+    return Refined(planes[0], planes[1], planes[2], np.where(known, deviation, np.float32(np.nan)))
+
+
+def _in_units_of(residuals: Image, variance: Image) -> Image:
+    """Deviations of disparities [px], whose variances [px²] were reckoned as if differences had one of 1 / weight.
+
+    residuals: differences that are left, × √weight. Their own spread is the unit (variance of unit weight: Förstner &
+    Wrobel, *Photogrammetric Computer Vision*, 2016, §4.2.3). What came in counts as it did.
+    """
+    unit = max(_deviation(residuals), ROUNDED / NOISE)
+    from_images = 1.0 / variance - np.float32(1.0 / FARTHEST**2)
+    return _single(1.0 / np.sqrt(np.maximum(from_images, 0.0) / unit**2 + 1.0 / FARTHEST**2))
 
 
 def _deviation(errors: Image) -> float:
@@ -94,27 +114,51 @@ def _deviation(errors: Image) -> float:
 
 
 def _bordered(image: Image, width: int) -> Image:
-    return cv2.copyMakeBorder(image, width, width, width, width, cv2.BORDER_CONSTANT).astype(np.float32, copy=False)
+    return _single(cv2.copyMakeBorder(image, width, width, width, width, cv2.BORDER_CONSTANT))
 
 
-def _compared(left: Image, right: Image, start: Image, known: NDArray[np.bool_]) -> tuple[Image, Image]:
-    """Grey of the right image at each pixel's partner minus that of the left image, and its slope along the row."""
-    rows, cols = start.shape
-    x = np.arange(cols, dtype=np.float32) - start
-    y = np.repeat(np.arange(rows, dtype=np.float32)[:, None], cols, axis=1)
-    slopes = cv2.Sobel(right, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
-    there = cv2.remap(right, x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    slope = cv2.remap(slopes, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    mean_left, mean_right = (cv2.blur(np.where(known, a, np.float32(0.0)), (ALIKE, ALIKE)) for a in (left, there))
-    gain = (mean_left + 1.0) / (mean_right + 1.0)
-    error, slope = gain * there - left, gain * slope
-    return error.astype(np.float32, copy=False), slope.astype(np.float32, copy=False)
+def _along_rows(image: Image) -> Image:
+    return _single(cv2.Sobel(image, cv2.CV_32F, 1, 0, ksize=1, scale=0.5))
+
+
+def _single(image: ArrayLike) -> Image:
+    return np.asarray(image, np.float32)
+
+
+class _Compared:
+    """Two images (height, width), compared at disparities."""
+
+    def __init__(self, left: Image, right: Image, known: NDArray[np.bool_]):
+        rows, cols = left.shape
+        self._left, self._right, self._unknown = left, right, ~known
+        self._x = np.arange(cols, dtype=np.float32)
+        self._y = np.repeat(np.arange(rows, dtype=np.float32)[:, None], cols, axis=1)
+        self._slope_left, self._slope_right = (_along_rows(image) for image in (left, right))
+        self._mean_left = self._mean(left)
+
+    def at(self, disparity: Image) -> tuple[Image, Image]:
+        """Grey of the right image at each pixel's partner minus that of the left image, and the mean of their slopes
+        along the row.
+
+        Sampled over eight pixels: over four, fractions of a disparity were drawn towards the half by 0.03 px.
+        """
+        x = self._x - disparity
+        there = cv2.remap(self._right, x, self._y, cv2.INTER_LANCZOS4, borderMode=cv2.BORDER_REPLICATE)
+        slope = cv2.remap(self._slope_right, x, self._y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        gain = (self._mean_left + 1.0) / (self._mean(there) + 1.0)
+        return _single(gain * there - self._left), _single(0.5 * (gain * slope + self._slope_left))
+
+    def _mean(self, image: ArrayLike) -> Image:
+        """Of the known ones among the pixels around each."""
+        known = np.array(image, np.float32)
+        known[self._unknown] = 0.0
+        return _single(cv2.blur(known, (ALIKE, ALIKE)))
 
 
 def _variance(image: Image) -> Image:
-    """Of a difference at each pixel: the noise, and the contrast around it, which a wrong disparity turns into error.
+    """Of a difference at each pixel: the noise, and some of the contrast around it.
 
-    So a faint patch in a shadow counts as much as a shadow's edge, which may lie on another surface.
+    So a faint patch in a shadow counts beside a shadow's edge, which may lie on another surface.
     """
     detail = image - cv2.blur(image, (3, 3))
-    return np.float32(NOISE**2) + cv2.blur(detail * detail, (3, 3))
+    return _single(NOISE**2 + CONTRAST_AS_NOISE * cv2.blur(detail * detail, (3, 3)))

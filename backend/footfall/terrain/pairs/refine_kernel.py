@@ -9,31 +9,30 @@ Image = NDArray[np.float32]
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def fit_planes(
-    start: Image,
+    found: Image,
     error: Image,
     slope: Image,
     weight: Image,
-    found: Image,
     planes: Image,
     radius: int,
     inverse_reach: float,
     pull: float,
-) -> Image:
+) -> tuple[Image, Image]:
     """Planes (3, height, width) as disparity at the pixel, its change per column and per row, one step better, and the
-    variance of the disparity [px²] as a fourth layer: of the inverse of the matrix of the normal equations, the corner.
+    variance of the disparity (height, width) [px²]: the corner of the inverse of the matrix of the normal equations.
 
-    start: disparities that the right image was sampled at; error: its grey minus the left one there; slope: of the
-    right image along the row; weight: 1 / variance of the error, 0 = unknown; found: disparities so far. These five
-    with a border of ``radius`` on all sides, (height + 2 radius, width + 2 radius). planes: (3, height, width).
-    inverse_reach: 1 / px. pull: weight of start among the measurements [1/px²].
+    found: disparities so far, which the right image was sampled at; error: its grey minus the left one there; slope: of
+    both images along the row; weight: 1 / variance of the error, 0 = unknown. These four with a border of ``radius`` on
+    all sides, (height + 2 radius, width + 2 radius). planes: (3, height, width). inverse_reach: 1 / px. pull: weight of
+    the disparity that there was among the measurements [1/px²].
 
     At neighbour q of a pixel the plane says disparity P(q); the right image, linearised, then differs from the left one
-    by r(q) = error(q) + slope(q) (start(q) − P(q)). Minimised in the three numbers of the plane is, over the window,
-    Σ weight ρ r² + pull (start − P)², the last at the pixel itself. ρ is Cauchy's weight of r, times the square of one
-    in found(q) − P(q): another surface is not followed.
+    by r(q) = error(q) + slope(q) (found(q) − P(q)). Minimised in the three numbers of the plane is, over the window,
+    Σ weight ρ r² + pull (change of P at the pixel itself)². ρ is Cauchy's weight of r, times the square of one in
+    found(q) − P(q): another surface is not followed.
     """
     height, width = planes.shape[1:]
-    better = np.empty((4, height, width), np.float32)
+    better, variance = np.empty((3, height, width), np.float32), np.empty((height, width), np.float32)
     one, ridge = np.float32(1.0), np.float32(0.02)
     narrow, toward = np.float32(inverse_reach), np.float32(pull)
     for i in prange(height):
@@ -48,15 +47,15 @@ def fit_planes(
             for col in range(-radius, radius + 1):
                 x = np.float32(col)
                 first = radius + col
-                d = start[v + radius + row, first : first + width]
+                d = found[v + radius + row, first : first + width]
                 e = error[v + radius + row, first : first + width]
                 g = slope[v + radius + row, first : first + width]
                 w = weight[v + radius + row, first : first + width]
-                f = found[v + radius + row, first : first + width]
                 for u in range(width):
                     plane = at[u] + along[u] * x + down[u] * y
-                    r = e[u] + g[u] * (d[u] - plane)
-                    off = (f[u] - plane) * narrow
+                    off = d[u] - plane
+                    r = e[u] + g[u] * off
+                    off *= narrow
                     far = one + off * off
                     a = w[u] * g[u] / (far * far * (one + r * r * w[u]))
                     b = a * r
@@ -76,14 +75,13 @@ def fit_planes(
             xx, yy, xy = sxx[u] + extra, syy[u] + extra, sxy[u]
             c00, c01, c02 = xx * yy - xy * xy, xy * sy[u] - sx[u] * yy, sx[u] * xy - xx * sy[u]
             s[u] += toward
-            t[u] += toward * (start[v + radius, u + radius] - at[u])
             determinant = s[u] * c00 + sx[u] * c01 + sy[u] * c02
             better[0, v, u], better[1, v, u], better[2, v, u] = at[u], along[u], down[u]
-            better[3, v, u] = one / toward
+            variance[v, u] = one / toward
             if determinant > np.float32(1e-9):
                 c11, c12, c22 = s[u] * yy - sy[u] * sy[u], sx[u] * sy[u] - s[u] * xy, s[u] * xx - sx[u] * sx[u]
                 better[0, v, u] += (c00 * t[u] + c01 * tx[u] + c02 * ty[u]) / determinant
                 better[1, v, u] += (c01 * t[u] + c11 * tx[u] + c12 * ty[u]) / determinant
                 better[2, v, u] += (c02 * t[u] + c12 * tx[u] + c22 * ty[u]) / determinant
-                better[3, v, u] = c00 / determinant
-    return better
+                variance[v, u] = c00 / determinant
+    return better, variance

@@ -31,19 +31,19 @@ REACH = 0.12
 ALIKE = 0.5
 """Cosine of the largest angle between a measured surface and the face that it may be."""
 
-DISPARITY_SD = 0.25
+DISPARITY_SD = 0.2
 """Of a disparity on a leg [px]: noise, and the errors of matching that neighbours share."""
 
 EDGE_SD = 1.0
 """Matching smears the outline of a leg by about this much [px]."""
 
-TOGETHER = 12.0
+TOGETHER = 8.0
 """So many neighbouring points err alike, and count as one."""
 
 TOLERANCE = 2.0
 """Points further off than so many standard deviations lose most of their weight."""
 
-SMOOTH = 1.0
+SMOOTH = 1.5
 """A point counts where the disparities of its 5 × 5 neighbours differ by no more than this [px]."""
 
 PLAUSIBLE = 20.06
