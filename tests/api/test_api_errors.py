@@ -96,12 +96,32 @@ def test_pages_may_not_be_framed_by_others(server):
         assert headers["x-content-type-options"] == "nosniff"
 
 
-@pytest.mark.parametrize("path", ["/api/v1/rover", "/scene"])
-def test_websockets_of_foreign_pages_are_refused(server, path):
-    url = "ws" + server.url.removeprefix("http") + path
-    with pytest.raises(InvalidStatus) as caught:
-        connect(url, origin=Origin("https://example.org"), subprotocols=[Subprotocol("footfall-rover-2")], proxy=None)
-    assert caught.value.response.status_code == 403
+@pytest.mark.parametrize("origin", ["https://example.org", "null", "http://127.0.0.1:1"])
+def test_every_websocket_is_closed_to_foreign_pages(server, origin):
+    assert len(server.websockets) >= 5
+    for url in server.websockets:
+        with pytest.raises(InvalidStatus) as caught:
+            connect(url, origin=Origin(origin), subprotocols=[Subprotocol("footfall-rover-2")], proxy=None)
+        assert caught.value.response.status_code == 403, url
+
+
+def test_a_websocket_for_another_host_name_is_refused(server):
+    port = server.url.rsplit(":", 1)[1]
+    for url in server.websockets:
+        with socket.create_connection(("127.0.0.1", int(port))) as line, pytest.raises(InvalidStatus) as caught:
+            connect(url.replace("127.0.0.1", "example.org"), sock=line, proxy=None)
+        assert caught.value.response.status_code == 403, url
+
+
+def test_a_method_that_an_address_does_not_take_is_told_those_that_it_does(client):
+    for method, path, allowed in (
+        ("DELETE", "/robot", "GET"),
+        ("PUT", "/stop", "GET, POST"),
+        ("PUT", "/stop/clear", "POST"),
+    ):
+        answer = client.request(method, path)
+        problem(answer, 405, "method-not-allowed")
+        assert answer.headers["allow"] == allowed
 
 
 def test_too_large_requests_are_refused_unread(server):

@@ -36,6 +36,25 @@ def test_page_is_served(server):
     assert "<html" in httpx.get(server.url + "/", trust_env=False).text
 
 
+@pytest.mark.parametrize("path", ["/", "/js/main.js"])
+def test_the_page_comes_compressed_and_whole(server, path):
+    def get(**headers):
+        return httpx.get(server.url + path, headers=headers, trust_env=False)
+
+    plain, packed = get(**{"Accept-Encoding": "identity"}), get(**{"Accept-Encoding": "gzip"})
+    assert "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert "Accept-Encoding" in packed.headers["vary"]
+    assert packed.content == plain.content
+    assert packed.num_bytes_downloaded < 0.5 * plain.num_bytes_downloaded
+    again = get(**{"Accept-Encoding": "gzip", "If-None-Match": packed.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+
+
+def test_what_the_interface_answers_is_not_compressed(client):
+    assert "content-encoding" not in client.get("/robot", headers={"Accept-Encoding": "gzip"}).headers
+
+
 def test_sessions_are_listed_and_current_is_one_of_them(client):
     listed = client.get("/sessions").json()
     assert listed["current"] in [one["id"] for one in listed["sessions"]]

@@ -23,6 +23,7 @@ KINDS = {
     "Busy": ("busy", "Conflict"),
     "Cancelled": ("cancelled", "FootFallError"),
     "WorkerLost": ("worker-lost", "FootFallError"),
+    "NotRecorded": ("not-recorded", "FootFallError"),
 }
 """REST clients match on these: a change is a change of the interface."""
 

@@ -6,12 +6,13 @@ import time
 from collections.abc import AsyncGenerator, Callable
 from typing import Annotated, Any
 
-from fastapi import Header, Query
+from fastapi import Header, Query, Request
 from fastapi.sse import ServerSentEvent
 
 from footfall.api.bodies.jsonable import dumps
+from footfall.api.door.limits import MOST_LISTENERS
 from footfall.api.mailbox import Mailbox
-from footfall.core.errors import InvalidInput
+from footfall.core.errors import Busy, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
 
@@ -19,6 +20,8 @@ RATE = 20.0
 """Most telemetry messages to one listener in a second, where it asks for no other rate."""
 RATES = (0.1, 50.0)
 """Rates that a listener may ask for [1/s]."""
+RETRY_AFTER = 10
+"""A listener that there was no room for may ask again after so long [s]."""
 AHEADS = (1, 100)
 """How much telemetry a listener that says what it hears may let be under way."""
 
@@ -36,8 +39,16 @@ class Streams:
         self._dropped = self.let_go = 0
         self.closed = False
 
+    def require_room(self) -> None:
+        """Raises Busy where as many listen as may."""
+        if len(self._open) >= MOST_LISTENERS:
+            text = f"{MOST_LISTENERS} pages or programs listen already; close one of them"
+            raise Busy(text, limit=MOST_LISTENERS, retry_after=RETRY_AFTER)
+
     def add(self, mailbox: Mailbox) -> Callable[[], None]:
+        """Returns what takes it out again. Raises Busy where as many listen as may."""
         with self._lock:
+            self.require_room()
             if self.closed:
                 mailbox.close()
             mailbox.number = next(self._numbers)
@@ -130,6 +141,11 @@ def telemetry_body(frame: TelemetryFrame, age: float, light: float) -> dict[str,
         "age_s": age,
         "measured_age_s": age + light,
     }
+
+
+async def room_to_listen(request: Request) -> None:
+    """Raises Busy before a stream begins: later it could only break off."""
+    request.app.state.streams.require_room()
 
 
 Rate = Annotated[

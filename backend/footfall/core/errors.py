@@ -15,7 +15,8 @@
     │   ├── CommandRefused    the command gate said no
     │   └── Busy              too much waits already; the same request may pass later
     ├── Cancelled             the caller asked the work to stop
-    └── WorkerLost            a worker process died under a job
+    ├── WorkerLost            a worker process died under a job
+    └── NotRecorded           the store can't take it now, so it was not done
 
 "No plan found" is not an error: it is a result with a reason.
 """
@@ -120,3 +121,9 @@ class WorkerLost(FootFallError):
     """A worker process died under a job."""
 
     kind = "worker-lost"
+
+
+class NotRecorded(FootFallError):
+    """The store can't take it now, so it was not done. ``details``: ``no_room``, whether the disk is full."""
+
+    kind = "not-recorded"

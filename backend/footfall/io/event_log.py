@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from footfall.core.errors import InvalidBundle, InvalidInput
+from footfall.core.surrogates import all_spelled_out, lone_surrogate_in
 
 Record = dict[str, Any]
 START = "0" * 32
@@ -23,12 +24,20 @@ _FIELDS = {"seq", "time", "type", "payload", "previous", "hash"}
 def make_record(seq: int, time: float, type: str, payload: dict[str, Any], previous: str) -> Record:
     """One record with its hash. Raises InvalidInput where the payload is not plain JSON."""
     try:
-        # What a reader will see is what is used from now on: lists for tuples, text keys.
-        payload = json.loads(json.dumps(payload, allow_nan=False))
+        payload = as_read(payload)
     except (TypeError, ValueError) as err:
         raise InvalidInput(f"the payload of an event must be plain JSON: {err}", type=type) from err
     body = {"seq": seq, "time": time, "type": type, "payload": payload, "previous": previous}
     return {**body, "hash": _hash(body)}
+
+
+def as_read(payload: dict[str, Any]) -> dict[str, Any]:
+    """What a reader will see is what is used from now on: lists for tuples, text keys, text that UTF-8 can hold.
+
+    Raises TypeError, ValueError.
+    """
+    read = json.loads(json.dumps(payload, allow_nan=False))
+    return read if lone_surrogate_in(read) is None else all_spelled_out(read)
 
 
 def _hash(body: Record) -> str:

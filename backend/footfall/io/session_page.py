@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from footfall.core.surrogates import spelled_out
 from footfall.resources import static_folder
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
@@ -23,11 +24,12 @@ def encode(story: Mapping[str, Any]) -> bytes:
     folder = static_folder() / "player"
     page, style, script = ((folder / name).read_text() for name in ("player.html", "player.css", "player.js"))
     told = json.dumps(story, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    told = spelled_out(told)  # JSON's own spelling of it
     for mark, written in _MARKS.items():
         told = told.replace(mark, written)
     parts = {
         "hash": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-        "title": html.escape(str(story["name"])),
+        "title": html.escape(spelled_out(str(story["name"]))),
         "style": style,
         "script": script,
         "story": told,

@@ -9,17 +9,21 @@ from typing import Any
 
 import numpy as np
 
+from footfall.core.surrogates import spelled_out
 from footfall.core.value import Value
 
 
 def jsonable(item: Any, arrays: bool = True) -> Any:
     """Return ``item`` in terms of JSON.
 
-    Floats that are not finite become null. Values become objects with their ``digest``; with
-    ``arrays=False`` an array becomes ``{"dtype", "shape"}``, for summaries of what is too large to list.
+    Floats that are not finite become null; text is such that UTF-8 can hold it, whatever an older log has. Values
+    become objects with their ``digest``; with ``arrays=False`` an array becomes ``{"dtype", "shape"}``, for summaries
+    of what is too large to list.
     """
-    if item is None or isinstance(item, (bool, int, str)):
+    if item is None or isinstance(item, (bool, int)):
         return item
+    if isinstance(item, str):
+        return spelled_out(item)
     if isinstance(item, float):
         return item if math.isfinite(item) else None
     if isinstance(item, Enum):
@@ -34,12 +38,12 @@ def jsonable(item: Any, arrays: bool = True) -> Any:
     if is_dataclass(item) and not isinstance(item, type):
         return {f.name: jsonable(getattr(item, f.name), arrays) for f in fields(item)}
     if isinstance(item, Mapping):
-        return {str(name): jsonable(one, arrays) for name, one in item.items()}
+        return {spelled_out(str(name)): jsonable(one, arrays) for name, one in item.items()}
     if isinstance(item, (list, tuple, set, frozenset)):
         return [jsonable(one, arrays) for one in item]
     if isinstance(item, bytes):
         return item.decode("utf-8", "replace")
-    return str(item)
+    return spelled_out(str(item))
 
 
 def _array(array: np.ndarray) -> Any:

@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+from footfall.api.access import STOP
 from footfall.api.door.front import LOOPBACK_NAMES, Front, is_loopback_name
 from footfall.api.door.headers import protected
 from footfall.api.door.problems import problem
@@ -91,6 +92,9 @@ class Guard:
         too_large = problem(
             "too-large", 413, f"a request holds at most {self.max_body} bytes", {"limit": self.max_body}
         )
+        if scope["path"] == STOP:
+            # a stop reads no more of its body than it wants, and is not refused for the rest
+            return await self.app(scope, receive, send_guarded)
         length = Headers(scope=scope).get("content-length", "0")
         if length.isdecimal() and int(length) > self.max_body:
             return await too_large(scope, receive, send_guarded)

@@ -41,6 +41,12 @@ MAX_IMAGES = 64
 """Photographs in one upload."""
 MAX_IMAGE_BYTES = 16 << 20
 """Of one photograph in an upload."""
+MAX_LINE_MESSAGE = 64 << 10
+"""Longest message of a page on its line of stops, or of events [bytes]."""
+TOO_BIG = 1009
+"""Close code of a WebSocket on which a longer message came."""
+MOST_LISTENERS = 64
+"""Open streams and lines of events, of all sessions."""
 PAGE_ITEMS = 1000
 """Items on one page of a long list."""
 
@@ -56,6 +62,8 @@ IN_FILES: Mapping[str, int] = {
     "bundle_unpack_ratio": MAX_RATIO,
     "rover_text_bytes": MAX_TEXT_FRAME,
     "rover_binary_bytes": MAX_BINARY_FRAME,
+    "line_message_bytes": MAX_LINE_MESSAGE,
+    "listeners": MOST_LISTENERS,
     "page_items": PAGE_ITEMS,
 }
 """What every door holds to, whoever asks: name → the limit of the module that enforces it."""

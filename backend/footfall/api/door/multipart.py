@@ -1,5 +1,6 @@
 """Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
 
+import json
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path, PurePath
@@ -12,8 +13,10 @@ from pydantic import ValidationError
 from starlette.datastructures import FormData
 
 from footfall.api.bodies.schemas import Strictly
+from footfall.api.door.strict_json import read_json
 from footfall.api.routing import BINARY
 from footfall.core.errors import InvalidInput
+from footfall.core.surrogates import has_lone_surrogate
 
 _M = TypeVar("_M", bound=Strictly)
 
@@ -35,6 +38,10 @@ async def form_of(
 ) -> AsyncIterator[FormData]:
     """The request's form, of at most ``most`` files; a member that is none of ``files`` and ``texts`` is refused."""
     async with request.form(max_files=most, max_fields=MOST_TEXTS) as form:
+        for name, item in form.multi_items():
+            # where the form names an odd encoding, bytes can be made into anything
+            if has_lone_surrogate(name + (item if isinstance(item, str) else item.filename or "")):
+                raise InvalidInput("a text of the form has a lone surrogate, half a character; encode it as UTF-8")
         unknown = sorted({name for name in form if name not in (*files, *texts)})
         if unknown:
             known = ", ".join((*files, *texts))
@@ -83,10 +90,14 @@ def json_of(form: FormData, name: str, model: type[_M]) -> _M:
 def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
     """JSON text as a request model; raises what FastAPI raises for a body."""
     try:
+        read_json(text)
         return model.model_validate_json(text)
     except ValidationError as error:
         errors: list[Any] = [{**one, "loc": (where, *one["loc"])} for one in error.errors()]
-        raise RequestValidationError(errors) from None
+    except (ValueError, RecursionError) as error:
+        what = error.msg if isinstance(error, json.JSONDecodeError) else str(error)
+        errors = [{"type": "json_invalid", "loc": (where,), "msg": "", "input": None, "ctx": {"error": what}}]
+    raise RequestValidationError(errors)
 
 
 @contextmanager

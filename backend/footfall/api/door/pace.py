@@ -7,11 +7,10 @@ from collections.abc import Callable
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from footfall.api.access import BASE
+from footfall.api.access import BASE, STOP
 from footfall.api.door.limits import Limits
 from footfall.api.door.problems import problem
 
-STOP = f"{BASE}/stop"
 MOST_CLIENTS = 10_000
 """Clients that are remembered; one that was forgotten begins with a full bucket."""
 

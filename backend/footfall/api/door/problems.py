@@ -1,6 +1,5 @@
 """Errors as RFC 9457 problem documents, with a ``type`` that stays the same from release to release."""
 
-import errno
 import logging
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -9,8 +8,9 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import iter_route_contexts
 from starlette.exceptions import HTTPException
-from starlette.routing import Match, Route
+from starlette.routing import compile_path
 
 from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import (
@@ -21,6 +21,7 @@ from footfall.core.errors import (
     FootFallError,
     InvalidInput,
     NotFound,
+    NotRecorded,
     WorkerLost,
 )
 from footfall.session.storage.interface import StoreRefused
@@ -36,6 +37,7 @@ _STATUS: Mapping[type[FootFallError], int] = {
     InvalidInput: 422,
     Cancelled: 409,
     WorkerLost: 503,
+    NotRecorded: 503,
     FootFallError: 500,
 }
 
@@ -97,6 +99,8 @@ def status_of(error: FootFallError) -> int:
     """HTTP status for an error."""
     if isinstance(error, Problem):
         return error.status
+    if isinstance(error, NotRecorded) and error.details.get("no_room"):
+        return HTTPStatus.INSUFFICIENT_STORAGE
     return next(_STATUS[cls] for cls in type(error).__mro__ if cls in _STATUS)
 
 
@@ -115,8 +119,7 @@ def add_problem_responses(app: FastAPI) -> None:
     @app.exception_handler(StoreRefused)
     async def not_recorded(request: Request, error: StoreRefused) -> Json:
         _log.error("at %s %s: %s", request.method, request.url.path, error)
-        status = 507 if error.errno == errno.ENOSPC else 503
-        return problem("not-recorded", status, f"it can't be recorded, so it was not done: {error.strerror}")
+        return await known(request, error.told)
 
     @app.exception_handler(RequestValidationError)
     async def malformed(request: Request, error: RequestValidationError) -> Json:
@@ -128,7 +131,7 @@ def add_problem_responses(app: FastAPI) -> None:
         errors = [
             {
                 "where": ".".join(str(part) for part in one["loc"]),
-                "what": one["msg"],
+                "what": one["ctx"]["error"] if one["type"] == "json_invalid" else one["msg"],
                 "got": _shortened(one.get("input")),
             }
             for one in error.errors()
@@ -161,9 +164,9 @@ def add_problem_responses(app: FastAPI) -> None:
 
 def _methods_at(request: Request) -> set[str]:
     found: set[str] = set()
-    for route in request.app.routes:
-        if isinstance(route, Route) and route.matches(request.scope)[0] is not Match.NONE:
-            found |= route.methods or set()
+    for route in iter_route_contexts(request.app.routes):
+        if route.methods and route.path and compile_path(route.path)[0].match(request.url.path):
+            found |= route.methods
     return found
 
 

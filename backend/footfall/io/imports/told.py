@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
+from footfall.core.surrogates import lone_surrogate_in
 from footfall.sequence.commands import Command
 
 Array = NDArray[np.float64]
@@ -36,11 +37,15 @@ def text_of(data: bytes) -> str:
 
 
 def json_of(text: str) -> Any:
-    """JSON without NaN and without two members of one name. Raises InvalidSequence."""
+    """JSON without NaN, two members of one name, and lone surrogates. Raises InvalidSequence."""
     try:
-        return json.loads(text, parse_constant=_constant, object_pairs_hook=_members)
+        found = json.loads(text, parse_constant=_constant, object_pairs_hook=_members)
     except (ValueError, RecursionError) as error:
         raise InvalidSequence(f"it is no JSON: {error}") from error
+    halved = lone_surrogate_in(found)
+    if halved is not None:
+        raise InvalidSequence(f"a text has a lone surrogate, half a character that UTF-8 can't hold: {halved}")
+    return found
 
 
 def member(document: Any, name: str, where: str) -> Any:

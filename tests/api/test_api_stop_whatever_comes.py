@@ -1,0 +1,147 @@
+"""A stop stops, whatever comes with it: bytes, too much, nothing at all; lines take what is for them, and no more."""
+
+import contextlib
+import json
+import socket
+
+import httpx
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from footfall.api import streams
+from footfall.api.door.limits import MAX_LINE_MESSAGE, TOO_BIG
+from footfall.telemetry.link import MAX_BINARY_FRAME
+from tests.support.problems import problem
+from tests.support.server import until
+
+LARGEST_READ = 4 * MAX_BINARY_FRAME
+JSON = {"content-type": "application/json"}
+
+
+@pytest.fixture(autouse=True)
+def clear(client):
+    """No stop is in force before, and none after; the reason tells which it was."""
+    assert client.get("/stop").json()["stopped"] is False
+    yield
+    assert client.post("/stop/clear").json()["stopped"] is False
+
+
+def why(client):
+    return client.get("/sessions/current").json()["stop"]["reason"]
+
+
+def stopped(client):
+    return client.get("/stop").json()["stopped"]
+
+
+def lines(server, path):
+    return connect(f"ws{server.api.removeprefix('http')}{path}", proxy=None, max_size=None)
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (b'{"reason": "by bytes"}', "by bytes"),
+        ('{"reason": "by text"}', "by text"),
+        (b"\x00\xff\xfe", ""),
+        (b"", ""),
+        ("", ""),
+        ('{"reason": 7}', ""),
+        ('{"reason": "\\ud800"}', ""),
+        ("[" * 50_000, ""),
+    ],
+)
+def test_every_message_on_the_line_stops(server, client, message, reason):
+    with lines(server, "/stop/line") as line:
+        line.send(message)
+        assert json.loads(line.recv(timeout=20))["stopped"] is True
+        assert why(client) == reason
+        line.send("{}")  # the line is still there
+        assert json.loads(line.recv(timeout=20))["stopped"] is True
+
+
+@pytest.mark.parametrize("message", ["x" * (MAX_LINE_MESSAGE + 1), bytes(MAX_LINE_MESSAGE + 1), bytes(4 << 20)])
+def test_a_message_that_is_too_large_stops_and_ends_the_line(server, client, message):
+    with lines(server, "/stop/line") as line:
+        line.send(message)
+        assert json.loads(line.recv(timeout=20))["stopped"] is True
+        with pytest.raises(ConnectionClosed) as closed:
+            line.recv(timeout=20)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == TOO_BIG
+    assert str(MAX_LINE_MESSAGE) in closed.value.rcvd.reason
+
+
+def test_a_message_that_is_too_large_to_be_read_at_all_stops(server, client):
+    with lines(server, "/stop/line") as line, contextlib.suppress(ConnectionClosed):
+        line.send(bytes(LARGEST_READ + 1))
+        line.recv(timeout=20)
+    until(lambda: stopped(client), "the stop")
+
+
+@pytest.mark.parametrize(
+    ("content", "headers", "reason"),
+    [
+        (b'{"reason": "wheel 3 is sinking"}', JSON, "wheel 3 is sinking"),
+        (b'{"reason": "\\ud800"}', JSON, ""),
+        (b"\x1f\x8b", {**JSON, "content-encoding": "gzip"}, ""),
+        (b"\xff" * (MAX_LINE_MESSAGE + 1), JSON, ""),
+        (b"", {"x-large": "a" * 40_000}, ""),
+    ],
+)
+def test_every_request_stops(client, content, headers, reason):
+    answer = client.post("/stop", content=content, headers=headers)
+    assert answer.json()["stopped"] is True
+    assert why(client) == reason
+
+
+def test_a_request_beyond_every_limit_stops(server, client):
+    with contextlib.suppress(httpx.TransportError):  # it hangs up before all is sent
+        httpx.post(f"{server.api}/stop", content=bytes((64 << 20) + 1), headers=JSON, trust_env=False)
+    until(lambda: stopped(client), "the stop")
+
+
+def test_a_request_whose_body_never_comes_stops(server, client):
+    host, port = server.url.removeprefix("http://").split(":")
+    head = f"POST /api/v1/stop HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Length: 1000000000\r\n\r\n"
+    with socket.create_connection((host, int(port)), timeout=20) as raw:
+        raw.sendall(head.encode() + b'{"reason": "')
+        until(lambda: stopped(client), "the stop")
+        assert raw.recv(100).startswith(b"HTTP/1.1 200")
+
+
+def test_a_line_of_events_takes_small_messages_alone(server, client):
+    client.post("/stop")
+    for message in ("x" * (MAX_LINE_MESSAGE + 1), bytes(MAX_LINE_MESSAGE + 1)):
+        with lines(server, "/sessions/current/events/line") as line:
+            line.send(message)
+            with pytest.raises(ConnectionClosed) as closed:
+                list(line)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == TOO_BIG
+
+
+def test_as_many_listen_as_may_and_the_next_is_told_so(server, client, monkeypatch):
+    client.post("/stop")
+    monkeypatch.setattr(streams, "MOST_LISTENERS", 2)
+    open_ = server.app.state.streams
+    until(lambda: not open_.listeners(), "the end of earlier ones")
+    with lines(server, "/sessions/current/events/line") as first, lines(server, "/sessions/current/events/line"):
+        until(lambda: len(open_.listeners()) == 2, "both of them")
+        answer = client.get("/sessions/current/events")
+        assert problem(answer, 503, "busy")["limit"] == 2
+        assert answer.headers["retry-after"] == "10"
+        with lines(server, "/sessions/current/events/line") as third, pytest.raises(ConnectionClosed) as closed:
+            third.recv(timeout=20)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == 1013
+        assert "2 pages or programs listen already" in closed.value.rcvd.reason
+        # stops are no listeners
+        with lines(server, "/stop/line") as line:
+            line.send("{}")
+            assert json.loads(line.recv(timeout=20))["stopped"] is True
+        first.close()
+        until(lambda: len(open_.listeners()) == 1, "room")
+        with lines(server, "/sessions/current/events/line") as again:
+            assert json.loads(again.recv(timeout=20))["type"] == "link"
