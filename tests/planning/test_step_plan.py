@@ -1,6 +1,7 @@
 """One step of the real rover: found plans are good by a second look, refusals say why."""
 
 import itertools
+import re
 import time
 from functools import partial
 
@@ -10,6 +11,7 @@ import pytest
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.value import flatten, unflatten
 from footfall.planning.stance.stand import stand
+from footfall.planning.step import start as start_module
 from footfall.planning.step.ground import Nearby, Refused, footfall_contact, nearby
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.lift import raised_poses, vertical
@@ -17,9 +19,11 @@ from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.step.situation import Situation
 from footfall.planning.step.solids import Solids, part_poses
+from footfall.planning.step.start import start_objection
 from footfall.planning.step.target import candidates
 from footfall.planning.step.verify import recheck
 from footfall.robot.collision import CollisionScene, posture_collisions
+from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import contact_point, solve_leg
 from footfall.robot.kinematics import link_poses, wheel_pose
@@ -207,14 +211,73 @@ def test_unknown_ground_under_the_swing_is_told(athlete, open_ground):
     assert "cells" in told.where
 
 
-def test_a_start_in_collision_names_the_pair_and_the_depth(athlete, open_ground):
+@pytest.mark.parametrize("turned", [{1: 0.2}, {1: 0.35}, {1: 0.3, 2: 0.3}])
+def test_a_start_in_collision_names_the_deepest_pair_and_the_depth(athlete, open_ground, turned):
+    """Turned by more, the foot is too near to the ground as well; the wheel is still what is worst."""
     dem, state = open_ground
     q = np.array(state.leg(0))
-    q[1] += 0.2
+    for joint, by in turned.items():
+        q[joint] += by
     result = plan_step(athlete, dem, moved(state, 0, q), 0, OPEN_TARGET)
     assert result.status is Status.START_INVALID
-    assert "leg0_wheel" in result.reason
-    assert "terrain" in result.reason
+    told = re.search(r"leg0_wheel cuts (\d\.\d{3}) m into terrain \(0\.030 m is allowed\)", result.reason)
+    assert told, result.reason
+    # the drum's rim by its closed form: lowest where it is farthest down its own plane
+    T = state.T_site_base @ wheel_pose(athlete, moved(state, 0, q).posture, 0)
+    axle = T[:3, 1]
+    angle = np.linspace(0.0, 2 * np.pi, 721)
+    rim = athlete.wheel_radius * (np.cos(angle)[:, None] * T[:3, 0] + np.sin(angle)[:, None] * T[:3, 2]) + T[:3, 3]
+    sides = [rim + side * 0.5 * athlete.description.wheel_width * axle for side in (-1, 1)]
+    deepest = max(float((height_at(dem, edge[:, 0], edge[:, 1]) - edge[:, 2]).max()) for edge in sides)
+    # the mesh's corners are on the rim or inside of it, and between them it is flat
+    flat = athlete.wheel_radius * (1 - np.cos(np.pi / athlete.description.wheel_sides))
+    assert deepest - flat - 0.002 <= float(told[1]) <= deepest + 0.002
+
+
+def towards_each_other(state, turned):
+    """Hips of legs 2 and 3 turned so far towards each other [rad]."""
+    posture = np.array(state.posture)
+    posture[12] += turned
+    posture[18] -= turned
+    return with_posture(state, posture)
+
+
+@pytest.mark.parametrize("turned", [0.926, 0.95, 1.0])
+def test_standing_legs_that_cut_each_other_are_no_start(athlete, open_ground, turned):
+    dem, state = open_ground
+    wrong = towards_each_other(state, turned)
+    assert any(hit.distance == 0 for hit in posture_collisions(athlete, wrong.posture, wrong.T_site_base))
+    result = plan_step(athlete, dem, wrong, 0, OPEN_TARGET)
+    assert result.status is Status.START_INVALID
+    told = re.search(r"(leg2_\w+) cuts up to (\d\.\d{3}) m into (leg3_\w+)", result.reason)
+    assert told, result.reason
+    assert "correct the encoders" in result.reason
+    assert float(told[2]) == pytest.approx(overlap(athlete, wrong.posture, told[1], told[3]), abs=0.0006)
+
+
+def test_a_posture_is_looked_at_once_for_all_steps_from_it(athlete, open_ground, monkeypatch):
+    dem, state = open_ground
+    asked = []
+
+    def counted(robot, posture, T_site_base):
+        asked.append(posture)
+        return posture_collisions(robot, posture, T_site_base)
+
+    monkeypatch.setattr(start_module, "posture_collisions", counted)
+    now = towards_each_other(state, 0.0123)
+    for leg in (0, 1, 4):
+        assert start_objection(athlete, dem, now, leg) == ""
+        assert start_objection(athlete, dem, now, leg) == ""
+    assert len(asked) == 1
+
+
+def test_standing_legs_that_are_only_near_each_other_are_a_start(athlete, open_ground):
+    dem, state = open_ground
+    near = towards_each_other(state, 0.9)
+    hits = posture_collisions(athlete, near.posture, near.T_site_base)
+    assert hits
+    assert min(hit.distance for hit in hits) > 0
+    assert "cuts" not in start_objection(athlete, dem, near, 0)
 
 
 def test_a_start_outside_the_limits_names_the_joint(athlete, open_ground):

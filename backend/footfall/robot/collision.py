@@ -25,6 +25,7 @@ from footfall.core.frames import apply, inverse, require_transform, transform
 from footfall.core.mesh import Mesh
 from footfall.core.value import Value, value
 from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, mesh_reach, robot_meshes
+from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import GroundHeights, crop, inner_radius
 from footfall.robot.kinematics import leg_link_poses
@@ -105,7 +106,7 @@ class CollisionScene:
         found = []
         for a, b, required, distance in self._pairs.too_close(data):
             other = self._frozen.get(b)
-            name = self._pairs.label(b) if other is None else self._nearest_link(data, a, other)
+            name = self._pairs.label(b) if other is None else self._nearest_link(data, a, other, q_leg)
             found.append(Collision(self._pairs.label(a), name, required, distance))
         if terrain != "none":
             found += self._ground.below(data, self._lift[terrain])
@@ -120,10 +121,17 @@ class CollisionScene:
         self._pairs.place(self._data[terrain], q)
         return self._data[terrain]
 
-    def _nearest_link(self, data: pin.GeometryData, shape: int, other: int) -> str:
+    def _nearest_link(self, data: pin.GeometryData, shape: int, other: int, q_leg: ArrayLike) -> str:
+        """Of a frozen leg's links the one nearest to a moving shape; of those that it cuts the one it is deepest in."""
         poses = leg_link_poses(self.robot, self._posture[6 * other : 6 * other + 6], other)
         parts = {link_name(other, part): self._body.shapes[part] for part in PARTS}
-        return min(parts, key=lambda link: self._pairs.distance_to(data, shape, parts[link], poses[link]))
+        away = {link: self._pairs.distance_to(data, shape, parts[link], poses[link]) for link in parts}
+        if min(away.values()) > 0:
+            return min(away, key=lambda link: away[link])
+        posture = self._posture.copy()
+        posture[6 * self.leg : 6 * self.leg + 6] = q_leg
+        own = self._pairs.label(shape)
+        return max((link for link in away if away[link] <= 0), key=lambda link: overlap(self.robot, posture, own, link))
 
 
 def posture_collisions(

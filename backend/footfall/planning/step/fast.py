@@ -33,7 +33,7 @@ def fast(
     rng = np.random.Generator(np.random.PCG64(seed))
     ends = []
     for q, name in ((start, "start"), (goal, "goal")):
-        sure = _escaped(space, q, rng)
+        sure = escaped(space, q, rng)
         if sure is None:
             return f"the swing's {name} is too narrow for the compiled check"
         ends.append(sure)
@@ -81,7 +81,7 @@ def searched(
     return route(trees) if outcome == JOINED else None
 
 
-def _escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
+def escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:
     """q itself where it is sure; else a sure posture beside it that a free edge joins to it, or None."""
     if space.is_sure(q):
         return q

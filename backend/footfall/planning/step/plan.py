@@ -20,7 +20,7 @@ from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift import vertical
-from footfall.planning.step.planners import REGISTRY, Answer, Swing, chain
+from footfall.planning.step.planners import QUICK, REGISTRY, Answer, Swing, chain
 from footfall.planning.step.problem import (
     Check,
     Decision,
@@ -32,6 +32,7 @@ from footfall.planning.step.problem import (
     StepSettings,
 )
 from footfall.planning.step.rise import blocked_rise, rises, space_of
+from footfall.planning.step.shut_in import shut_in
 from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.step.smooth import smooth
 from footfall.planning.step.through import require_points, via_postures
@@ -206,6 +207,10 @@ class _Attempt:
             if all(isinstance(via, str) for via in vias):
                 return _No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
         for i, name in enumerate(names):
+            if failures and name not in QUICK:
+                barred = shut_in(situation, up[-1], [goal.up[-1] for goal in goals])
+                if barred:
+                    return self._nowhere(failures, f"{barred}; choose a footfall on this side of it")
             for goal in goals:
                 self.watch.phase(0.25 + 0.5 * i / len(names), f"planning the swing with {name}")
                 path = self._swing(situation, space, name, up[-1], goal)
@@ -221,12 +226,16 @@ class _Attempt:
                     return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, name, decisions)
                 why = partial("a path of {} fails the check of {}".format, name, _told(bad[0]))
                 failures.append(_Failure(name, why, checks))
+        return self._nowhere(failures)
+
+    def _nowhere(self, failures: list[_Failure], barred: str = "") -> _No:
+        """The answer after planners failed. barred: what proves that none can succeed, with what to try."""
         self.watch.lift_limit()
         said = _said(failures)
         # several goals often fail for one reason
-        told = "; ".join(dict.fromkeys(why for _, why in said))
+        told = barred or f"{'; '.join(dict.fromkeys(why for _, why in said))}; {ADVICE}"
         checks = next((failure.checks for failure in failures if failure.checks), ())
-        reason = f"no way to the footfall was found: {told}; {ADVICE}"
+        reason = f"no way to the footfall was found: {told}"
         return _No(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
 
     def _decisions(self, goals: Goals, goal: Goal, failures: list[_Failure], name: str) -> tuple[Decision, ...]:

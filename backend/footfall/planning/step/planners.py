@@ -114,6 +114,8 @@ REGISTRY: dict[str, Callable[[Swing], Answer]] = {
     "bitstar": partial(_by_ompl, with_ompl.bitstar, "BIT*"),
 }
 AUTO = ("line", "fast", "astar", "sbl")
+QUICK = ("line", "fast")
+"""Those whose failure is known in a fraction of a second."""
 
 
 def chain(name: str) -> tuple[str, ...]:

@@ -1,8 +1,9 @@
 """Whether the rover can be where its state says: a plan from a fiction is worth nothing.
 
-Said before any search: every joint inside its limits, every other wheel on the ground that is to carry the rover, and
-neither chassis nor a standing leg below the ground. The leg that is to move is looked at more closely by the
-situation. Where the ground is unknown nothing is said.
+Said before any search: every joint inside its limits, no standing leg cutting into another or into the chassis, every
+other wheel on the ground that is to carry the rover, and neither chassis nor a standing leg below the ground. The leg
+that is to move is looked at more closely by the situation. Where the ground is unknown nothing is said. Standing legs
+may be nearer to each other than a moving one may come: the rover can stand so, and no step of another leg changes it.
 """
 
 from functools import lru_cache
@@ -13,6 +14,9 @@ from footfall.core.frames import apply
 from footfall.core.mesh import Mesh
 from footfall.maps.standing import STANDING_GAP, wheel_gaps
 from footfall.planning.step.edges import Array
+from footfall.planning.step.kept import Kept
+from footfall.robot.collision import Collision, posture_collisions
+from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
@@ -30,6 +34,7 @@ def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
     """What makes the state impossible on this ground for a step of ``leg``, and what to do; empty where nothing."""
     return (
         _outside_limits(robot, state)
+        or _cutting(robot, state, leg)
         or _not_on_the_ground(robot, dem, state, [other for other in robot.legs if other != leg])
         or _below_the_ground(robot, dem, state, leg)
     )
@@ -48,6 +53,34 @@ def _outside_limits(robot: Robot, state: RobotState) -> str:
         f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits ({lower:.3f}…{upper:.3f} rad); "
         f"turn it {back} {end:.3f} rad, or correct its encoder if the joint is not really there"
     )
+
+
+def _cutting(robot: Robot, state: RobotState, moving: int) -> str:
+    """What stands cuts into what else stands: the deepest pair, and how many there are."""
+    own = {link_name(moving, part) for part in PARTS}
+    cuts = [hit for hit in _cuts(robot, state) if hit.link_a not in own and hit.link_b not in own]
+    if not cuts:
+        return ""
+    depths = [overlap(robot, np.asarray(state.posture), hit.link_a, hit.link_b) for hit in cuts]
+    worst = cuts[int(np.argmax(depths))]
+    more = f", and {len(cuts) - 1} more pairs of links do" if len(cuts) > 1 else ""
+    return (
+        f"{worst.link_a} cuts up to {max(depths):.3f} m into {worst.link_b}{more}; neither moves in this step: "
+        "correct the encoders of these legs"
+    )
+
+
+_KEPT_POSTURES = 4
+_kept_cuts: Kept[tuple[Collision, ...]] = Kept(_KEPT_POSTURES)
+
+
+def _cuts(robot: Robot, state: RobotState) -> tuple[Collision, ...]:
+    """Every pair of the rover's links that cut each other; found once for all steps from a posture."""
+
+    def found() -> tuple[Collision, ...]:
+        return tuple(hit for hit in posture_collisions(robot, state.posture, state.T_site_base) if hit.distance <= 0)
+
+    return _kept_cuts.get((robot.digest, np.asarray(state.posture).tobytes()), found)
 
 
 def _not_on_the_ground(robot: Robot, dem: Dem, state: RobotState, legs: list[int]) -> str:

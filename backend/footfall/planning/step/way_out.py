@@ -3,7 +3,7 @@
 Both are postures to begin from, not motions: how the leg gets there from where it can't be is for a person to decide.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,10 @@ SIZES = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """Largest changes of a joint that are looked at, smallest first [rad]."""
 DIRECTIONS = 250
 """Directions of joint space that are looked at for each size, besides those along single joints."""
+ROUNDS, BESIDE = 6, 30
+"""Then so many directions beside the best one so far are looked at, so often, each time nearer to it."""
+FARTHEST, NEARER = 0.5, 0.6
+"""How far beside it at first, of its largest component, and this share of that in each further round."""
 FINEST = 0.001
 """A change is shortened until this much less of a joint's turn would not do [rad]."""
 
@@ -53,7 +57,8 @@ class WayOut:
 def way_out(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: None) -> WayOut:
     """Out of a leg posture q (6,) inside its limits that the situation forbids on the ground as it is.
 
-    The changes are the smallest that were found by their largest joint, among single joints and seeded directions.
+    The changes are the smallest that were found, by their largest joint: among single joints, which are all looked at,
+    and among seeded directions and others beside the best of these. A smaller change of several joints may exist.
     pulse: called at every posture that is looked at.
     """
 
@@ -61,10 +66,13 @@ def way_out(situation: Situation, q: Array, pulse: Callable[[], None] = lambda: 
         pulse()
         return bool((q >= situation.lower).all() and (q <= situation.upper).all() and situation.free(q, TRUE))
 
-    drawn = np.random.default_rng(0).uniform(-1.0, 1.0, (DIRECTIONS, 6))
-    drawn /= np.abs(drawn).max(axis=1, keepdims=True)
+    rng = np.random.default_rng(0)
     alone = _change(is_free, q, np.concatenate([np.eye(6), -np.eye(6)]))
-    change = _change(is_free, q, drawn)
+    change = _change(is_free, q, _unit(rng.uniform(-1.0, 1.0, (DIRECTIONS, 6))))
+    if change is not None:
+        for i in range(ROUNDS):
+            spread = FARTHEST * NEARER**i
+            change = _shorter(is_free, q, change, _unit(_unit(change) + spread * rng.standard_normal((BESIDE, 6))))
     if alone is not None and change is not None and np.abs(change).max() >= np.abs(alone).max():
         change = None
     return WayOut(_lift(situation, q), alone, change)
@@ -80,19 +88,29 @@ def _lift(situation: Situation, q: Array) -> float | None:
     return None
 
 
+def _unit(directions: Array) -> Array:
+    """With a largest component of 1."""
+    return directions / np.abs(directions).max(axis=-1, keepdims=True)
+
+
 def _change(is_free: _Test, q: Array, directions: Array) -> Array | None:
     """The smallest change (6,) along one of n directions (n, 6) of largest component 1."""
     for size in SIZES:
         free = [one for one in directions if is_free(q + size * one)]
-        if not free:
-            continue
-        best, length = free[0], _shortened(is_free, q, free[0], size)
-        for one in free[1:]:
-            # most directions are no shorter way, and one look says so
-            if length > FINEST and is_free(q + (length - FINEST) * one):
-                best, length = one, _shortened(is_free, q, one, length - FINEST)
-        return length * best
+        if free:
+            change = _shortened(is_free, q, free[0], size) * free[0]
+            return _shorter(is_free, q, change, free[1:])
     return None
+
+
+def _shorter(is_free: _Test, q: Array, change: Array, directions: Iterable[Array]) -> Array:
+    """A change (6,), or one along one of the directions, each (6,) of largest component 1, that is smaller."""
+    for one in directions:
+        # most directions are no shorter way, and one look says so
+        length = float(np.abs(change).max()) - FINEST
+        if length > 0 and is_free(q + length * one):
+            change = _shortened(is_free, q, one, length) * one
+    return change
 
 
 def _shortened(is_free: _Test, q: Array, direction: Array, size: float) -> float:
