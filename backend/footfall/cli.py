@@ -3,6 +3,7 @@
 Results go to stdout, progress and errors to stderr; with ``--json`` stdout holds exactly one JSON document.
 """
 
+import io
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -52,6 +53,10 @@ app.command("play")(run_play)
 
 def main() -> None:
     """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # a name that the terminal can't show is spelled out; it must not end the work
+            stream.reconfigure(errors="backslashreplace")
     app()
 
 

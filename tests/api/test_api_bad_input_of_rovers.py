@@ -14,11 +14,21 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from footfall.api.routes import rover as link_end
 from footfall.core.frames import transform
 from footfall.io.link_images import encode_images
 from footfall.telemetry.fields import FAULTS
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
-from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME, HelloMessage, decode, encode, message_object
+from footfall.telemetry.link import (
+    MAX_BINARY_FRAME,
+    MAX_TEXT_FRAME,
+    EpochMessage,
+    HelloMessage,
+    StopAckMessage,
+    decode,
+    encode,
+    message_object,
+)
 from tests.support.frames import moving_frames
 from tests.support.server import Running, until
 
@@ -28,11 +38,17 @@ GREETING = {"type": "hello", **HELLO, "id": "h", "epoch": None}
 OLDER = {"type": "hello", **HELLO, "protocol": 1}
 
 
-@pytest.fixture
-def rover(plain, ground):
+@contextlib.contextmanager
+def linked(plain, hello):
     url = "ws" + plain.api.removeprefix("http") + "/rover"
     with connect(url, subprotocols=[Subprotocol("footfall-rover-2")], proxy=None, max_size=None) as socket:
-        socket.send(encode(HelloMessage("athlete", 6)))
+        socket.send(encode(hello))
+        yield socket
+
+
+@pytest.fixture
+def rover(plain, ground):
+    with linked(plain, HelloMessage("athlete", 6)) as socket:
         until(lambda: ground.get("/sessions/current").json()["link"]["connected"], "the link")
         yield socket
     until(lambda: not ground.get("/info").json()["rover_link"]["linked"], "its end")
@@ -61,9 +77,14 @@ CASES = [
     (OLDER, "wrong-version", "protocol 1, this end speaks 2"),
     ({**GREETING, "robot": "spider"}, "wrong-robot", "this session is for athlete"),
     ({**GREETING, "epoch": 1 << 53}, "wrong-field", "a whole number"),
-    ({"type": "epoch", "id": "h", "epoch": (1 << 52) + 1}, "wrong-field", "there are 4503599627370496 at most"),
+    ({**GREETING, "epoch": 1 << 52}, "wrong-field", "no ground can have told it"),
+    ({"type": "epoch", "id": "h", "epoch": 1 << 52}, "wrong-field", "no ground can have told it"),
+    ({"type": "epoch", "id": "h", "epoch": 1 << 40}, "wrong-field", "no ground can have told it"),
     ({"type": "stop", "id": "x", "epoch": 1}, "not-for-ground", "a rover does not send stop"),
     ('{"type": "telemetry", "type": "ack"}', "not-json", "given twice"),
+    ({"type": "error", "id": "", "text": "cold \ud800 cameras"}, "not-json", r"lone surrogate, half a character"),
+    ({"type": "error", "id": "", "text": "x", "\udfff": 1}, "not-json", r"UTF-8 can't hold: \udfff"),
+    ({"type": "image_request", "id": "x", "pairs": ["\ud83d"]}, "not-json", r"\ud83d"),
     ("no json", "not-json", "this is not JSON"),
     ("[" * 50_000, "not-json", "not JSON"),
     ("x" * (MAX_TEXT_FRAME + 1), "too-large", "at most 1048576 bytes"),
@@ -97,6 +118,56 @@ def test_time_that_runs_backwards_is_told_and_the_frame_is_kept(ground, rover):
     assert "went back" in ground.get("/sessions/current").json()["link"]["fault"]
 
 
+def test_a_number_that_jumps_is_told_and_counts_as_a_restart(ground, rover):
+    link = ground.get("/sessions/current").json()["link"]
+    before = counts(ground)[1]
+    number = 60_000
+    rover.send(json.dumps({**GOOD, "number": number, "time": 4e9}))
+    rover.send(json.dumps({**GOOD, "number": 2**53 - 1, "time": 4e9 + 1}))
+    assert f"jumped from number {number} to {2**53 - 1}; counted as a restart" in told(rover)
+    assert counts(ground)[1] - before == Counter({"number-jump": 1})
+    rover.send(json.dumps({**GOOD, "number": number + 12, "time": 4e9 + 2}))
+    until(lambda: ground.get("/sessions/current/telemetry").json()["number"] == number + 12, "the frame after")
+    after = ground.get("/sessions/current").json()["link"]
+    assert after["restarts"] == link["restarts"] + 2
+    assert after["gaps"] - link["gaps"] < 100_000
+
+
+def test_a_rover_that_heard_of_an_epoch_that_can_not_be_is_linked_and_can_be_stopped(plain, ground):
+    """And what it says of it harms no later rover, in this session or the next."""
+    until(lambda: not ground.get("/info").json()["rover_link"]["linked"], "the end of an earlier link")
+    before = counts(ground)[0]
+    with linked(plain, HelloMessage("athlete", 6, id="garbled", epoch=1 << 52)) as garbled:
+        assert "no ground can have told it" in told(garbled)
+        assert counts(ground)[0] - before == Counter({"wrong-field": 1})
+        assert ground.get("/sessions/current").json()["link"]["connected"]
+        assert plain.sessions.current.epoch < time.time() + 1e6
+        garbled.send(encode(EpochMessage("garbled", 1 << 52)))  # it keeps the newest that it has heard
+        assert "no ground can have told it" in told(garbled)
+        ground.post("/stop")
+        while (message := json.loads(garbled.recv(timeout=10)))["type"] != "stop":
+            pass
+        garbled.send(encode(StopAckMessage(message["id"], 5e9)))
+        until(lambda: ground.get("/stop").json()["stop_acknowledged"], "its acknowledgement")
+        assert ground.post("/stop/clear").json()["stopped"] is False
+        following = plain.sessions.create("the next one")
+        until(lambda: following.link.connected, "the rover in it")
+        assert following.epoch < time.time() + 1e6
+    until(lambda: not ground.get("/info").json()["rover_link"]["linked"], "its end")
+    # of a ground whose clock is decades ahead: that may be
+    ahead = int(time.time()) + 50 * 31_557_600
+    with linked(plain, HelloMessage("athlete", 6, id="far", epoch=ahead)) as far:
+        while (message := json.loads(far.recv(timeout=10)))["type"] != "epoch":
+            pass
+        assert message["epoch"] > ahead
+        far.send(encode(EpochMessage("far", message["epoch"])))
+        number = 70_000
+        far.send(json.dumps({**GOOD, "number": number, "time": 6e9}))
+        until(lambda: ground.get("/sessions/current/telemetry").json().get("number") == number, "its telemetry")
+    until(lambda: not ground.get("/info").json()["rover_link"]["linked"], "its end")
+    assert following.link.faults == 0
+
+
 def test_another_version_of_the_subprotocol_is_turned_away_and_counted(plain, ground):
     door, session = counts(ground)
     url = "ws" + plain.api.removeprefix("http") + "/rover"
@@ -128,11 +199,15 @@ def test_an_endless_row_of_new_faults_does_not_fill_the_log(plain, ground, rover
     assert len([e for e in live.events() if e.type == "link_fault"]) - before < 20
 
 
-scalars = st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=8)
-anything = st.recursive(
-    scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner)
-)
-GOODS = [GOOD, GREETING, {"type": "ack", "id": "c", "state": "done", "reason": "", "time": 1.0}]
+texts = st.text(max_size=8) | st.text(st.characters(categories=("Cs", "L")), max_size=4)
+scalars = st.none() | st.booleans() | st.floats() | st.integers() | texts
+anything = st.recursive(scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(texts, inner))
+GOODS = [
+    GOOD,
+    GREETING,
+    {"type": "ack", "id": "c", "state": "done", "reason": "", "time": 1.0},
+    {"type": "error", "id": "", "text": "the cameras are cold"},
+]
 
 
 @st.composite
@@ -140,7 +215,7 @@ def mutated(draw) -> str:
     """A good message with something about it changed, cut, put in or doubled."""
     body = dict(draw(st.sampled_from(GOODS)))
     for _ in range(draw(st.integers(1, 3))):
-        name = draw(st.sampled_from(sorted(body)) | st.text(max_size=6)) if body else "x"
+        name = draw(st.sampled_from(sorted(body)) | texts) if body else "x"
         match draw(st.sampled_from(["drop", "put", "bend"])):
             case "drop":
                 body.pop(name, None)
@@ -168,12 +243,14 @@ def test_no_mutation_of_a_message_is_passed_over_in_silence(plain: Running, grou
     answers = [told(rover)]
     while "the-end" not in answers[-1]:
         answers.append(told(rover))
-    refused = [text for text in answers if "clock went back" not in text]
+    refused = [text for text in answers if "clock went back" not in text and "frames jumped" not in text]
     counted = Counter(ground.get("/info").json()["rover_link"]["faults_by_kind"])
     assert (counted - before).total() == len(refused)
     assert len(refused) >= 1 + (not _is_good(message))
     assert set(counted) <= set(FAULTS)
     assert door.frames - taken <= 1
+    for address in ("/sessions/current", "/sessions/current/log"):
+        assert ground.get(address).status_code == 200
 
 
 def _is_good(message: str) -> bool:
@@ -221,6 +298,7 @@ def test_frames_by_request_are_the_frames_of_the_link(ground, fresh):
     [
         (body([GOOD], protocol=1), "wrong-version", "protocol 1, this end speaks 2"),
         (body([GOOD], epoch=3), "wrong-field", "unknown fields epoch"),
+        (body([GOOD], software="\ud800"), "not-json", "lone surrogate"),
         (body([GOOD], robot="spider"), "wrong-robot", "this session is for athlete"),
         (body([GOOD], legs=8), "wrong-legs", "athlete with 6 legs"),
         (body([{**GOOD, "posture": GOOD["posture"][:30]}]), "wrong-legs", "6 legs, not 5"),
@@ -254,6 +332,30 @@ def test_requests_are_refused_while_a_rover_is_linked(ground, rover):
     answer = ground.post("/rover/telemetry", content=body([GOOD]))
     assert answer.status_code == 409
     assert "linked by WebSocket" in answer.json()["detail"]
+
+
+def test_no_request_makes_a_silent_rover_look_heard(ground, rover, monkeypatch):
+    monkeypatch.setattr(link_end, "GIVEN_UP_AFTER", 0.0)
+    frames = ground.get("/sessions/current").json()["link"]["frames"]
+    for path, content in (("/rover/telemetry", body([GOOD])), ("/rover/images?protocol=2", b"whatever")):
+        answer = ground.post(path, content=content)
+        assert answer.status_code == 409
+        assert "silent lately" in answer.json()["detail"]
+    assert ground.get("/sessions/current").json()["link"]["frames"] == frames
+
+
+def test_frames_by_request_on_their_way_count_for_nothing_once_a_rover_is_linked(plain, ground, fresh, monkeypatch):
+    """With a light time: the answer was yes, but what arrives is not of the rover that is there by then."""
+    on_their_way = []
+    sent = [message_object(frame) for frame in moving_frames(2)]
+    with monkeypatch.context() as far:
+        far.setattr(fresh.link, "hear", lambda use, *_: on_their_way.append(use))
+        assert ground.post("/rover/telemetry", content=body(sent)).json()["taken"] == 2
+    with linked(plain, HelloMessage("athlete", 6)):
+        until(lambda: fresh.link.connected, "the link")
+        for arrive in on_their_way:
+            arrive(time.monotonic())
+        assert (fresh.link.late, fresh.link.frame, fresh.link.age) == (2, None, None)
 
 
 def test_images_by_request(ground, fresh):

@@ -77,6 +77,7 @@ def test_impossible_delays_are_refused(plain, ground, delays, says):
 
 def test_what_a_rover_said_before_it_left_is_heard_and_recorded_with_its_times(plain, ground, tmp_path):
     live = plain.sessions.create("left at once")
+    live.clear_stop()  # of the test before
     frames = moving_frames(200)
     with linked(plain) as rover:
         rover.send(encode(HelloMessage("athlete", 6)))

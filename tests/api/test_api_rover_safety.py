@@ -3,19 +3,23 @@
 import json
 import os
 import signal
+import threading
 import time
 from contextlib import contextmanager
 from dataclasses import replace
 
+import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
+from footfall.api.auth.who import PAGE_HEADER
 from footfall.api.routes import rover as link_end
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session.live import LiveSession
+from footfall.session.storage.store import SessionStore
 from footfall.telemetry.link import ErrorMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
@@ -82,6 +86,60 @@ def test_reading_an_old_session_moves_nothing(quiet, client):
         assert current(client)["id"] == first
     problem(client.post("/sessions", json={"session": "none-such"}), 404, "not-found")
     problem(client.post("/sessions", json={"session": first, "name": "both"}), 422, "invalid-input")
+
+
+def test_a_stop_goes_out_while_a_session_is_being_made(quiet, client, monkeypatch):
+    begun, let_go = threading.Event(), threading.Event()
+    create = SessionStore.create
+
+    def slowly(*about):
+        begun.set()
+        assert let_go.wait(60)
+        return create(*about)
+
+    with rover_of(quiet) as link:
+        linked(client)
+        monkeypatch.setattr(SessionStore, "create", slowly)
+        order = {"url": quiet.api + "/sessions", "json": {"name": "slow"}, "timeout": 90, "trust_env": False}
+        making = threading.Thread(target=httpx.post, kwargs=order)
+        making.start()
+        try:
+            assert begun.wait(30)
+            assert client.post("/stop", timeout=30).json()["stopped"]
+            assert (
+                httpx.get(quiet.api.removesuffix("/api/v1") + "/health/live", timeout=30, trust_env=False).status_code
+                == 200
+            )
+            assert making.is_alive()
+            assert next_of(link, "stop")["id"]
+        finally:
+            let_go.set()
+            making.join()
+        assert current(client)["name"] == "slow"
+        assert current(client)["gate"]["stopped"]
+
+
+def test_a_stop_says_which_page_asked_for_it(quiet, client):
+    live = quiet.sessions.current
+    client.post("/stop", headers={PAGE_HEADER: "page-a"})
+    assert live.events()[-1].payload["by"]["page"] == "page-a"
+    client.post("/stop/clear").raise_for_status()
+    url = "ws" + quiet.api.removeprefix("http") + "/stop/line"
+    with connect(url, proxy=None) as line:
+        line.send(json.dumps({"page": "page-b"}))
+        assert json.loads(line.recv(timeout=10))["stopped"]
+    assert [e.payload["by"]["page"] for e in live.events() if e.type == "stop_requested"][-1] == "page-b"
+    client.post("/stop/clear").raise_for_status()
+
+
+def test_another_page_takes_no_rover_from_who_holds_the_conn(quiet, client):
+    mary, john = {PAGE_HEADER: "page-a"}, {PAGE_HEADER: "page-b"}
+    first = current(client)["id"]
+    assert client.post("/sessions/current/conn/take", headers=mary).status_code == 200
+    refused = client.post("/sessions", json={"name": "john's"}, headers=john)
+    assert "holds the conn" in problem(refused, 409, "command-refused")["detail"]
+    assert current(client)["id"] == first
+    assert client.post("/sessions", json={"name": "mary's"}, headers=mary).status_code == 201
 
 
 def test_a_silent_rover_follows_and_hears_the_stop_of_the_new_session(quiet, client):

@@ -7,6 +7,7 @@ import footfall
 from footfall.core.frames import apply
 from footfall.planning.stance.follow import DRIFT
 from footfall.robot.kinematics import wheel_centers
+from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
 from footfall_ui.scene.ghost import at, motion_of
 from tests.support.chassis_ground import wavy
@@ -62,6 +63,23 @@ def test_of_a_step_one_leg_moves_and_the_chassis_stays(athlete, ground, stood):
         assert np.array_equal(T_site_base, plan.T_site_base)
         assert np.array_equal(np.delete(posture, np.s_[12:18]), np.delete(stood.posture, np.s_[12:18]))
     np.testing.assert_allclose(at(motion, 1.0)[0], plan.waypoints[-1], atol=1e-12)
+
+
+def test_of_edited_commands_the_edited_posture_is_shown(athlete, ground, stood):
+    foot = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))[2]
+    plan = footfall.plan_step(athlete, ground, stood, 2, (float(foot[0] + 0.1), float(foot[1] + 0.1)), seed=1).plan
+    assert plan is not None
+    commands = make_sequence(plan, athlete, ground)
+    row = len(commands.commands) // 2
+    angle = float(commands.predicted[row, 12]) + 0.2
+    edited = apply_edit(athlete, commands, Edit("joint", row, joint=0, number=angle), ground)
+    motion = motion_of(edited)
+    assert motion is not None
+    assert motion.leg == 2
+    travel = np.abs(np.diff(motion.waypoints, axis=0)).max(axis=1)
+    shown = at(motion, float(travel[: row + 1].sum() / travel.sum()))[0]
+    assert shown[12] == pytest.approx(angle, abs=1e-9)
+    np.testing.assert_allclose(at(motion, 1.0)[0], edited.predicted[-1], atol=1e-12)
 
 
 def test_nothing_is_played_of_anything_else(stood):

@@ -1,18 +1,26 @@
 """``footfall referee``: exit codes 0, 1 and 2, the text and the JSON."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from footfall.core.frames import transform
+from footfall.core.frames import apply, transform
 from footfall.core.value import Provenance
 from footfall.io.artifacts import encode
+from footfall.planning.execution.plan import plan_execution
+from footfall.planning.execution.settings import MODES, ExecutionSettings
+from footfall.planning.stance.stand import stand
+from footfall.planning.step.plan import plan_step
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import leg_wheel_pose, wheel_centers
 from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.predict import predict
+from footfall.sim.physics.rover import PhysicalRover
+from footfall.terrain.generate import plane
 from tests.support.command_line import run
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_sessions" / "rock-step"
@@ -51,6 +59,41 @@ def test_a_step_passes_on_the_moon_and_fails_on_earth(level, up_and_down):
     assert "wheel 0 never left the ground" in about["report"]["failures"]
     assert about["report"]["settings"]["physics"]["stiffness_scale"] == 0.5
     assert len(about["report"]["torque"]) == 36
+
+
+@pytest.fixture(scope="module")
+def at_rest(athlete):
+    """The frame of a rover in physics that came to rest on level ground, and a step of leg 0 planned from it."""
+    dem = plane(size=10.0, resolution=0.1)
+    rover = PhysicalRover(athlete, dem, stand(athlete, dem))
+    rover.step(2.0)
+    frame = rover.frame()
+    wheel = apply(frame.state.T_site_base, wheel_centers(athlete, frame.state.posture))[0]
+    found = plan_step(athlete, dem, frame.state, 0, (float(wheel[0] - 0.1), float(wheel[1] + 0.1)))
+    assert found.plan is not None, found.reason
+    return dem, frame, found.plan
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_is_commanded_for_sag_is_judged_by_what_it_predicts(athlete, at_rest, level, mode, tmp_path):
+    dem, frame, plan = at_rest
+    found = plan_execution(
+        athlete, dem, frame.state, plan, ExecutionSettings(mode=mode), commanded=np.array(frame.commanded)
+    )
+    assert found.execution is not None, found.reason
+    commands = sequence_of_execution(found.execution, athlete)
+    path = tmp_path / "commands.npz"
+    path.write_bytes(encode(commands))
+    said = json.loads(run("referee", path, "--terrain", level, "--json").stdout)
+    assert said["passed"], said["report"]["failures"]
+    assert max(said["report"]["chassis"]) < 0.02
+    # the rover sags: held to where it stood before, it would not pass
+    assert commands.Ts_site_base is not None
+    stays = replace(commands, Ts_site_base=np.tile(commands.T_site_base, (len(commands.commands), 1, 1)))
+    path.write_bytes(encode(stays))
+    answer = run("referee", path, "--terrain", level, "--json", code=0 if mode == "pose_held" else 1)
+    failures = json.loads(answer.stdout)["report"]["failures"]
+    assert any("the chassis was" in text for text in failures) == (mode != "pose_held")
 
 
 def test_a_session_brings_its_ground_along():

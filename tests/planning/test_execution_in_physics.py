@@ -7,9 +7,10 @@ import footfall
 from footfall.core.frames import apply
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.planning.step.problem import Status
+from footfall.planning.step.problem import Status, StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.link import CommandMessage
+from footfall.terrain.generate import plane
 from tests.support.chassis_ground import wavy
 
 LEG = 2
@@ -83,3 +84,39 @@ def test_a_droop_aware_step_goes_in_physics_as_predicted(athlete):
     compare(len(done.phases) - 1, 0.003)
     assert np.linalg.norm(touched[0][:2] - done.touch_down[:2]) < 0.005
     assert np.linalg.norm(touched[0][:2] - plan.contact[:2]) < 0.01
+
+
+@pytest.mark.parametrize(("lift", "leaves"), [(0.05, False), (0.08, False), (0.3, True)])
+def test_a_wheel_leaves_the_ground_in_physics_where_it_was_predicted_to(athlete, lift, leaves):
+    pytest.importorskip("mujoco")
+    from footfall.sim.physics.rover import PhysicalRover
+
+    dem = plane(8.0, 0.05)
+    rover = PhysicalRover(athlete, dem, footfall.stand(athlete, dem))
+    executing = Executing(rover)
+    executing.do("WAIT", duration=2.0)
+    state, commanded = rover.state(), np.array(rover.commanded)
+    x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[LEG]
+    low = StepSettings(lift=lift, raise_terrain=0.0, seed=1)
+    plan = footfall.plan_step(athlete, dem, state, LEG, (x + 0.05, y - 0.1), settings=low).plan
+    assert plan is not None
+    settings = ExecutionSettings(mode="as_commanded", most_lift=lift)
+    result = plan_execution(athlete, dem, state, plan, settings, commanded)
+    # a step whose wheel won't leave the ground is refused, but its prediction is there to look at
+    assert (result.status is Status.FOUND) == leaves
+    done = result.execution
+    assert done is not None
+    lifting = [row for row, phase in enumerate(done.phases) if phase in ("unload", "lift")]
+    assert (done.forces[lifting, LEG, 2].min() == 0) == leaves
+    felt = []
+
+    def feel():
+        felt.append(rover.wheel_forces()[0][LEG, 2])
+
+    for row in lifting[1:]:
+        executing.do("POSTURE_MOVE", joints=done.commanded[row], duration=done.durations[row], look=feel)
+        if not leaves:
+            assert abs(felt[-1] - done.forces[row, LEG, 2]) < 20.0
+    executing.do("WAIT", duration=SWAY, look=feel)
+    assert (min(felt) == 0) == leaves
+    assert felt[-1] == pytest.approx(done.forces[lifting[-1], LEG, 2], abs=10.0)

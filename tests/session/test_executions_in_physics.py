@@ -14,38 +14,10 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
-from footfall.telemetry.link import CommandMessage, decode
 from footfall.terrain.generate import plane
+from tests.support.physical_link import Linked
 
 LEG = 2
-
-
-class Linked:
-    """A rover in physics at the end of a session's link; it runs as fast as it can be computed."""
-
-    def __init__(self, live, rover):
-        self.live, self.rover = live, rover
-        self.waiting = []
-        live.rover_connected(lambda text: self.waiting.append(decode(text)))
-        self.report()
-
-    def report(self):
-        self.live.take_telemetry(self.rover.frame())
-
-    def run(self):
-        """Until nothing is commanded any more."""
-        while self.waiting or self.rover.mode == "moving":
-            while self.waiting:
-                message = self.waiting.pop(0)
-                if isinstance(message, CommandMessage):
-                    self.hear(self.rover.command(message))
-            said = self.rover.step(0.04)
-            self.report()
-            self.hear(said)
-
-    def hear(self, said):
-        for ack in said:
-            self.live.take_acknowledgement(ack.id, ack.state, ack.reason)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 0.85])

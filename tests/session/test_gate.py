@@ -122,6 +122,12 @@ def test_a_run_goes_on_only_where_its_rows_left_the_rover(ready, down, frame_of,
     ready.take_telemetry(replace(moved, state=replace(moved.state, posture=off)))
     assert refused("start", ready.next_row, MARY).details["difference"] == pytest.approx(0.02)
     ready.take_telemetry(replace(moved, number=10, state=replace(moved.state, time=10.0)))
+    heavier = np.zeros((6, 3))
+    heavier[:, 2] = 1.3 * ready._weight(ready.state.sequence) / 6
+    ready.take_telemetry(replace(moved, number=11, state=replace(moved.state, time=11.0, wheel_forces=heavier)))
+    for act in (ready.next_row, ready.resume_run):
+        assert "plan again" in refused("load", act, MARY).message
+    ready.take_telemetry(replace(moved, number=12, state=replace(moved.state, time=12.0)))
     present = ready.state.dem
     ready.load_terrain(tiny.dem(0.1))
     refused("terrain", ready.next_row, MARY)

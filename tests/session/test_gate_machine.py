@@ -38,7 +38,12 @@ BODY: Any = SimpleNamespace(leg_count=6, lower=np.full(36, -4.0), upper=np.full(
 MOVE = Command("LEG_MOVE", 0, np.zeros(6), 1.0)
 SEQUENCE = Sequence("r", (MOVE,) * ROWS, np.zeros(36), np.zeros((ROWS, 36)), np.eye(4), (), Provenance({}))
 IDLE = RobotState("r", 0.0, np.zeros(36), np.eye(4), np.zeros((6, 3)), np.zeros(36), "idle")
-FRAMES = {mode: TelemetryFrame(0, replace(IDLE, mode=mode), np.zeros(36)) for mode in ("idle", "moving", "stopped")}
+PLANNED_WEIGHT = 6000.0
+"""Of the rover and its payload, as the sequence was planned with [N]."""
+AS_PLANNED = {"terrain": "dem", "load": 1.0, "joint": 0.0, "pose": 0.0}
+"""Digest of the terrain, weight as a share of the planned one, how far a joint [rad] and the chassis [m] are off."""
+OTHERWISE = [("terrain", "later"), ("load", 0.8), ("load", 1.3), ("joint", 0.02), ("joint", -0.5), ("pose", 0.1)]
+TOLERATED = [*AS_PLANNED.items(), ("load", 1.05), ("joint", 0.005), ("pose", 0.01)]
 PEOPLE = (
     Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a"),
     Identity("mary", Role.COMMANDER, "10.0.0.1", "page-b"),
@@ -47,6 +52,15 @@ PEOPLE = (
 )
 person = st.sampled_from((PEOPLE[0], *PEOPLE))
 which = st.integers(0, 5)
+
+
+def frame_of(mode: str, about: dict[str, Any]) -> TelemetryFrame:
+    """What a rover says that stands as ``about`` tells."""
+    posture, T_site_base, forces = np.zeros(36), np.eye(4), np.zeros((6, 3))
+    posture[7], T_site_base[0, 3] = about["joint"], about["pose"]
+    forces[:, 2] = about["load"] * PLANNED_WEIGHT / 6
+    state = replace(IDLE, mode=mode, posture=posture, T_site_base=T_site_base, wheel_forces=forces)
+    return TelemetryFrame(0, state, posture)
 
 
 class ModelRover(OrderedRover):
@@ -91,6 +105,9 @@ class World(RuleBasedStateMachine):
         self.said, self.too_late, self.never = 0, {}, set()
         self.stopped_at, self.greetings, self.answered, self.sent_before = 0, 0, False, frozenset()
         self.connected, self.heard_at, self.frame = False, None, None
+        # what there is, and what of it the latest telemetry told
+        self.about: dict[str, Any] = dict(AS_PLANNED)
+        self.told: dict[str, Any] = dict(AS_PLANNED)
         self.sent, self.tokens, self.used = [], {}, set()
         self.stops = False
         # the lease once more, as simply as it can be said
@@ -162,7 +179,13 @@ class World(RuleBasedStateMachine):
         return made
 
     def facts(self):
-        return Facts(self.connected, self.frame, self.age, "dem", "dem", None)
+        return Facts(self.connected, self.frame, self.age, self.about["terrain"], "dem", PLANNED_WEIGHT)
+
+    def as_planned(self):
+        """Whether all is as the sequence was planned with, as far as is known."""
+        load = 0.9 <= self.told["load"] <= 1.1
+        stands = abs(self.told["joint"]) <= 0.01 and self.told["pose"] <= 0.05
+        return self.about["terrain"] == "dem" and stands and load
 
     # -- the lease, once more ------------------------------------------------------------------
 
@@ -224,6 +247,7 @@ class World(RuleBasedStateMachine):
             token = self.gate.arm("d" * 32, SEQUENCE, self.facts(), JOINTS, who)["token"]
             assert may
             assert open_
+            assert self.as_planned()
             self.tokens[token] = (self.now, self.number + (self.holder is None))
         except Conflict:
             pass
@@ -252,12 +276,15 @@ class World(RuleBasedStateMachine):
             assert self.disk_full
         assert good
         assert runs is None
+        assert self.as_planned(), "sent though it was planned with something else"
         self.used.add(token)
 
     @rule(who=person, act=st.sampled_from(["hold", "resume", "next", "next", "abort"]))
     def steer(self, who, act):
         may = self.may(who)
-        if may and self.gate.gate.run is not None:
+        run = self.gate.gate.run
+        waits = None if run is None or run.phase != "waiting" else run.row
+        if may and run is not None:
             self.take(who)
         try:
             if act == "hold":
@@ -269,6 +296,8 @@ class World(RuleBasedStateMachine):
         except Conflict:
             return
         assert may
+        if act in ("resume", "next") and waits is not None:
+            assert self.as_planned(), "gone on with though something had changed"
 
     @rule(who=person)
     def stop(self, who):
@@ -298,7 +327,53 @@ class World(RuleBasedStateMachine):
     @precondition(lambda self: self.connected)
     @rule()
     def telemetry(self):
-        self.frame, self.heard_at = FRAMES[self.rover.mode], self.now
+        self.frame, self.heard_at, self.told = frame_of(self.rover.mode, self.about), self.now, dict(self.about)
+
+    @rule(what=st.sampled_from(TOLERATED))
+    def changes(self, what):
+        self.about |= dict([what])
+
+    @precondition(lambda self: self.connected)
+    @rule(who=person, what=st.sampled_from(OTHERWISE), armed=st.booleans())
+    def changes_before_it_is_sent(self, who, what, armed):
+        """Something becomes other than planned, before or after arming: no row goes until it is as it was again."""
+        who = self.made_ready(who)
+        if armed:
+            self.arm(who)
+        was, sent = self.about[what[0]], len(self.sent)
+        self.about |= dict([what])
+        self.telemetry()
+        if not armed:
+            self.arm(who)
+        if self.tokens:
+            self.send_armed(0, who, steps=False)
+        assert len(self.sent) == sent, "a row went though something had changed"
+        self.about[what[0]] = was
+        self.telemetry()
+
+    @precondition(lambda self: self.connected and self.gate.gate.as_dict()["waiting"])
+    @rule(who=person, what=st.sampled_from(OTHERWISE), act=st.sampled_from(["resume", "next"]))
+    def changes_before_it_goes_on(self, who, what, act):
+        """The same while a run waits, at whatever row."""
+        was, sent = self.about[what[0]], len(self.sent)
+        self.about |= dict([what])
+        self.telemetry()
+        self.steer(who, act)
+        assert len(self.sent) == sent, "a row went though something had changed"
+        self.about[what[0]] = was
+        self.telemetry()
+
+    @precondition(lambda self: self.connected)
+    @rule(who=person, what=st.sampled_from(OTHERWISE), act=st.sampled_from(["resume", "next"]), rows=st.integers(1, 2))
+    def changes_between_rows(self, who, what, act, rows):
+        """Step by step from the beginning: some rows are done, then something becomes other than planned."""
+        self.send_at_once(who, steps=True, reach=False)
+        self.all_goes_well(1)
+        if rows == 2 and self.gate.gate.as_dict()["waiting"]:
+            self.steer(self.holder or who, "next")
+            self.all_goes_well(1)
+        if self.gate.gate.as_dict()["waiting"]:
+            self.changes_before_it_goes_on(self.holder or who, what, act)
 
     @precondition(lambda self: self.down)
     @rule(pick=which, fate=st.sampled_from(["arrives", "arrives", "arrives", "comes twice", "is held back", "is lost"]))
@@ -376,18 +451,23 @@ class World(RuleBasedStateMachine):
     @rule(who=person, steps=st.booleans(), reach=st.booleans())
     def send_at_once(self, who, steps, reach):
         """Whatever is in the way of a new run is put out of it. reach: the command arrives, its answers don't."""
-        self.settle()
-        who = self.holder or who
-        self.all_goes_well(ROWS)
-        if self.stops:
-            self.clear(who)
-            self.all_goes_well(1)
+        who = self.made_ready(who)
         self.arm(who)
         if self.tokens:
             self.send_armed(0, who, steps)
         if reach and self.down:
             self.downlink(0, "comes twice")
             self.up.clear()
+
+    def made_ready(self, who):
+        """What is in the way of a new run is put out of it by whoever holds the conn, else by ``who``; who that was."""
+        self.settle()
+        who = self.holder or who
+        self.all_goes_well(ROWS)
+        if self.stops:
+            self.clear(who)
+            self.all_goes_well(1)
+        return who
 
     @precondition(lambda self: self.connected)
     @rule(
@@ -514,8 +594,11 @@ class World(RuleBasedStateMachine):
         for command in self.state.commands:
             remembered = self.rover._last.get(command.id)
             if command.run == self.state.runs and command.id in self.sent and remembered is not None:
-                assert command.state == ("refused" if remembered.state == "outdated" else remembered.state)
+                known = "refused" if remembered.state == "outdated" else remembered.state
+                # a rover that was restarted knows only that the command came to it again, and too late
+                before = remembered.state == "outdated" and command.id in self.moved_before
+                assert command.state == known or (before and command.state == "done")
 
 
-World.TestCase.settings = settings(max_examples=120, stateful_step_count=40, deadline=None, derandomize=True)
+World.TestCase.settings = settings(max_examples=300, stateful_step_count=40, deadline=None, derandomize=True)
 TestWorld = World.TestCase

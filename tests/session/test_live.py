@@ -162,3 +162,22 @@ def test_settings_reach_the_recipe(session):
     digest = session.plan_step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
     assert session.get(digest).provenance.settings.planner == "line"
     assert session.state.plan_status == "time_limit"
+
+
+def test_the_ghost_plays_what_would_be_sent(session):
+    plan = session.plan_step(2, (1.0, 0.0)).finish()
+    made = session.make_sequence()
+    assert session.played == plan
+    assert not session.commands_of_another_plan
+    edited = session.edit_sequence(made, Edit("duration", 0, number=20.0))
+    assert session.played == edited
+    assert not session.commands_of_another_plan
+    session.undo_sequence()
+    assert session.played == plan
+    session.redo_sequence()
+    assert session.played == edited
+    other = session.plan_step(2, (1.1, 0.0)).finish()
+    assert session.played == other != plan
+    assert session.commands_of_another_plan
+    session.make_sequence()
+    assert not session.commands_of_another_plan

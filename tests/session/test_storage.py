@@ -359,3 +359,16 @@ def test_a_bundle_is_taken_in_whole_or_not_at_all(work):
     store = SessionStore.take_in(work / "a", bundle)
     assert store.bundle().records == bundle.records
     store.close()
+
+
+def test_a_session_is_read_while_events_are_written(session, monkeypatch):
+    read, before = SqliteLog.read, len(session.events())
+
+    def meanwhile(log, name):
+        found = read(log, name)
+        session.add_note("written while the log was read")
+        return found
+
+    monkeypatch.setattr(SqliteLog, "read", meanwhile)
+    assert len(read_session(session._store.folder).records) == before
+    assert len(session.events()) == before + 1

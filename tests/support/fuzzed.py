@@ -3,12 +3,13 @@
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import schemathesis
+from argon2 import PasswordHasher
 from fastapi import FastAPI
 from schemathesis.config import SchemathesisConfig
 from schemathesis.engine import events, from_schema
@@ -17,6 +18,9 @@ from footfall.api.access import BASE
 from footfall.api.assemble import assemble
 from footfall.api.door.limits import Limits
 from footfall.api.lineage import head_of
+from footfall.io.account_store import FILE
+from footfall.session.access.accounts import Accounts
+from footfall.session.access.identity import Identity, Role
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.local import Jobs
 from footfall.session.registry import Sessions
@@ -28,6 +32,7 @@ base-url = "http://127.0.0.1"
 continue-on-failure = true
 workers = 1
 max-stream-events = 20
+headers = {{ {headers} }}
 
 [generation]
 max-examples = {examples}
@@ -35,11 +40,19 @@ no-shrink = true
 deterministic = true
 database = "none"
 
+[phases.examples]
+enabled = {on[examples]}
+
 [phases.coverage]
+enabled = {on[coverage]}
 unexpected-methods = ["put", "delete"]
 
+[phases.fuzzing]
+enabled = {on[fuzzing]}
+
 [phases.stateful]
-enabled = false
+enabled = {on[stateful]}
+max-steps = 8
 
 # 412: no schema can know the ETag of the present version.
 # 422: what is well-formed may still ask for what this robot or this ground does not have; `semantic_refusals` below
@@ -51,6 +64,11 @@ expected-statuses = ["2xx", "401", "403", "404", "409", "412", "422"]
 [checks.missing_required_header]
 expected-statuses = ["400", "401", "403", "422", "428"]
 """
+
+
+EVERY, CHAINS, EACH = ("examples", "coverage", "fuzzing"), ("stateful",), ("fuzzing",)
+"""Phases: every operation by itself, in every way; operations that follow from each other; a few of each."""
+NAMES = {Role.VIEWER: "vic", Role.PLANNER: "pia", Role.COMMANDER: "con"}
 
 
 class CancelledAtOnce(Jobs):
@@ -65,16 +83,22 @@ class CancelledAtOnce(Jobs):
 
 @dataclass
 class Found:
-    """What a run found. cases: requests sent; statuses: how they were answered; faults: one line for each kind."""
+    """What a run found. cases: requests sent; statuses: how they were answered; faults: one line for each kind.
+
+    operations: that were asked; answers: (method, path below the root, status) of each request; after: of each request
+    that followed from another the operation before and its own.
+    """
 
     cases: int = 0
     statuses: Counter[int] = field(default_factory=Counter)
     operations: set[str] = field(default_factory=set)
+    answers: set[tuple[str, str, int]] = field(default_factory=set)
+    after: set[tuple[str, str]] = field(default_factory=set)
     faults: dict[str, str] = field(default_factory=dict)
 
 
 @contextmanager
-def fuzzed_app(folder: Path) -> Iterator[tuple[FastAPI, dict[str, str]]]:
+def fuzzed_app(folder: Path, accounts: Accounts | None = None) -> Iterator[tuple[FastAPI, dict[str, str]]]:
     """The interface over the sample that has plans and a sequence, and what its paths may name."""
     with Sessions(folder, CancelledAtOnce(workers=1)) as sessions:
         live = sessions.open_sample("rock-step")
@@ -89,16 +113,31 @@ def fuzzed_app(folder: Path) -> Iterator[tuple[FastAPI, dict[str, str]]]:
         # a small one: files of terrains are written hundreds of times
         live.load_terrain(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
         known["terrains"] = str(live.state.dem)
-        app = assemble(sessions, limits=Limits(requests_per_second=1e6, request_burst=10**6))
+        app = assemble(sessions, accounts_=accounts, limits=Limits(requests_per_second=1e6, request_burst=10**6))
         app.state.streams.close()  # event streams end after what is recorded
         yield app, known
 
 
-def fuzz(app: FastAPI, known: dict[str, str], examples: int) -> Found:
-    """Every operation, every check; four of five path parameters name something that is there."""
-    config = SchemathesisConfig.from_str(CONFIG.format(examples=examples))
-    local = {"host": "127.0.0.1"}
-    schema = schemathesis.openapi.from_asgi(f"{BASE}/openapi.json", app, config=config, headers=local)
+@contextmanager
+def tokens(folder: Path) -> Iterator[tuple[Accounts, dict[Role, str]]]:
+    """Accounts, and a token of each role but an admin's."""
+    boss = Identity("boss", Role.ADMIN, "the tests")
+    with closing(Accounts(folder / FILE, hasher=PasswordHasher(1, 8, 1))) as accounts:
+        accounts.add(boss.name, boss.role, "a long and good one", boss)
+        for role, name in NAMES.items():
+            accounts.add(name, role, "a long and good one", boss)
+        yield accounts, {role: accounts.add_token(f"of-{name}", name, boss) for role, name in NAMES.items()}
+
+
+def fuzz(
+    app: FastAPI, known: dict[str, str], examples: int, phases: tuple[str, ...] = EVERY, token: str | None = None
+) -> Found:
+    """Every check; four of five path parameters name something that is there. token: of whoever asks."""
+    on = {name: str(name in phases).lower() for name in (*EVERY, *CHAINS)}
+    headers = {"host": "127.0.0.1"} | ({"authorization": f"Bearer {token}"} if token else {})
+    told = ", ".join(f'{name} = "{value}"' for name, value in headers.items())
+    config = SchemathesisConfig.from_str(CONFIG.format(examples=examples, on=on, headers=told))
+    schema = schemathesis.openapi.from_asgi(f"{BASE}/openapi.json", app, config=config, headers=headers)
 
     @schema.hook
     def map_path_parameters(context: Any, path_parameters: dict[str, Any] | None) -> dict[str, Any] | None:
@@ -115,7 +154,6 @@ def fuzz(app: FastAPI, known: dict[str, str], examples: int) -> Found:
     found = Found()
     for event in from_schema(schema).execute():
         if isinstance(event, events.ScenarioFinished):
-            found.operations.add(event.recorder.label)
             _count(found, event.recorder)
         elif isinstance(event, (events.NonFatalError, events.FatalError)):
             error = event.value if isinstance(event, events.NonFatalError) else event.exception
@@ -126,10 +164,16 @@ def fuzz(app: FastAPI, known: dict[str, str], examples: int) -> Found:
 def _count(found: Found, recorder: Any) -> None:
     for case, sent in recorder.interactions.items():
         found.cases += 1
+        asked = recorder.cases[case]
+        operation = asked.value.operation
+        found.operations.add(operation.label)
+        if asked.parent_id in recorder.cases:
+            found.after.add((recorder.cases[asked.parent_id].value.operation.label, operation.label))
         if sent.response is None:
             continue
         found.statuses[sent.response.status_code] += 1
-        semantic_refusals(found, recorder.label, recorder.cases[case].value, sent.response)
+        found.answers.add((asked.value.method, operation.path.removeprefix(BASE), sent.response.status_code))
+        semantic_refusals(found, recorder.label, asked.value, sent.response)
     for case, checks in recorder.checks.items():
         for check in checks:
             if check.failure_info is not None:

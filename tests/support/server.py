@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+from fastapi import FastAPI
+from fastapi.routing import iter_route_contexts
+from starlette.routing import WebSocketRoute
 
 from footfall.api.auth.oidc import SignOn
 from footfall.session.access.accounts import Accounts
@@ -27,6 +30,13 @@ class Running:
     url: str
     sessions: Sessions
     rover: RoverProcess
+    app: FastAPI
+
+    @property
+    def websockets(self) -> list[str]:
+        """Addresses of everything here that takes a WebSocket, as the app's routes have them."""
+        routes = [one for one in iter_route_contexts(self.app.routes) if isinstance(one.original_route, WebSocketRoute)]
+        return [f"ws{self.url.removeprefix('http')}{one.path}".format(session="current") for one in routes]
 
     @property
     def api(self) -> str:
@@ -61,17 +71,14 @@ def running_server(
         token = None if accounts is None else accounts.own_rover()
         rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", physics=physics, token=token)
         ready = threading.Event()
-        server = Server(
-            create_app(sessions, scene=scene, rover=rover, accounts=accounts, sign_on=sign_on),
-            listening,
-            lambda _: ready.set(),
-        )
+        app = create_app(sessions, scene=scene, rover=rover, accounts=accounts, sign_on=sign_on)
+        server = Server(app, listening, lambda _: ready.set())
         thread = threading.Thread(target=server.run, name="server")
         thread.start()
         try:
             if not ready.wait(30):
                 raise RuntimeError("the server did not start within 30 s")
-            yield Running(url, sessions, rover)
+            yield Running(url, sessions, rover, app)
         finally:
             rover.close()
             server.should_exit = True

@@ -10,6 +10,8 @@ from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 
 BASE = "/api/v1"
+STOP = f"{BASE}/stop"
+"""Where a stop is asked for: nothing holds it up."""
 
 _V = TypeVar("_V", bound=Value)
 

@@ -9,13 +9,20 @@ from fastapi import APIRouter, Response
 
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.jsonable import jsonable
+from footfall.api.door.strict_json import StrictRoute
 
 BINARY = {"type": "string", "contentMediaType": "application/octet-stream"}
 _TOLD: dict[str, dict[str, str]] = {"application/json": {"type": "object"}}
 
 
 class Routes(APIRouter):
-    """Like APIRouter, but results go through :func:`jsonable`; what a route returns is told by its return type."""
+    """Like APIRouter, but results go through :func:`jsonable`; what a route returns is told by its return type.
+
+    JSON bodies are read by :mod:`footfall.api.door.strict_json`.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(route_class=StrictRoute, **options)
 
     def add_api_route(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         if not inspect.isasyncgenfunction(endpoint):

@@ -121,6 +121,13 @@ class CommandedSession(LinkedSession):
         self._commanding.clear_stop(who)
         return self.gate
 
+    def require_may_leave(self, who: Identity) -> None:
+        """The holder of the conn may hand the rover to another session; where nobody holds it, any commander.
+
+        Raises CommandRefused that names the holder.
+        """
+        self._commanding.gate.require_conn_or_free(who)
+
     def _go_on(self, who: Identity, going: bool) -> None:
         run = self._commanding.gate.steer(who)
         self._commanding.go_on(who, self._facts(run.digest), self.description.joint_names, going)

@@ -200,7 +200,7 @@ class Commanding:
         Raises CommandRefused unless ``who`` holds the conn, or may hold it and nobody does.
         """
         with self._audited("clear", who):
-            self.gate.require_may_clear(who)
+            self.gate.require_conn_or_free(who)
             self._clear(who)
 
     def _clear(self, who: Identity) -> None:

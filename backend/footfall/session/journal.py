@@ -1,6 +1,5 @@
 """What happened, written down: the one lock of a session, its log, what the log folds to, and who is told."""
 
-import json
 import logging
 import threading
 import time
@@ -9,6 +8,7 @@ from contextlib import suppress
 from typing import Any
 
 from footfall.core.errors import Conflict
+from footfall.io.event_log import as_read
 from footfall.session.access.acting import told
 from footfall.session.clock import ClockWatch, Reading
 from footfall.session.log.event import Event, next_event
@@ -190,4 +190,4 @@ class Journal:
 
 
 def _same(event: Event, type: str, payload: Mapping[str, Any]) -> bool:
-    return event.type == type and dict(event.payload) == json.loads(json.dumps(dict(payload)))
+    return event.type == type and dict(event.payload) == as_read(dict(payload))

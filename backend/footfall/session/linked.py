@@ -3,7 +3,9 @@
 What the rover says is used when its light time is over; what is wrong with a message is seen at once, by this end.
 """
 
+import time
 from contextlib import suppress
+from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry
 from footfall.session.commanding import Commanding
@@ -14,8 +16,8 @@ from footfall.session.rover.link import Send
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
-from footfall.telemetry.link import LATEST_EPOCH, ErrorMessage, HelloMessage, encode
-from footfall.telemetry.state import TelemetryFrame
+from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, encode
+from footfall.telemetry.state import TelemetryFrame, counted_anew
 
 
 class LinkedSession(ExecutionSession):
@@ -53,10 +55,11 @@ class LinkedSession(ExecutionSession):
     def rover_connected(self, send: Send, hello: HelloMessage | None = None) -> None:
         """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block.
 
-        hello: what it said of itself; without, it is not told of epochs. Raises InvalidTelemetry where it has heard of
-        an epoch that can't be.
+        hello: what it said of itself; without, it is not told of epochs. An epoch that can't be counts for nothing: the
+        rover can be stopped all the same.
         """
-        _require_epoch(0 if hello is None else hello.epoch or 0)
+        if hello is not None and not self._may_have_heard(hello.epoch or 0):
+            hello = replace(hello, epoch=None)
         self.link.connect(send)
         # a stop in force goes first: the log may be slow
         epoch = self._commanding.connected(hello)
@@ -70,24 +73,37 @@ class LinkedSession(ExecutionSession):
             self._journal.record_anyway("link_lost", {})
             self._journal.tell("link", link=self.link.as_dict())
 
-    def take_telemetry(self, frame: TelemetryFrame, at: float | None = None) -> None:
-        """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot."""
+    def take_telemetry(self, frame: TelemetryFrame, at: float | None = None, by_request: bool = False) -> None:
+        """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot.
+
+        by_request: it did not come over the link, and counts for nothing where a rover is linked when it arrives.
+        """
         self._require_robot(frame.state)
         light = self.link.light_time.telemetry
-        self.link.hear(lambda came: self._telemetry_arrived(frame, came, light), at)
+        self.link.hear(lambda came: self._telemetry_arrived(frame, came, light, by_request), at)
 
-    def _telemetry_arrived(self, frame: TelemetryFrame, at: float, light: float) -> None:
+    def _telemetry_arrived(self, frame: TelemetryFrame, at: float, light: float, by_request: bool) -> None:
         before = self.link.frame
-        if self.link.take(frame, at, light):
-            if before is not None and frame.number > before.number and frame.state.time < before.state.time:
-                self._tell_of_clock(before.state.time - frame.state.time)
+        if self.link.take(frame, at, light, by_request):
+            if before is not None:
+                self._tell_what_is_odd(before, frame)
             self.recorder.take(frame, at)
             self._journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
 
-    def _tell_of_clock(self, back: float) -> None:
-        """The frame is kept all the same: telemetry with a wrong time is worth more than none."""
-        text = f"the rover's clock went back by {back:.3f} s; time never runs backwards while the rover runs"
-        self._complained(text, "", "server", "time-backwards")
+    def _tell_what_is_odd(self, before: TelemetryFrame, frame: TelemetryFrame) -> None:
+        """The frame is kept all the same: telemetry with a wrong time or number is worth more than none."""
+        if frame.number <= before.number:
+            return
+        back = before.state.time - frame.state.time
+        if back > 0:
+            text = f"the rover's clock went back by {back:.3f} s; time never runs backwards while the rover runs"
+            self._tell_both("time-backwards", text)
+        if counted_anew(before.number, frame.number):
+            text = f"the rover's frames jumped from number {before.number} to {frame.number}; counted as a restart"
+            self._tell_both("number-jump", text)
+
+    def _tell_both(self, kind: str, text: str) -> None:
+        self._complained(text, "", "server", kind)
         with suppress(Conflict):
             self.link.send(encode(ErrorMessage("", text)))
 
@@ -140,8 +156,21 @@ class LinkedSession(ExecutionSession):
 
     def take_epoch(self, about: str, epoch: int) -> None:
         """The rover has heard of ``epoch``, and says so about the message called ``about``. Raises InvalidTelemetry."""
-        _require_epoch(epoch)
+        self.require_epoch(epoch)
         self.link.hear(lambda _: self._commanding.epoch_heard(about, epoch))
+
+    def require_epoch(self, epoch: int) -> None:
+        """Raises InvalidTelemetry where no ground can have told the rover of ``epoch``."""
+        if not self._may_have_heard(epoch):
+            text = (
+                f"the rover has heard of epoch {epoch}, which no ground can have told it; "
+                "commands go when its software was started anew, stops at any time"
+            )
+            raise InvalidTelemetry(text, epoch=epoch)
+
+    def _may_have_heard(self, epoch: int) -> bool:
+        """Of another ground, whose clock may be wrong; counting beyond an epoch out of reach would leave none."""
+        return epoch <= max(self.epoch, int(time.time()) + EPOCHS_AHEAD)
 
     def take_stop_acknowledgement(self, stop_id: str | None = None, time: float | None = None) -> None:
         """The rover stands still because of the stop ``stop_id`` (None: the latest). time: rover clock [s]."""
@@ -176,8 +205,3 @@ class LinkedSession(ExecutionSession):
             self._journal.tell("link", link=self.link.as_dict())
         else:
             self._journal.record_anyway(type, {"text": text})
-
-
-def _require_epoch(epoch: int) -> None:
-    if epoch > LATEST_EPOCH:
-        raise InvalidTelemetry(f"the rover has heard of epoch {epoch}; there are {LATEST_EPOCH} at most", epoch=epoch)

@@ -45,16 +45,38 @@ class PlannedSession(CommandedSession):
 
     @property
     def played(self) -> str | None:
-        """Digest of what a ghost plays: the plan, or the sequence where that is newer and moves the chassis."""
+        """Digest of what a ghost plays: the plan, or the sequence where that is newer and moves otherwise.
+
+        It does where it was edited, or moves the chassis: what is looked at is what would be sent.
+        """
         state = self.state
         for event in reversed(self.events()):
             kind = event.payload.get("kind") if event.type == "product" else None
             if kind == "plan" or event.type == "plan_chosen":
                 break
             if kind in ("sequence", "edit") and state.sequence is not None:
+                edited = state.products[state.sequence].kind == "edit"
                 moves = self._shelf.typed(Sequence, state.sequence).Ts_site_base is not None
-                return state.sequence if moves else state.plan
+                return state.sequence if edited or moves else state.plan
         return state.plan
+
+    @property
+    def commands_of_another_plan(self) -> bool:
+        """Whether the present commands go back to another plan, or move, than what was planned last."""
+        state = self.state
+        made = None if state.sequence is None else state.products.get(state.sequence)
+        while made is not None and "sequence" in made.parents:
+            made = state.products.get(made.parents["sequence"])
+        if made is None:
+            return False
+        behind = made.parents.get("plan", "")
+        executed = state.products.get(made.parents.get("execution", ""))
+        if executed is not None:
+            behind = executed.parents["plan"]
+        source = state.products.get(behind)
+        if source is not None and source.kind == "plan":
+            return behind != state.plan
+        return state.plan is not None and self.played == state.plan
 
     def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Posture and T_site_base that the present sequence, or else the present plan, starts from."""

@@ -14,8 +14,11 @@ from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
+from footfall.session.access.acting import actor
+from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.jobs.local import Jobs
 from footfall.session.jobs.pool import JobPool
+from footfall.session.left_behind import last_session, stop_left_in
 from footfall.session.live import LiveSession
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
@@ -55,13 +58,27 @@ class Sessions:
         self.light_time = light_time or LightTime()
         self._guard = threading.RLock()
         self._open: dict[str, LiveSession] = {}
-        self._current: str | None = None
+        self._current: LiveSession | None = None
+        self._left_behind = last_session(self.folder)
 
     @property
     def current(self) -> LiveSession | None:
-        """The session that was made or opened last: it holds the rover."""
-        with self._guard:
-            return None if self._current is None else self._open[self._current]
+        """The session that was made or opened last: it holds the rover. Waits for nothing: a stop goes through it."""
+        return self._current
+
+    def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
+        """Stop the rover, now, as :meth:`LiveSession.stop`. Waits for no session that is made, opened or carried in.
+
+        Raises Conflict where no session is open.
+        """
+        while True:
+            live = self._current
+            if live is None:
+                raise Conflict("no session is open, so there is no rover to stop; open one with POST /api/v1/sessions")
+            gate = live.stop(reason, who)
+            # another session may have taken the rover over meanwhile, and looked for a stop too early to find this one
+            if self._current is live:
+                return gate
 
     def create(self, name: str, robot: "str | os.PathLike[str] | Robot | None" = None) -> LiveSession:
         """A new, empty session for a robot (its name, a path, or the built model). Raises InvalidInput, NotFound."""
@@ -73,7 +90,7 @@ class Sessions:
         robot = self._robot if robot is None else robot
         built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
         with self._guard:
-            self._require_no_run()
+            self._require_may_switch()
             session_id = self._new_id()
             about = {
                 "format": FORMAT,
@@ -98,11 +115,12 @@ class Sessions:
     def open(self, session_id: str) -> LiveSession:
         """Make a session the current one, which holds the rover. Raises NotFound, InvalidBundle, Conflict.
 
-        Refused (Conflict) while the current one sends commands: who stops the rover must not lose sight of it.
+        Refused while the current one sends commands (who stops the rover must not lose sight of it), and to others
+        (CommandRefused) while somebody holds its conn. A stop that is in force stays so in the session that follows.
         """
         with self._guard:
-            if session_id != self._current:
-                self._require_no_run()
+            if self._current is None or session_id != self._current.id:
+                self._require_may_switch()
             return self._hold(self._load(session_id))
 
     def get(self, session_id: str) -> LiveSession:
@@ -110,17 +128,21 @@ class Sessions:
 
         Raises NotFound, InvalidBundle, Conflict.
         """
-        with self._guard:
-            if session_id != "current":
-                return self._load(session_id)
+        if session_id == "current":
             if self._current is None:
                 raise NotFound("no session is open; make one or open a sample")
-            return self._open[self._current]
+            return self._current
+        # one that is open is there at once, whatever is carried in meanwhile
+        opened = self._open.get(session_id)
+        if opened is not None:
+            return opened
+        with self._guard:
+            return self._load(session_id)
 
     def opened(self) -> "list[LiveSession]":
         """The sessions that are open, the current one first."""
         with self._guard:
-            return sorted(self._open.values(), key=lambda live: live.id != self._current)
+            return sorted(self._open.values(), key=lambda live: live is not self._current)
 
     def set_light_time(self, light_time: LightTime) -> None:
         """How far the rover is, for all sessions, those that are open and those to come."""
@@ -159,7 +181,7 @@ class Sessions:
         Every artifact is read once. Raises InvalidBundle, naming the file, where anything is wrong; then
         nothing is left behind.
         """
-        self._require_no_run()
+        self._require_may_switch()
         read = read_bundle(bundle)
         if not read.records or read.records[0]["type"] != "session_created":
             raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
@@ -198,11 +220,18 @@ class Sessions:
         self.close()
 
     def _hold(self, live: LiveSession) -> LiveSession:
-        before = self.current
         self._open[live.id] = live
-        self._current = live.id
-        if before is not None and before is not live:
+        # first it takes the stops, then it hears of those that were: none falls between
+        before, self._current = self._current, live
+        left_behind, self._left_behind = self._left_behind, None
+        if before is not None and before.id != live.id:
             before.superseded(live.id)
+            if before.gate["stopped"]:
+                _stay_stopped(live, before.id, before.state.stop.reason)
+        elif before is None and left_behind not in (None, live.id):
+            stop = stop_left_in(self.folder / left_behind)
+            if stop.latched:
+                _stay_stopped(live, left_behind, stop.reason)
         return live
 
     def _load(self, session_id: str) -> LiveSession:
@@ -215,14 +244,18 @@ class Sessions:
                 raise
         return self._open[session_id]
 
-    def _require_no_run(self) -> None:
-        current = self.current
-        if current is not None and current.gate["run"] is not None:
+    def _require_may_switch(self) -> None:
+        current, who = self._current, actor()
+        if current is None:
+            return
+        if current.gate["run"] is not None:
             raise Conflict(
                 "commands are on their way to the rover; wait until they are done, or stop it, "
                 "before another session takes it over",
                 session=current.id,
             )
+        if who is not None:
+            current.require_may_leave(who)
 
     def _existing(self, session_id: str) -> Path:
         path = self.folder / session_id
@@ -256,3 +289,9 @@ class Sessions:
             }
         except (ValueError, KeyError, TypeError) as err:
             return {**about, "problem": f"it can't be read: {err!r}"}
+
+
+def _stay_stopped(live: LiveSession, before: str, reason: str) -> None:
+    """The rover is the same, so is its stop: clearing it is an act of its own."""
+    if not live.gate["stopped"]:
+        live.stop(f"still in force from session {before}" + (f": {reason}" if reason else ""), actor() or LOCAL)

@@ -22,6 +22,7 @@ def summary(session: PlannedSession) -> dict[str, Any]:
         "state": state.state,
         "what_if": _what_if(session),
         "after": _after(session),
+        "ends": _ends(session),
         "shift": state.shift,
         "body_move": state.body_move,
         "snapshot": state.snapshot,
@@ -47,7 +48,9 @@ def summary(session: PlannedSession) -> dict[str, Any]:
             "status": state.execution_status,
             "reason": state.execution_reason,
         },
+        "joint_scale": state.joint_scale,
         "sequence": state.sequence,
+        "commands_of_another_plan": session.commands_of_another_plan,
         "played": session.played,
         "can_undo": bool(state.sequence_history),
         "can_redo": bool(state.sequence_ahead),
@@ -79,6 +82,12 @@ def _after(session: PlannedSession) -> str | None:
     if session.state.what_if is None or session.state.state is None:
         return None
     return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
+
+
+def _ends(session: PlannedSession) -> dict[str, Any]:
+    """What it would be gone on from, and what it is planned from the end of; None: nothing."""
+    told = {"go_on": session.planned_end(), "after": _after(session)}
+    return {name: None if digest is None else session.end_told(digest) for name, digest in told.items()}
 
 
 def _pairs(session: PlannedSession) -> list[str]:

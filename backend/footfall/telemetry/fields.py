@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTelemetry
+from footfall.core.surrogates import lone_surrogate_in
 
 FAULTS = (
     "not-json",
@@ -20,6 +21,7 @@ FAULTS = (
     "wrong-field",
     "no-hello",
     "time-backwards",
+    "number-jump",
     "too-large",
     "images",
     "refused-by-rover",
@@ -33,7 +35,7 @@ MAX_TEXT = 2000
 
 
 def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
-    """A JSON object. Raises InvalidTelemetry for other JSON, names given twice, and NaN and infinities.
+    """A JSON object. Raises InvalidTelemetry for other JSON, names given twice, lone surrogates, NaN and infinities.
 
     finite: False lets those through, for :class:`Fields` to refuse where they are read.
     """
@@ -43,6 +45,10 @@ def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
         raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}", fault="not-json") from err
     if not isinstance(parsed, dict):
         raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}", fault="not-json")
+    halved = lone_surrogate_in(parsed)
+    if halved is not None:
+        told = f"a text has a lone surrogate, half a character that UTF-8 can't hold: {halved}"
+        raise InvalidTelemetry(told, text=halved, fault="not-json")
     return parsed
 
 

@@ -22,8 +22,8 @@ PATH = "/api/v1/rover"
 TOKEN_VARIABLE = "FOOTFALL_ROVER_TOKEN"
 """Environment variable with the token that a rover shows to a server with accounts."""
 ACK_STATES = ("received", "started", "done", "refused", "outdated", "unknown")
-LATEST_EPOCH = 1 << 52
-"""A rover that has heard of a later epoch than this has heard wrong: there would be none after it."""
+EPOCHS_AHEAD = 100 * 31_557_600
+"""An epoch is the seconds since 1970 and what was counted on from there: no ground's clock is a century wrong."""
 MAX_TEXT_FRAME = 1 << 20
 """Longest text frame [bytes]."""
 MAX_BINARY_FRAME = 16 << 20

@@ -8,6 +8,8 @@ from footfall.core.frames import require_transform
 from footfall.core.value import Value, value
 
 MODES = ("idle", "moving", "stopped", "fault")
+MOST_MISSING = 864_000
+"""Frames that may be missing between two: a day of them."""
 
 
 @value
@@ -71,3 +73,8 @@ class TelemetryFrame(Value):
             raise InvalidTelemetry("the frame number can't be negative", number=self.number)
         if self.commanded.shape != self.state.posture.shape or not np.isfinite(self.commanded).all():
             raise InvalidTelemetry("commanded needs as many finite angles as posture")
+
+
+def counted_anew(before: int, number: int) -> bool:
+    """Whether the rover's count of frames began anew between two numbers; else those between are missing."""
+    return number <= before or number - before > MOST_MISSING

@@ -72,6 +72,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/shifts",
         "POST /sessions/{session}/body-moves",
         "POST /sessions/{session}/executions",
+        "POST /sessions/{session}/sag/take-over",
         "POST /sessions/{session}/sequences",
         "PATCH /sequences/{sequence}",
         "POST /sequences/{sequence}/undo",

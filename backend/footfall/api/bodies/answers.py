@@ -150,7 +150,7 @@ class ChoiceAnswer(TypedDict):
     """A choice that can be taken back or made again: `choice` is the number of its event, `by` who made it."""
 
     choice: int
-    kind: Literal["footfall", "points", "plan", "edit"]
+    kind: Literal["footfall", "points", "plan", "edit", "stiffness"]
     leg: int | None
     by: str
 
@@ -187,6 +187,21 @@ class PlanInSummary(TypedDict):
     compared: list[str]
 
 
+class EndAnswer(TypedDict):
+    """Something with a predicted end. `sags`: whether it knows how the rover gives way, or takes it as rigid."""
+
+    digest: DigestText
+    of: Literal["plan", "execution", "commands"]
+    sags: bool
+
+
+class EndsAnswer(TypedDict):
+    """go_on: what `PUT what-if/after` starts from unless it is told otherwise; after: what it is planned after."""
+
+    go_on: EndAnswer | None
+    after: EndAnswer | None
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -197,6 +212,7 @@ class SessionAnswer(TypedDict):
     state: DigestText | None
     what_if: dict[str, Any] | None
     after: DigestText | None
+    ends: EndsAnswer
     shift: DigestText | None
     body_move: DigestText | None
     snapshot: DigestText | None
@@ -214,7 +230,9 @@ class SessionAnswer(TypedDict):
     redo: ChoiceAnswer | None
     plan: PlanInSummary
     execution: dict[str, Any]
+    joint_scale: float
     sequence: DigestText | None
+    commands_of_another_plan: bool
     can_undo: bool
     can_redo: bool
     exports: list[dict[str, Any]]

@@ -2,7 +2,7 @@
 
 from pydantic import ConfigDict
 
-from footfall.api.bodies.schemas import Name, Strictly, settings_model
+from footfall.api.bodies.schemas import Name, Number, Strictly, settings_model
 from footfall.planning.execution.settings import ExecutionSettings
 
 ExecutionSettingsModel = settings_model(ExecutionSettings)
@@ -21,3 +21,12 @@ class ExecutionOrder(Strictly):
     )
     plan: Name | None = None
     settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
+
+
+class TakeOver(Strictly):
+    """The stiffness of the joints that is thought to be taken over, times the described, as `GET sag` told it; null:
+    whatever was measured.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"joint_scale": 0.91}, {}]})
+    joint_scale: Number | None = None

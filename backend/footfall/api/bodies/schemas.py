@@ -304,7 +304,11 @@ class PlanChoice(Strictly):
 
 
 class GoOn(Strictly):
-    """A plan or sequence, by digest, whose predicted end is planned from; null means the session's plan."""
+    """A plan, execution or sequence, by digest, whose predicted end is planned from.
+
+    null means what says best where the session's plan ends: its commands, its execution, or the plan, whichever was
+    made last.
+    """
 
     model_config = _examples({"after": None})
     after: Name | None = None
@@ -348,10 +352,11 @@ class BodyMoveOrder(Strictly):
 
 
 class StopOrder(Strictly):
-    """Stop the rover. Stays latched until cleared."""
+    """Stop the rover. Stays latched until cleared. page: which of somebody's pages or programs asks."""
 
     model_config = _examples({}, {"reason": "wheel 3 is sinking"})
     reason: Text = ""
+    page: str = ""
 
 
 class ShownChange(Strictly):

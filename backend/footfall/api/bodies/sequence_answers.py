@@ -71,3 +71,42 @@ class ExecutionAnswer(TypedDict):
     settings: Value | None
     execution: Execution | None
     figures: ExecutionFigures | None
+
+
+class MeasuredAnswer(TypedDict):
+    """As telemetry and map have it [m]. uncertainty: the true one is within it, either way, in 95 of 100 cases.
+
+    joints, pose, ground: what that is made of, one standard deviation each; null: not known, and not in it. whole:
+    whether all ground below the wheel is known; where it is not, it may be higher.
+    """
+
+    clearance: float
+    uncertainty: float
+    joints: float
+    pose: float | None
+    ground: float | None
+    whole: bool
+
+
+class WheelAnswer(TypedDict):
+    """Clearances of a wheel in the air [m]; null: not known. commanded: were the rover as rigid as its set points.
+
+    less: by how much less than `predicted` it is with springs softer by the tolerance of the prediction. rigid: the
+    commands take the rover as rigid. low: measured less than predicted by more than the uncertainty.
+    """
+
+    leg: int
+    commanded: float | None
+    predicted: float | None
+    less: float | None
+    rigid: bool
+    measured: MeasuredAnswer | None
+    low: bool
+
+
+class ClearancesAnswer(TypedDict):
+    """time: of the telemetry, rover clock [s]; null: there is none that counts, for the `reason` given."""
+
+    time: float | None
+    reason: str
+    wheels: list[WheelAnswer]

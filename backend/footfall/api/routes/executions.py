@@ -4,22 +4,33 @@ from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
-from footfall.api.bodies.execution_schemas import ExecutionOrder
+from footfall.api.bodies.execution_schemas import ExecutionOrder, TakeOver
 from footfall.api.bodies.schemas import settings_value
-from footfall.api.bodies.sequence_answers import ExecutionAnswer, ExecutionFigures
+from footfall.api.bodies.sequence_answers import (
+    ClearancesAnswer,
+    ExecutionAnswer,
+    ExecutionFigures,
+    MeasuredAnswer,
+    WheelAnswer,
+)
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.session.products.sag import Sag
+from footfall.session.clearance import WheelClearance, clearances
+from footfall.session.live import LiveSession
+from footfall.session.products.sag import Calibration, MeasuredSag
 
 router = Routes(tags=["executions"])
 
 
 @router.post("/sessions/{session}/executions", status_code=202)
 def order_execution(live: OneSession, order: ExecutionOrder, response: Response) -> JobAnswer:
-    """Plan how to command a planned step, as a job. Its result is an ExecutionResult even where the answer is no."""
-    return accepted(live.plan_execution(order.plan, settings_value(ExecutionSettings, order.settings)), response)
+    """Plan how to command a planned step, as a job. Its result is an ExecutionResult even where the answer is no.
+
+    Where the order does not say `joint_scale`, it is what was taken over last.
+    """
+    return accepted(live.plan_execution(order.plan, _settings(live, order)), response)
 
 
 @router.get("/sessions/{session}/executions/{digest}")
@@ -39,9 +50,58 @@ def read_execution(live: OneSession, digest: Digest) -> ExecutionAnswer:
 
 
 @router.get("/sessions/{session}/sag")
-def read_sag(live: OneSession) -> Sag:
-    """How far the rover gave way in the latest run: measured over predicted."""
+def read_sag(live: OneSession) -> MeasuredSag:
+    """How far the rover gave way in the latest run: measured over predicted, and how stiff its joints are by that."""
     return live.sag()
+
+
+@router.post("/sessions/{session}/sag/take-over")
+def take_over(live: OneSession, order: TakeOver) -> Calibration:
+    """Take the joints to be as stiff as was measured, in orders that don't say; `POST undo` takes it back.
+
+    409 where something else was measured by now.
+    """
+    return live.take_over_stiffness(order.joint_scale)
+
+
+@router.get("/sessions/{session}/clearance")
+def read_clearance(live: OneSession) -> ClearancesAnswer:
+    """By how much the wheels in the air clear the ground now: commanded, predicted, and measured by telemetry."""
+    found = clearances(live)
+    return {"time": found.time, "reason": found.reason, "wheels": [_wheel(one) for one in found.wheels]}
+
+
+def _wheel(found: WheelClearance) -> WheelAnswer:
+    seen = found.seen
+    measured: MeasuredAnswer | None = None
+    if seen is not None:
+        measured = {
+            "clearance": seen.clearance,
+            "uncertainty": seen.uncertainty,
+            "joints": seen.joints,
+            "pose": seen.pose,
+            "ground": seen.ground,
+            "whole": seen.whole,
+        }
+    return {
+        "leg": found.leg,
+        "commanded": found.commanded,
+        "predicted": found.predicted,
+        "less": found.less,
+        "rigid": found.rigid,
+        "measured": measured,
+        "low": found.low,
+    }
+
+
+def _settings(live: LiveSession, order: ExecutionOrder) -> ExecutionSettings | None:
+    """Those of an order; how stiff joints are, where it does not say, is what was taken over last."""
+    given = order.settings
+    settings = settings_value(ExecutionSettings, given)
+    if given is None or settings is None:
+        return None
+    told = given.compliance.model_fields_set if "compliance" in given.model_fields_set else ()
+    return settings if "joint_scale" in told else live.settings_in_force(settings)
 
 
 def _figures(done: Execution) -> ExecutionFigures:

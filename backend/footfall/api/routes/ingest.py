@@ -96,7 +96,8 @@ async def take_telemetry(request: Request, sessions: AllSessions) -> Taken:
     """Frames of the rover, in order: the fields of `hello` and `frames`, each a `telemetry` message of the rover link.
 
     A frame that can't be used is named in `refused`, the others are taken. Where none can be used, the answer is a
-    problem. Refused while a rover is linked by WebSocket: its telemetry comes over that.
+    problem. Refused while a rover is linked by WebSocket, also one that is silent: what came beside the link would
+    make the rover there look heard.
     """
     came, content = time.monotonic(), await request.body()
     door: RoverDoor = request.app.state.rover_door
@@ -143,7 +144,7 @@ def _take_one(
         message = message_from(frame, hello.legs)
         if not isinstance(message, TelemetryFrame):
             raise InvalidTelemetry("frames holds telemetry messages alone", fault="unknown-message")
-        live.take_telemetry(message, came)
+        live.take_telemetry(message, came, by_request=True)
     except InvalidTelemetry as error:
         error.details["frame"] = index
         return error
@@ -199,8 +200,9 @@ async def take_images(
 
 
 def _require_free(door: RoverDoor) -> None:
-    if door.inside is not None and not door.inside.silent:
-        raise Conflict("a rover is linked by WebSocket; its telemetry and images come over that link")
+    if door.inside is not None:
+        silent = ", and has been silent lately" if door.inside.silent else ""
+        raise Conflict(f"a rover is linked by WebSocket{silent}; its telemetry and images come over that link alone")
 
 
 def _count(door: RoverDoor, live: LiveSession, error: FootFallError) -> None:

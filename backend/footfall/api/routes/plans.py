@@ -100,5 +100,9 @@ def order_alternatives(live: OneSession, digest: Digest, order: AlternativesOrde
 
 @router.put("/sessions/{session}/what-if/after")
 def go_on(live: OneSession, order: GoOn) -> StateNamed:
-    """Plan from where a plan or sequence is predicted to end, until the what-if is ended; nothing is sent meanwhile."""
-    return {"state": live.go_on_after(order.after or present(live.state.plan, "there is no plan yet"))}
+    """Plan from where a plan, execution or sequence is predicted to end, until the what-if is ended.
+
+    Nothing is sent meanwhile.
+    """
+    after = order.after or live.planned_end() or present(live.state.plan, "there is no plan yet")
+    return {"state": live.go_on_after(after)}

@@ -19,6 +19,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from starlette.types import Message
 from structlog.contextvars import bound_contextvars
 
+from footfall.api.door.limits import TOO_BIG
 from footfall.core.errors import Conflict, FootFallError, InvalidImages, InvalidTelemetry
 from footfall.io.link_images import decode_images
 from footfall.session.live import LiveSession
@@ -47,8 +48,6 @@ LONGEST_INBOX = 64
 """Messages of the rover that wait to be read; beyond that its own end of the line has to wait."""
 LAST_WORDS = 5.0
 """How long what a rover said before it left is still read [s]."""
-MESSAGE_TOO_BIG = 1009
-"""Close code of the WebSocket where a message was larger than the server reads at all."""
 
 
 class RoverDoor:
@@ -154,7 +153,7 @@ class _Connection:
             while True:
                 message = await self._socket.receive()
                 if message["type"] == "websocket.disconnect":
-                    if message.get("code") == MESSAGE_TOO_BIG:
+                    if message.get("code") == TOO_BIG:
                         self._refuse("the message was too large to be read at all; the link was closed", "too-large")
                     return
                 self._heard_at = time.monotonic()
@@ -266,14 +265,7 @@ class _Connection:
         legs = None if self._hello is None else self._hello.legs
         message = decode(text, legs)
         if isinstance(message, HelloMessage):
-            if self._live is not None:
-                require_same_rover(message, self._live)
-            self._hello = message
-            try:
-                self._session()
-            except FootFallError:
-                self._hello = None
-                raise
+            self._take_hello(message)
             return
         live = self._session()
         if live is None:
@@ -292,6 +284,23 @@ class _Connection:
                 live.take_complaint(message.text, message_id=message.id)
             case _:
                 raise InvalidTelemetry(f"a rover does not send {kind_of(message)}", fault="not-for-ground")
+
+    def _take_hello(self, hello: HelloMessage) -> None:
+        if self._live is not None:
+            require_same_rover(hello, self._live)
+        self._hello = hello
+        try:
+            live = self._session()
+        except FootFallError:
+            self._hello = None
+            raise
+        if live is not None and hello.epoch is not None:
+            try:
+                live.require_epoch(hello.epoch)
+            except InvalidTelemetry:
+                # linked all the same, so that it can be stopped
+                self._hello = replace(hello, epoch=None)
+                raise
 
     def _session(self) -> LiveSession | None:
         """The current session, told of this rover; None where there is none, or the rover has left."""

@@ -14,11 +14,11 @@ from footfall.api.access import AllSessions, OneSession, session_path
 from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
 from footfall.api.bodies.schemas import NewNote, NewSession, Strictly, ViewChange
-from footfall.api.door.limits import PAGE_ITEMS
+from footfall.api.door.limits import MAX_LINE_MESSAGE, PAGE_ITEMS, TOO_BIG
 from footfall.api.mailbox import Mailbox
 from footfall.api.routing import Routes
-from footfall.api.streams import RATE, Ahead, Rate, resume_after, session_stream
-from footfall.core.errors import FootFallError, InvalidInput
+from footfall.api.streams import RATE, Ahead, Rate, resume_after, room_to_listen, session_stream
+from footfall.core.errors import Busy, FootFallError, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.session.recorded import ViewState
 
@@ -93,7 +93,7 @@ def read_session(live: OneSession) -> SessionAnswer:
     return cast(SessionAnswer, live.summary())
 
 
-@router.get("/sessions/{session}/events", response_class=EventSourceResponse)
+@router.get("/sessions/{session}/events", response_class=EventSourceResponse, dependencies=[Depends(room_to_listen)])
 async def listen(
     live: OneSession,
     request: Request,
@@ -123,6 +123,7 @@ async def listen_on_line(
     except FootFallError as err:
         await socket.close(1008, err.kind)
         return
+    # taken first: a browser tells its page nothing of a line that was refused
     await socket.accept()
     mailbox = Mailbox(live.id, rate, ahead)
     telling = asyncio.create_task(_tell(socket, live, since, mailbox))
@@ -132,9 +133,10 @@ async def listen_on_line(
     finally:
         for task in (telling, hearing):
             task.cancel()
-        await asyncio.gather(telling, hearing, return_exceptions=True)
+        ends = await asyncio.gather(telling, hearing, return_exceptions=True)
+    full = isinstance(ends[0], Busy)
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
-        await socket.close(1001, "read on from the last event")
+        await socket.close(1013 if full else 1001, str(ends[0]) if full else "read on from the last event")
 
 
 async def _tell(socket: WebSocket, live: LiveSession, after: int | None, mailbox: Mailbox) -> None:
@@ -149,6 +151,9 @@ async def _hear(socket: WebSocket, mailbox: Mailbox) -> None:
     """Until the listener has gone, or says what is not for this line."""
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         text = message.get("text")
+        if len(text or message.get("bytes") or "") > MAX_LINE_MESSAGE:
+            await socket.close(TOO_BIG, f"a message on this line has at most {MAX_LINE_MESSAGE} bytes")
+            return
         try:
             mailbox.heard(Heard.model_validate_json(text if isinstance(text, str) else "").heard)
         except ValidationError:

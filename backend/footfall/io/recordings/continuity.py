@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
+from footfall.telemetry.state import counted_anew
+
 
 @dataclass
 class Continuity:
     """Counts as :class:`footfall.session.rover.link.RoverLink` does.
 
-    frames: recorded; gaps: numbers that are missing between them; restarts: how often the number did not grow.
+    frames: recorded; gaps: numbers that are missing between them; restarts: how often counting began anew.
     dropped: what the recorder itself could not take (frames among it are missing numbers too).
     """
 
@@ -20,7 +22,7 @@ class Continuity:
     def take(self, number: int) -> None:
         """The next frame."""
         if self._latest is not None:
-            if number <= self._latest:
+            if counted_anew(self._latest, number):
                 self.restarts += 1
             else:
                 self.gaps += number - self._latest - 1

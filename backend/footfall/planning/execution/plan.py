@@ -19,6 +19,7 @@ from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.checks import ADVICE, checks_of
 from footfall.planning.execution.course import COMMANDERS, FALL, Course, Lost
 from footfall.planning.execution.problem import Execution, ExecutionResult, ends_of
+from footfall.planning.execution.rim import rim_clearance
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.body_move import No, stance_of
 from footfall.planning.stance.whole_body import WholeBody
@@ -27,7 +28,6 @@ from footfall.planning.step.problem import Check, Status, StepPlan, StepSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 
@@ -209,24 +209,6 @@ def softer(settings: ComplianceSettings, share: float) -> ComplianceSettings:
     """The settings with all springs softer by a share 0…1."""
     joint, wheel = (max(scale * (1 - share), 1 / WIDEST) for scale in (settings.joint_scale, settings.wheel_scale))
     return replace(settings, joint_scale=joint, wheel_scale=wheel)
-
-
-def rim_clearance(dem: Dem, hubs: Array, radius: float) -> Array:
-    """How far balls of a wheel's radius at hubs (n, 3) can fall before they touch the ground, (n,) [m].
-
-    Negative: they would have to rise. Unknown ground is left out; NaN where all is unknown.
-    """
-    steps = max(4, int(np.ceil(radius / dem.geometry.resolution)))
-    offsets = np.linspace(-radius, radius, 2 * steps + 1)
-    dx, dy = (part.ravel() for part in np.meshgrid(offsets, offsets))
-    inside = dx * dx + dy * dy <= radius * radius
-    dx, dy = dx[inside], dy[inside]
-    lower = np.sqrt(np.maximum(radius * radius - dx * dx - dy * dy, 0.0))
-    above = hubs[:, 2:] - lower - height_at(dem, hubs[:, :1] + dx, hubs[:, 1:2] + dy)
-    known = np.isfinite(above).any(axis=1)
-    out = np.full(len(hubs), np.nan)
-    out[known] = np.nanmin(above[known], axis=1)
-    return out
 
 
 def _durations(robot: Robot, course: Course, fraction: float) -> Array:

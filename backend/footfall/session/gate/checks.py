@@ -83,6 +83,8 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     whose = "the set point of " if sags else ""
     _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
     _require_pose(sequence.poses[row - 1], frame.state)
+    # a leg in the air changes nothing about what the others bear together
+    _require_weight(facts, frame.state)
     return None
 
 

@@ -161,9 +161,9 @@ class Gate:
             if self._state.stop.stopped and not self._state.stop.acknowledged:
                 transmit()
 
-    def require_may_clear(self, who: Identity) -> None:
-        """The holder of the conn may clear a stop; where nobody holds it, any commander."""
-        self._become(lambda state, now: machine.require_may_clear(state, who, now))
+    def require_conn_or_free(self, who: Identity) -> None:
+        """The holder of the conn may clear a stop, or leave the session; where nobody holds it, any commander."""
+        self._become(lambda state, now: machine.require_conn_or_free(state, who, now))
 
     def unlatch(self, stops: int | None = None, transmit: Callable[[], None] = lambda: None) -> bool:
         """Clear the stop, unless there were more than ``stops`` stops by now. Whether it was cleared.

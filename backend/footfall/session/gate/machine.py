@@ -222,8 +222,8 @@ def latch(state: State) -> State:
     return replace(state, stop=latched, armed=None, run=None)
 
 
-def require_may_clear(state: State, who: Identity, now: float) -> State:
-    """The holder of the conn may clear a stop; where nobody holds it, any commander."""
+def require_conn_or_free(state: State, who: Identity, now: float) -> State:
+    """``who`` holds the conn, or is a commander and nobody does: what clearing a stop takes."""
     lease.require_commander(who)
     state = passed(state, now)
     if state.conn.holder is not None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, NotFound
 from footfall.core.value import Value
+from footfall.session.storage.interface import StoreRefused
 
 KEPT = 200
 """Ended jobs that can still be asked for."""
@@ -125,6 +126,8 @@ class Job:
                 self.state, self.fraction, self.text = "done", 1.0, "done"
             except FootFallError as err:
                 error = err
+            except StoreRefused as err:
+                error = err.told
             except Exception as err:
                 logging.getLogger(__name__).exception("a finished %s job could not be recorded", self.kind)
                 error = FootFallError(f"the product could not be recorded: {type(err).__name__}: {err}")

@@ -84,11 +84,17 @@ def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) 
 
 
 def after(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, state that it starts from, and a plan (a PlanResult with a plan) or a sequence → PredictedState."""
+    """robot, dem, state that it starts from, and a plan (a PlanResult with a plan), execution or sequence.
+
+    Makes a PredictedState.
+    """
     from footfall.planning.stance.after import state_after
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     sequence = parents.get("sequence")
+    if "execution" in parents:
+        done = _execution_of(parents["execution"])
+        return state_after(robot, dem, state, done.predicted[-1], done.Ts_site_base[-1], parents["execution"].digest)
     if sequence is None:
         plan = _plan_of(parents["plan"])
         return state_after(robot, dem, state, plan.waypoints[-1], plan.T_site_base, parents["plan"].digest)

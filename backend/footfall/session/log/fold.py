@@ -90,6 +90,7 @@ class SessionState(Value):
         first; choices_ahead: what was taken back since, the latest at the end, for redo.
     runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it. epoch: the latest
         that the rover was told of.
+    joint_scale: times the described stiffness that joints are taken to have, where an order does not say.
     """
 
     name: str = ""
@@ -125,6 +126,7 @@ class SessionState(Value):
     run: RunRecord | None = field(default=None, metadata=LATER)
     conn: ConnRecord | None = field(default=None, metadata=LATER)
     epoch: int = field(default=0, metadata=LATER)
+    joint_scale: float = field(default=1.0, metadata=LATER)
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
 
@@ -216,6 +218,11 @@ def _points_set(state: SessionState, event: Event, payload: Payload) -> SessionS
     points = tuple((float(x), float(y), float(z)) for x, y, z in payload["points"])
     after = replace(state, points=LeadPoints(payload["leg"], points))
     return replace(after, **chosen(state, after, event, "points"))
+
+
+def _stiffness_taken_over(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    after = replace(state, joint_scale=float(payload["joint_scale"]))
+    return replace(after, **chosen(state, after, event, "stiffness"))
 
 
 def _product(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -342,6 +349,7 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "terrain_undone": _terrain_undone,
     "footfall_chosen": _footfall_chosen,
     "points_set": _points_set,
+    "stiffness_taken_over": _stiffness_taken_over,
     "product": _product,
     "plan_chosen": _plan_chosen,
     "job_failed": _unchanged,

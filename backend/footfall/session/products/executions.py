@@ -1,19 +1,26 @@
 """Executions of a session: what is commanded so that the rover, which sags, makes the planned step."""
 
+from contextlib import suppress
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.errors import Conflict, NotFound
+from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.hand import HandSession
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE, pose_difference
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest
-from footfall.session.products.sag import Sag, sag_of
+from footfall.session.log.fold_commands import CommandRecord
+from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
 from footfall.session.recorded import present
 from footfall.session.rover.link import RoverLink
 from footfall.telemetry.state import RobotState, TelemetryFrame
+
+MOST_RUNS = 20
+"""Runs before the latest that are asked how far the rover gave way."""
 
 
 class ExecutionSession(HandSession):
@@ -26,13 +33,14 @@ class ExecutionSession(HandSession):
     def plan_execution(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a planned step (None: the present one), from the state that it was planned from.
 
-        Set points are the rover's present ones where it still stands so, else those that its torques tell. Raises
-        Conflict where there is no plan, NotFound.
+        settings: None: as delivered, with the stiffness that was taken over last. Set points are the rover's present
+        ones where it still stands so, else those that its torques tell. Raises Conflict where there is no plan,
+        NotFound.
         """
         digest, made = self._made_plan(plan)
         self._found_plan(digest)
         state = self._shelf.typed(RobotState, made.parents["state"])
-        request = ExecutionRequest(settings or ExecutionSettings(), set_points_at(self.link.frame, state))
+        request = ExecutionRequest(settings or self.settings_in_force(), set_points_at(self.link.frame, state))
         return self._workshop.submit("execution", {**made.parents, "plan": digest}, request)
 
     def found_execution(self, digest: str | None = None) -> str:
@@ -43,8 +51,13 @@ class ExecutionSession(HandSession):
             raise NotFound(f"the session holds no execution {digest}", digest=digest)
         return digest
 
-    def sag(self) -> Sag:
-        """How far the rover gave way in the latest run, compared with what its sequence predicted.
+    def settings_in_force(self, settings: ExecutionSettings | None = None) -> ExecutionSettings:
+        """Those given (None: as delivered), their joints as stiff as was taken over last."""
+        settings = settings or ExecutionSettings()
+        return replace(settings, compliance=replace(settings.compliance, joint_scale=self.state.joint_scale))
+
+    def sag(self) -> MeasuredSag:
+        """How far the rover gave way in the latest run, compared with what its sequence predicted, and what that says.
 
         Raises Conflict where no sequence that knows sag was sent, InvalidInput where too little was to give way.
         """
@@ -52,8 +65,49 @@ class ExecutionSession(HandSession):
         if not sent:
             raise Conflict("nothing was sent to the rover yet, so there is no sag to compare")
         postures = {one.payload["id"]: one.payload["posture"] for one in self.events() if "posture" in one.payload}
-        seen = {one.row: np.array(postures[one.id]) for one in sent if one.id in postures}
-        return sag_of(self._shelf.typed(Sequence, sent[0].sequence), seen)
+
+        def of_run(rows: list[CommandRecord]) -> Sag:
+            seen = {one.row: np.array(postures[one.id]) for one in rows if one.id in postures}
+            return sag_of(self._shelf.typed(Sequence, rows[0].sequence), seen)
+
+        latest = of_run(sent)
+        alike = [latest]
+        for run in range(max(1, self.state.runs - MOST_RUNS), self.state.runs):
+            # a run that says nothing of sag takes nothing from those that do
+            with suppress(Conflict, InvalidInput):
+                rows = [one for one in self.state.commands if one.run == run]
+                found = of_run(rows) if rows else None
+                if found is not None and found.stiffnesses == latest.stiffnesses:
+                    alike.insert(-1, found)
+        calibration, refused = None, ""
+        try:
+            calibration = calibration_of(alike, self.state.joint_scale)
+        except InvalidInput as err:
+            refused = err.message
+        return MeasuredSag(**vars(latest), calibration=calibration, refused=refused)
+
+    def take_over_stiffness(self, joint_scale: float | None = None) -> Calibration:
+        """Take the joints to be as stiff as :meth:`sag` says from now on, where an order does not say; can be undone.
+
+        joint_scale: what is thought to be taken over; None: whatever it says. Raises Conflict where it says another by
+        now, or that is taken over already, and what :meth:`sag` raises.
+        """
+        with self._journal.lock:
+            sag = self.sag()
+            found = sag.calibration
+            if found is None:
+                raise Conflict(f"what was measured can't be taken over: {sag.refused}")
+            if joint_scale is not None and not np.isclose(joint_scale, found.now, rtol=1e-6):
+                raise Conflict(
+                    f"the measured stiffness is {found.now:.4f} times the described by now; look at it again",
+                    yours=joint_scale,
+                    present=found.now,
+                )
+            if np.isclose(found.now, found.was, rtol=1e-9):
+                raise Conflict(f"the joints are taken to be {found.now:.4f} times as stiff as described already")
+            payload = {"joint_scale": found.now, "was": found.was, "ratio": found.ratio, "steps": found.steps}
+            self._journal.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
+        return found
 
 
 def set_points_at(frame: TelemetryFrame | None, state: RobotState) -> NDArray[np.float64] | None:

@@ -30,8 +30,8 @@ class PlanSession(FootingSession):
     ) -> Job:
         """Plan a step to ``target`` (x, y) [m]; without one, to the chosen footfall.
 
-        through: points, site [m], that the wheel's centre passes. after: digest of a plan or sequence from whose
-        predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
+        through: points, site [m], that the wheel's centre passes. after: digest of a plan, execution or sequence from
+        whose predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
         """
         chosen = self.state.footfall
         if target is not None and leg is not None:
@@ -97,26 +97,54 @@ class PlanSession(FootingSession):
             for one in state.plans
         ]
 
+    def planned_end(self) -> str | None:
+        """Digest of what says best where the present plan ends: of its commands, its execution, which knows sag, and
+        itself the one that was made last; None without a plan.
+        """
+        state = self.state
+        if state.plan is None or state.plan_status != Status.FOUND.value:
+            return None
+        plan, execution = state.products[state.plan], None
+        able = [state.plan]
+        if state.execution is not None and state.execution_status == Status.FOUND.value:
+            execution = state.products[state.execution]
+            able.append(state.execution)
+        if state.sequence is not None:
+            behind = state.plan_behind(state.sequence)
+            if behind is plan or (behind is not None and behind is execution):
+                able.append(state.sequence)
+        # the same may be made again: the latest time counts
+        made = {one.payload["digest"]: one.seq for one in self.events() if one.type == "product"}
+        return max(able, key=lambda digest: made[digest])
+
+    def end_told(self, digest: str) -> dict[str, Any]:
+        """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
+        kind = self.state.products[digest].kind
+        behind = self.state.plan_behind(digest)
+        sags = kind == "execution" or (behind is not None and behind.kind == "execution")
+        of = {"sequence": "commands", "edit": "commands"}.get(kind, kind)
+        return {"digest": digest, "of": of, "sags": sags}
+
     def go_on_after(self, digest: str) -> str:
-        """Plan from where a plan or sequence of this session ends; returns the digest of the predicted state.
+        """Plan from where a plan, execution or sequence of this session ends; returns the predicted state's digest.
 
         Until :meth:`end_what_if` it is planned from there as in a what-if: nothing planned so can be sent before the
         rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
         """
         products = self.state.products
         made = products.get(digest)
-        if made is None or made.kind not in ("plan", "sequence", "edit"):
+        if made is None or made.kind not in ("plan", "execution", "sequence", "edit"):
             raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
         if made.kind == "plan":
             self._found_plan(digest)
-        plan = made if made.kind == "plan" else self.state.plan_behind(digest)
+        plan = made if made.kind in ("plan", "execution") else self.state.plan_behind(digest)
         if plan is None:
             raise Conflict("the sequence goes back to no plan, so nothing is known of where it starts")
         parents = {
             "robot": self.robot_digest,
             "dem": present(self.state.dem, "there is no terrain yet"),
             "state": plan.parents["state"],
-            "plan" if made.kind == "plan" else "sequence": digest,
+            made.kind if made.kind in ("plan", "execution") else "sequence": digest,
         }
         return self._workshop.submit("after", parents, None, urgent=True).finish(SHORT_JOB)
 

@@ -1,13 +1,14 @@
 """How far a rover gave way while it carried out a sequence, compared with what was predicted."""
 
 from collections.abc import Mapping
+from collections.abc import Sequence as Listed
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict
-from footfall.planning.compliance.calibrate import sag_ratio
+from footfall.planning.compliance.calibrate import calibrated, sag_ratio
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.sequence.commands import Sequence
 from footfall.sequence.settings import SequenceSettings
@@ -25,6 +26,45 @@ class Sag:
     ratio: float
     rows: tuple[int, ...]
     assumed: ComplianceSettings
+
+    @property
+    def stiffnesses(self) -> tuple[float, float]:
+        """Of joints and wheels, times the described, that the prediction was made with."""
+        return self.assumed.joint_scale, self.assumed.wheel_scale
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How stiff the joints are by what was measured, times their description.
+
+    was: what orders take where they don't say; now: what was measured. ratio: measured over predicted sag, the mean of
+    so many steps, all predicted with the stiffnesses of the latest.
+    """
+
+    was: float
+    now: float
+    ratio: float
+    steps: int
+
+
+@dataclass(frozen=True)
+class MeasuredSag(Sag):
+    """The sag of the latest run, and what it says of the joints with the runs before that were predicted alike.
+
+    calibration: None where nothing could be taken over; ``refused`` then says why.
+    """
+
+    calibration: Calibration | None
+    refused: str
+
+
+def calibration_of(alike: Listed[Sag], was: float) -> Calibration:
+    """alike: one or more, predicted with the same stiffnesses. was: the scale that orders take now.
+
+    Raises InvalidInput where the mean ratio is not above zero, or leads beyond what springs can be.
+    """
+    ratio = float(np.mean([one.ratio for one in alike]))
+    return Calibration(was, calibrated(alike[-1].assumed, ratio).joint_scale, ratio, len(alike))
 
 
 def sag_of(sequence: Sequence, postures: Mapping[int, NDArray[np.float64]]) -> Sag:

@@ -10,7 +10,7 @@ from typing import Any
 
 from footfall.core.errors import Conflict
 from footfall.session.rover.light_time import LightPath, LightTime
-from footfall.telemetry.state import TelemetryFrame
+from footfall.telemetry.state import TelemetryFrame, counted_anew
 
 Send = Callable[[str], None]
 
@@ -42,10 +42,10 @@ class RoverLink:
     """Holds the latest telemetry frame and both ways of the link. Thread-safe; never blocks for long.
 
     frames: how many came, and so the number of the latest by arrival; gaps: frames that were missing between them;
-    restarts: how often counting began anew; late: frames that came again, or after newer ones, and were dropped;
-    repeated: those of them that came again; clock_jumps: how often the rover's clock went back; lost_on_the_way:
-    messages down that arrived where their rover was no longer; fault, faults, kinds: the latest complaint of the
-    rover, or about what it sent, how many there were, and of what kind.
+    restarts: how often counting began anew; late: frames that were dropped because they came again, after newer ones,
+    or beside the link that there was by then; repeated: those of them that came again; clock_jumps: how often the
+    rover's clock went back; lost_on_the_way: messages down that arrived where their rover was no longer; fault, faults,
+    kinds: the latest complaint of the rover, or about what it sent, how many there were, and of what kind.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, light_time: LightTime | None = None) -> None:
@@ -103,19 +103,23 @@ class RoverLink:
         now, delay = self._clock() if at is None else at, self.light_time.telemetry
         self._paths[path].carry(lambda: use(now + delay), delay, now)
 
-    def take(self, frame: TelemetryFrame, at: float | None = None, light: float = 0.0) -> bool:
+    def take(
+        self, frame: TelemetryFrame, at: float | None = None, light: float = 0.0, by_request: bool = False
+    ) -> bool:
         """Keep a frame as the latest, unless it is older than that one; whether it was kept.
 
         at: when it came, by this link's clock; None: now. light: how long it was on its way [s].
+        by_request: it came beside the link: it must not pass for news of a rover that is connected.
         """
         with self._guard:
             self.frames += 1
             latest = self._frame
-            if latest is not None and self._is_late(frame, latest):
+            beside = by_request and self._send is not None
+            if beside or (latest is not None and self._is_late(frame, latest)):
                 self.late += 1
                 return False
             if latest is not None:
-                if frame.number <= latest.number:
+                if counted_anew(latest.number, frame.number):
                     self.restarts += 1
                 else:
                     self.gaps += frame.number - latest.number - 1

@@ -1,16 +1,24 @@
 """What a database of sessions has to offer. Everything else of the store is files, and the same for all of them."""
 
+import errno
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from footfall.core.errors import NotRecorded
 from footfall.io.event_log import Record
 from footfall.session.log.event import Event
 
 
 class StoreRefused(OSError):
     """Something could not be written, or read, now: no room, a lock, a missing file. strerror says what to do."""
+
+    @property
+    def told(self) -> NotRecorded:
+        """For whoever asked for what can't be written."""
+        no_room = self.errno == errno.ENOSPC
+        return NotRecorded(f"it can't be recorded, so it was not done: {self.strerror}", no_room=no_room)
 
 
 class OutcomeUnknown(StoreRefused):

@@ -248,12 +248,14 @@ def read_session(source: str | os.PathLike[str] | bytes) -> Bundle:
     folder = Path(source).absolute()
     if not folder.is_dir() or has_plain_log(folder) or not has_log(folder.parent):
         return bundles.read_bundle(source)
+    # the head first: while others write, the log that is read after it is as long or longer
+    head = read_head(folder)
     with contextlib.closing(open_log(folder.parent, create=False)) as log:
         about = log.about(folder.name)
         if about is None:
             raise InvalidBundle(_unknown(folder), session=folder.name)
         session, records = bundles.migrate(about, log.read(folder.name))
-    found = compare(read_head(folder), records)
+    found = compare(head, records)
     if found.lost:
         raise InvalidBundle(f"session {folder.name}: {found.text}", session=folder.name)
     return bundle_of(folder, session, records)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import inverse
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.model import Robot
 from footfall.sequence.commands import ONE_LEG, Sequence
@@ -43,9 +44,10 @@ def referee(
     rover: the one that carries it out, from how it stands now, with the strain in its legs; it is moved. None: one that
     is put down in the sequence's first posture.
 
-    goals: leg → where its wheel is to come down, (2,) or (3,) site [m]; where they are not given, they are where the
-    rigid rover's wheels would stand in the end, if the sequence moves single legs only. poses: (rows, 4, 4)
-    T_site_base expected at the end of each row; None: the chassis is to stay where it stands before the first.
+    goals: leg → where its wheel is to come down, (2,) or (3,) site [m]; where they are not given, they are where its
+    wheels would stand in the end by the posture and pose that the sequence predicts, unless it moves whole postures and
+    does not say where the chassis goes. poses: (rows, 4, 4) T_site_base expected at the end of each row; None: as the
+    sequence predicts it to move from where it stands before the first row, to nowhere where it predicts nothing.
 
     Raises InvalidInput where the parts don't fit together, or the rover does not stand where the sequence starts.
     """
@@ -65,6 +67,8 @@ def referee(
     watch = Watch(rover, aims)
     moved = _moved_legs(sequence)
     first = rover.T_site_base
+    if expected is None and sequence.Ts_site_base is not None:
+        expected = first @ inverse(sequence.T_site_base) @ sequence.Ts_site_base
     ended, chassis, sag, postures, stood = [], [], [], [], []
     refused = ""
     for row, command in enumerate(sequence.commands):
@@ -109,6 +113,8 @@ def referee(
 
 def _start(sequence: Sequence) -> RobotState:
     """The state that a sequence begins in; what the joints bear there is for physics to find."""
+    if sequence.at_rest is not None:
+        return sequence.at_rest.state
     legs = len(sequence.start) // 6
     return RobotState(
         robot=sequence.robot,
@@ -122,12 +128,13 @@ def _start(sequence: Sequence) -> RobotState:
 
 
 def _goals(robot: Robot, sequence: Sequence, dem: Dem) -> dict[int, Array]:
-    """Where the moved wheels touch when a rigid rover has done the sequence; none where it shifts the chassis."""
-    if any(command.name == "POSTURE_MOVE" for command in sequence.commands):
+    """Where the moved wheels touch when the sequence has done what it predicts; none where it does not say where the
+    chassis goes."""
+    whole = any(command.name == "POSTURE_MOVE" for command in sequence.commands)
+    if not sequence.commands or (whole and sequence.Ts_site_base is None):
         return {}
     legs = {command.leg for command in sequence.commands if command.name in ONE_LEG and command.leg is not None}
-    last = sequence.predicted[-1] if sequence.commands else sequence.start
-    points = feet(robot, dem, last, sequence.T_site_base).points
+    points = feet(robot, dem, sequence.predicted[-1], sequence.poses[-1]).points
     return {leg: points[leg] for leg in sorted(legs)}
 
 

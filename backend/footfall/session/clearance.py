@@ -1,0 +1,136 @@
+"""By how much the wheels in the air of a session's rover clear the ground: commanded, predicted, and as it is measured.
+
+What computes it loads compiled code, so it loads when first asked.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.execution.problem import Execution, ExecutionResult
+from footfall.sequence.commands import Sequence
+from footfall.sequence.settings import SequenceSettings
+from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.live import LiveSession
+from footfall.session.log.fold import SessionState
+from footfall.session.products.remembered import on_map
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+if TYPE_CHECKING:
+    from footfall.planning.execution.seen_clearance import SeenClearance
+
+
+@dataclass(frozen=True)
+class WheelClearance:
+    """All [m]. commanded: were the rover as rigid as its set points; predicted: for the set points that the rover has,
+    with ``less``, by how much less it is with springs softer by the tolerance of the prediction. None: not known.
+
+    rigid: whether the commands took the rover as rigid: predicted is then what is commanded.
+    """
+
+    leg: int
+    commanded: float | None
+    predicted: float | None
+    less: float | None
+    rigid: bool
+    seen: "SeenClearance | None"
+
+    @property
+    def low(self) -> bool:
+        """Whether the wheel is lower than was predicted by more than the uncertainty of the measurement."""
+        if self.predicted is None or self.seen is None:
+            return False
+        return self.predicted - self.seen.clearance > self.seen.uncertainty
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """time: of the telemetry [s], None where there is none that counts, and ``reason`` then says why."""
+
+    time: float | None
+    reason: str
+    wheels: tuple[WheelClearance, ...] = ()
+
+
+def clearances(live: LiveSession) -> Clearances:
+    """Of each wheel that bears nothing, by the latest telemetry; none where that is stale, or there is no terrain.
+
+    A rover that reports no wheel forces has the leg in the air that the row on its way moves.
+    """
+    from footfall.maps.steadiness import bearing
+
+    state, frame, age = live.state, live.frame, live.telemetry_age
+    if frame is None or age is None:
+        return Clearances(None, "the rover has sent no telemetry yet")
+    if age > STALE_AFTER:
+        return Clearances(None, f"the latest telemetry is {age:.1f} s old")
+    if state.dem is None:
+        return Clearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
+    dem = cast(Dem, live.get(state.dem))
+    stands = on_map(frame.state, dem)
+    standing = bearing(live.robot, stands)
+    flying = [leg for leg in live.robot.legs if leg not in standing]
+    row = _row_on_its_way(state)
+    sequence = None if state.run is None or not live.has(state.run.sequence) else live.get(state.run.sequence)
+    sequence = sequence if isinstance(sequence, Sequence) and sequence.commands else None
+    if not stands.wheel_forces.any() and sequence is not None and row is not None:
+        moved = sequence.commands[row].leg
+        flying = [] if moved is None else [moved]
+    return Clearances(
+        stands.time,
+        "" if flying else "no wheel is in the air",
+        tuple(_of_wheel(live, dem, stands, frame.commanded, leg, standing, sequence, row) for leg in flying),
+    )
+
+
+def _of_wheel(
+    live: LiveSession,
+    dem: Dem,
+    state: RobotState,
+    set_points: np.ndarray,
+    leg: int,
+    standing: list[int],
+    sequence: Sequence | None,
+    row: int | None,
+) -> WheelClearance:
+    from footfall.planning.execution.seen_clearance import along, clearance_of, foreseen, seen_clearance
+
+    commanded, predicted, less = None, None, None
+    compliance = ComplianceSettings()
+    rigid = sequence is not None and sequence.at_rest is None
+    if sequence is not None:
+        made_with = sequence.provenance.settings
+        if isinstance(made_with, SequenceSettings) and made_with.compliance is not None:
+            compliance = made_with.compliance
+        if rigid:
+            # the chassis may be moved between the steps
+            T_site_base = sequence.poses[0 if row is None else row]
+            if along(np.vstack([sequence.start, sequence.predicted]), set_points) is not None:
+                commanded = predicted = clearance_of(live.robot, dem, set_points, T_site_base, leg)
+        else:
+            done = _execution_behind(live, sequence)
+            found = None if done is None or done.leg != leg else foreseen(done, set_points)
+            if found is not None:
+                predicted, less = found.clearance, found.less
+                commanded = clearance_of(live.robot, dem, set_points, sequence.T_site_base, leg)
+    seen = seen_clearance(live.robot, dem, state, leg, standing, compliance.wheel_scale)
+    return WheelClearance(leg, commanded, predicted, less, rigid, seen)
+
+
+def _row_on_its_way(state: SessionState) -> int | None:
+    """The latest row of the present run that was sent; None where nothing was, or the run has ended."""
+    rows = [one.row for one in state.commands if one.run == state.runs]
+    return None if state.run is None or state.run.state == "ended" or not rows else rows[-1]
+
+
+def _execution_behind(live: LiveSession, sequence: Sequence) -> Execution | None:
+    """The execution that a sequence goes back to, through all of its edits."""
+    products = live.state.products
+    made = products.get(sequence.digest)
+    while made is not None and "sequence" in made.parents:
+        made = products.get(made.parents["sequence"])
+    digest = None if made is None else made.parents.get("execution")
+    return None if digest is None else cast(ExecutionResult, live.get(digest)).execution

@@ -1,0 +1,182 @@
+"""One rover, one stop, one conn, whichever session holds them: another session is no way around."""
+
+import json
+import threading
+
+import pytest
+
+from footfall.core.errors import CommandRefused, Conflict
+from footfall.session.access.acting import acting
+from footfall.session.access.identity import LOCAL, Identity, Role
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.registry import Sessions
+from footfall.session.storage.store import SessionStore
+
+MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
+JOHN = Identity("john", Role.COMMANDER, "10.0.0.2", "page-b")
+
+
+@pytest.fixture
+def anew(work, tiny, athlete):
+    """anew() → the sessions of one working folder, as another start of FootFall finds them."""
+    return lambda: Sessions(work, jobs=InlineJobs("tiny_recipes"), robot=athlete)
+
+
+@pytest.fixture
+def rover():
+    heard = []
+
+    def take(text):
+        heard.append(json.loads(text)["type"])
+
+    take.heard = heard
+    return take
+
+
+def made(sessions):
+    return sessions.create("second")
+
+
+def opened_again(sessions):
+    first = sessions.current.id
+    with acting(None):
+        sessions.create("between").stop("of the one between")
+        sessions.current.clear_stop()
+    return sessions.open(first)
+
+
+def carried_in(sessions):
+    return sessions.import_bundle(sessions.current.export_bundle())
+
+
+@pytest.mark.parametrize("follow", [made, opened_again, carried_in], ids=lambda follow: follow.__name__)
+def test_a_stop_stays_in_force_whichever_session_follows(sessions, rover, follow):
+    sessions.create("first").stop("danger", MARY)
+    live = follow(sessions)
+    assert sessions.current is live
+    assert live.gate["stopped"]
+    live.rover_connected(rover)
+    assert rover.heard[0] == "stop"
+    with pytest.raises(Conflict, match="not acknowledged"):
+        live.clear_stop()
+    live.take_stop_acknowledgement()
+    live.clear_stop()
+    assert not live.gate["stopped"]
+
+
+def test_the_session_that_follows_says_where_its_stop_comes_from(sessions):
+    first = sessions.create("first")
+    first.stop("dust storm", MARY)
+    with acting(JOHN):
+        second = sessions.create("second")
+    assert second.state.stop.reason == f"still in force from session {first.id}: dust storm"
+    assert [e.payload["by"]["name"] for e in second.events() if e.type == "stop_requested"] == ["john"]
+
+
+def test_a_stop_that_was_cleared_does_not_come_back(sessions):
+    first = sessions.create("first")
+    first.stop("danger", MARY)
+    first.clear_stop()
+    assert not sessions.create("second").gate["stopped"]
+
+
+def test_a_stop_survives_into_a_new_session_after_the_end_of_the_server(anew):
+    with anew() as sessions:
+        sessions.create("before")
+        first = sessions.create("first")
+        first.stop("danger", MARY)
+    with anew() as sessions:
+        second = sessions.create("second")
+        assert second.gate["stopped"]
+        assert first.id in second.state.stop.reason
+        second.clear_stop()
+    with anew() as sessions:
+        assert not sessions.create("third").gate["stopped"]
+
+
+def test_the_session_that_is_opened_again_after_the_end_of_the_server_has_its_own_stop_only(anew):
+    with anew() as sessions:
+        first = sessions.create("first")
+        first.stop("danger", MARY)
+        second = sessions.create("second")
+        second.clear_stop()
+    with anew() as sessions:
+        assert not sessions.open(second.id).gate["stopped"]
+        assert sessions.open(first.id).state.stop.reason == "danger"
+
+
+def test_who_holds_the_conn_keeps_the_rover(sessions):
+    first = sessions.create("first")
+    bundle = first.export_bundle()
+    second = sessions.create("second")
+    second.conn_act("take", MARY)
+    for switch in (
+        lambda: sessions.create("third"),
+        lambda: sessions.open(first.id),
+        lambda: sessions.import_bundle(bundle),
+    ):
+        with acting(JOHN), pytest.raises(CommandRefused, match=r"mary at 10\.0\.0\.1 holds the conn") as caught:
+            switch()
+        assert caught.value.details["check"] == "conn"
+        assert sessions.current is second
+    with acting(JOHN):
+        assert sessions.open(second.id) is second
+        assert sessions.get(first.id) is first
+    with acting(MARY):
+        assert sessions.open(first.id) is first
+    with acting(JOHN):
+        sessions.create("of john, for nobody holds the conn of the first")
+
+
+def test_a_script_that_holds_the_sessions_may_switch(sessions):
+    sessions.create("first").conn_act("take", MARY)
+    assert sessions.create("second") is sessions.current
+
+
+def test_a_stop_waits_for_no_session_that_is_being_made(sessions, monkeypatch):
+    first = sessions.create("first")
+    begun, let_go = threading.Event(), threading.Event()
+    create = SessionStore.create
+
+    def slowly(*about):
+        begun.set()
+        assert let_go.wait(30)
+        return create(*about)
+
+    monkeypatch.setattr(SessionStore, "create", slowly)
+    making = threading.Thread(target=sessions.create, args=("second",))
+    making.start()
+    try:
+        assert begun.wait(30)
+        stopping = threading.Thread(target=sessions.stop, args=("danger",))
+        stopping.start()
+        stopping.join(30)
+        assert not stopping.is_alive()
+        assert first.gate["stopped"]
+        assert sessions.get(first.id) is sessions.get("current") is first
+    finally:
+        let_go.set()
+        making.join()
+    assert sessions.current is not first
+    assert sessions.current.gate["stopped"]
+
+
+def test_a_stop_reaches_the_session_that_took_the_rover_over_meanwhile(sessions, monkeypatch):
+    first = sessions.create("first")
+    stop, asked = first.stop, []
+
+    def late(*about):
+        # the one that follows has looked for a stop before this one came
+        if not asked:
+            asked.append(sessions.create("second"))
+        return stop(*about)
+
+    monkeypatch.setattr(first, "stop", late)
+    assert sessions.stop("danger", LOCAL)["stopped"]
+    assert sessions.current is asked[0]
+    assert asked[0].gate["stopped"]
+
+
+def test_there_is_nothing_to_stop_without_a_session(sessions):
+    with pytest.raises(Conflict, match="no session is open"):
+        sessions.stop()
