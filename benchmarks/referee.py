@@ -23,7 +23,7 @@ import numpy as np
 import footfall
 from benchmarks.kept import KeptRun, digest_of
 from benchmarks.steps.recheck import JUDGED as PLANNED
-from benchmarks.timing import SEED, Figure
+from benchmarks.timing import SEED, Figure, promised
 from footfall.balance.settings import GRAVITIES, BalanceSettings
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
@@ -411,8 +411,10 @@ def main() -> None:
         print(f"{one.case!s:<44}{one.mode:<14}{told}", *one.said, sep="\n    ", flush=True)
     for figure in figures_of(found):
         row = figure.as_dict()
-        held = "" if row["floor"] is None else f"{row['floor']:g} {'holds' if row['holds'] else 'DOES NOT HOLD'}"
-        print(f"{figure.name:<52}{row['median']:>12.4g}{row['p95']:>12.4g}  {figure.unit:<11}{row['n']:>4}  {held}")
+        print(
+            f"{figure.name:<52}{row['median']:>12.4g}{row['p95']:>12.4g}  "
+            f"{figure.unit:<11}{row['n']:>4}  {promised(row)}"
+        )
 
 
 if __name__ == "__main__":

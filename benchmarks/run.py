@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 
 from benchmarks import clearance, compliance, console, heuristics, maps, operations, physics, referee, step, terrain
-from benchmarks.timing import Figure, machine
+from benchmarks.timing import Figure, machine, promised
 
 AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "terrain": terrain.figures,
@@ -21,7 +21,7 @@ AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
 
 
 def main(areas: list[str] | None = None, quick: bool = False, as_json: bool = False) -> int:
-    """Measure the areas (all when none is named). Returns 0 when every floor holds, else 1."""
+    """Measure the areas (all when none is named). Returns 0 when every floor holds, of medians and of p95, else 1."""
     results: dict[str, dict[str, object]] = {}
     about = machine()
     if not as_json:
@@ -33,14 +33,12 @@ def main(areas: list[str] | None = None, quick: bool = False, as_json: bool = Fa
             row = figure.as_dict()
             results[figure.name] = row
             if not as_json:
-                floor = (
-                    "" if row["floor"] is None else f"{row['floor']:g} {'holds' if row['holds'] else 'DOES NOT HOLD'}"
-                )
                 print(
                     f"{figure.name:<58}{row['median']:>12.4g}{row['p95']:>12.4g}  "
-                    f"{figure.unit:<7}{row['n']:>4}  {floor}",
+                    f"{figure.unit:<7}{row['n']:>4}  {promised(row)}",
                     flush=True,
                 )
     if as_json:
         print(json.dumps({"machine": about, "figures": results}, indent=2))
-    return 0 if all(row["holds"] is not False for row in results.values()) else 1
+    missed = any(False in (row["holds"], row["p95_holds"]) for row in results.values())
+    return 1 if missed else 0

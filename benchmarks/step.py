@@ -1,5 +1,5 @@
-"""Planning one step: open ground, obstructed steps by every planner on the same problems, and preparing for them;
-then the problem set with its peers, and the recheck of accepted paths (benchmarks/steps).
+"""Planning one step: open ground, obstructed steps by every planner on the same problems; then what a first plan costs,
+the problem set with its peers, and the recheck of accepted paths (benchmarks/steps).
 
 Times are processor time on one thread: other programs add little to them. Plans are of a stance and a ground that
 were planned on before; what that saves is in the rows of new scenes.
@@ -7,7 +7,6 @@ were planned on before; what that saves is in the rows of new scenes.
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numba
 import numpy as np
@@ -15,19 +14,19 @@ import numpy as np
 import footfall
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.steps import figures as problem_set
-from benchmarks.steps import recheck
+from benchmarks.steps import first_look, recheck
+from benchmarks.steps.quality import swing
+from benchmarks.steps.search import raw_search
 from benchmarks.timing import SEED, Figure
-from footfall.core.frames import apply, transform
+from footfall.core.frames import apply
 from footfall.maps.layers import REACHABLE_STABLE
-from footfall.planning.step.edges import Space
-from footfall.planning.step.fast import searched
-from footfall.planning.step.footing import Stance, footing, ground_near, impossible
+from footfall.planning.step.footing import Stance, ground_near
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import PlanResult, Status, StepSettings
+from footfall.planning.step.situation import Situation
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import plane
 
 
@@ -69,48 +68,15 @@ def obstructed(dem: Dem, state: RobotState, count: int) -> list[tuple[int, float
     return found[:count]
 
 
-def raw_search(dem: Dem, state: RobotState, problem: tuple[int, float, float]) -> float | None:
-    """Seconds of the compiled search alone, between the lifted ends of an obstructed step; None where it is unsure."""
-    result = timed(dem, state, problem, "auto")[1]
-    stance = Stance(robot(), dem, state, problem[0])
-    ground = ground_near(stance)
-    if result.plan is None or not isinstance(ground, Nearby):
+def raw(dem: Dem, state: RobotState, problem: tuple[int, float, float]) -> float | None:
+    """Seconds of the compiled search alone, between the lifted ends of an obstructed step; None where it finds none."""
+    leg = problem[0]
+    plan, ground = timed(dem, state, problem, "auto")[1].plan, ground_near(Stance(robot(), dem, state, leg))
+    if plan is None or not isinstance(ground, Nearby):
         return None
-    settings, plan = StepSettings(), result.plan
-    certificate = footing(stance, ground, settings).certificate
-    own = slice(6 * problem[0], 6 * problem[0] + 6)
-    start, goal = (plan.waypoints[plan.phases.index(phase) - 1, own] for phase in ("swing", "lower"))
-    if certificate.first_unsure(np.array([start, goal]), "raised") < 2:
-        return None
-    space = Space(robot().lower[own], robot().upper[own], lambda q: False, settings.epsilon)
-    begin = time.process_time()
-    path = searched(space, certificate, start, goal, np.random.default_rng(1), settings.radius, settings.milestones)
-    return time.process_time() - begin if path is not None else None
-
-
-def new_scene(dem: Dem, state: RobotState) -> float:
-    """Seconds to prepare a leg's step: whether the stance is possible, the ground, and all checks."""
-    begin = time.process_time()
-    stance = Stance(robot(), dem, state, 2)
-    impossible(stance)
-    ground = ground_near(stance)
-    if not isinstance(ground, Nearby):
-        raise RuntimeError(ground.reason)
-    footing(stance, ground, StepSettings())
-    return time.process_time() - begin
-
-
-def scenes(dem: Dem, state: RobotState, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Of stances a little beside the last, and of maps that are a little higher than the last."""
-    new_scene(dem, state)
-    moved = [
-        replace(state, T_site_base=transform(translation=(0.0013 * i, 0.0, 0.0)) @ state.T_site_base)
-        for i in range(1, count + 1)
-    ]
-    stances = tuple(new_scene(dem, one) for one in moved)
-    grid = dem.geometry
-    worlds = [from_heights(dem.heights + np.float32(1e-4 * i), grid.resolution, grid.x0, grid.y0) for i in range(count)]
-    return stances, tuple(new_scene(world, state) for world in worlds)
+    situation, path = Situation(robot(), dem, state, leg, ground, StepSettings()), swing(plan)
+    raw_search(situation, path[0], path[-1], 1)  # prepares what the meshes near unsure ends need
+    return raw_search(situation, path[0], path[-1], 1)
 
 
 def figures(quick: bool) -> Iterator[Figure]:
@@ -122,25 +88,25 @@ def figures(quick: bool) -> Iterator[Figure]:
     open_targets = targets(flat, on_flat, count)
     for problem in open_targets:
         timed(flat, on_flat, problem, "auto")
-    yield from _found("step.open_ground", [timed(flat, on_flat, p, "auto") for p in open_targets], 0.005)
+    yield from _found("step.open_ground", [timed(flat, on_flat, p, "auto") for p in open_targets], 0.005, 0.015)
     problems = obstructed(rocks(), standing(), count)
-    raw = tuple(t for t in (raw_search(rocks(), standing(), p) for p in problems) if t is not None)
-    yield Figure("step.obstructed_raw", raw, "s", 0.003)
+    times = tuple(t for t in (raw(rocks(), standing(), p) for p in problems) if t is not None)
+    yield Figure("step.obstructed_raw", times, "s", 0.003, p95_at_most=0.01)
     certified = [timed(rocks(), standing(), p, "fast") for p in problems]
-    yield from _found("step.obstructed_certified", certified, 0.015)
+    yield from _found("step.obstructed_certified", certified, 0.015, 0.05)
     for planner in ("astar", "sbl", "rrtconnect"):
         timed(rocks(), standing(), problems[0], planner)  # loads what only this search needs
         yield from _found(f"step.obstructed_{planner}", [timed(rocks(), standing(), p, planner) for p in problems])
-    stances, worlds = scenes(rocks(), standing(), count)
-    yield Figure("step.scene_new_stance", stances, "s", 0.03)
-    yield Figure("step.scene_new_world", worlds, "s", 0.5)
+    yield from first_look.figures(quick)
     yield from problem_set.figures(quick)
     yield from recheck.figures(quick)
     numba.set_num_threads(threads)
 
 
-def _found(name: str, results: list[tuple[float, PlanResult]], floor: float | None = None) -> Iterator[Figure]:
+def _found(
+    name: str, results: list[tuple[float, PlanResult]], floor: float | None = None, p95: float | None = None
+) -> Iterator[Figure]:
     times = tuple(seconds for seconds, result in results if result.status is Status.FOUND)
     yield Figure(f"{name}_found", (len(times) / len(results),), "share")
     if times:
-        yield Figure(name, times, "s", floor)
+        yield Figure(name, times, "s", floor, p95_at_most=p95)

@@ -3,7 +3,7 @@
 import os
 import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -28,25 +28,42 @@ LIBRARIES = (
 
 @dataclass(frozen=True)
 class Figure:
-    """One measured quantity. floor: what must be reached (None: nothing is promised); at_most: which side is good."""
+    """One measured quantity.
+
+    floor: what its median must reach; at_most: which side is good; p95_at_most: what its p95 must not exceed. None:
+    nothing is promised.
+    """
 
     name: str
     samples: tuple[float, ...]
     unit: str
     floor: float | None = None
     at_most: bool = True
+    p95_at_most: float | None = None
 
     def as_dict(self) -> dict[str, object]:
-        median = float(np.median(self.samples))
+        """holds, p95_holds: None where nothing is promised."""
+        median, p95 = float(np.median(self.samples)), float(np.percentile(self.samples, 95))
         holds = None if self.floor is None else bool(median <= self.floor if self.at_most else median >= self.floor)
         return {
             "median": median,
-            "p95": float(np.percentile(self.samples, 95)),
+            "p95": p95,
             "unit": self.unit,
             "n": len(self.samples),
             "floor": self.floor,
             "holds": holds,
+            "p95_at_most": self.p95_at_most,
+            "p95_holds": None if self.p95_at_most is None else p95 <= self.p95_at_most,
         }
+
+
+def promised(row: Mapping[str, object]) -> str:
+    """What a row of :meth:`Figure.as_dict` must reach and whether it does; empty where nothing is promised."""
+    told = []
+    for name, asked, held in (("", "floor", "holds"), ("p95 ", "p95_at_most", "p95_holds")):
+        if row[asked] is not None:
+            told.append(f"{name}{row[asked]:g} {'holds' if row[held] else 'DOES NOT HOLD'}")
+    return ", ".join(told)
 
 
 def seconds(call: Callable[[], object], n: int, warm: bool = True) -> tuple[float, ...]:

@@ -1,6 +1,8 @@
-"""Cycles of work, kill, restart and comparison; the soak and the tests run the same."""
+"""Cycles of work, trouble, recovery and comparison; the soak and the tests run the same."""
 
 import contextlib
+import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -10,29 +12,47 @@ from random import Random
 
 import httpx
 
+from benchmarks.soak.bad_link import BAD, Badness, linked_by
 from benchmarks.soak.ledger import Ledger, Verdict, compare
-from benchmarks.soak.processes import RoverProcess, ServerProcess, kill, until
+from benchmarks.soak.processes import Deaf, RoverProcess, ServerProcess, kill, until
 from benchmarks.soak.script import Interrupted, Listener, Script
+from footfall.api.access import BASE
 from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.storage.store import read_session
+from footfall.session.telling import AGAIN_AFTER
+from footfall.telemetry.link import PATH
 from footfall.terrain.generate import plane
 
-KINDS = ("server", "rover", "worker")
+KINDS = ("server", "rover", "worker", "link", "hang")
+"""What goes wrong: one of three is killed, the link between rover and server is bad for a while, workers hang."""
+MOMENTS = ("any", "command", "stop", "any")
+"""When it begins: at any time, soon after the rover set out on a command, while an answered stop is in force."""
+ENDS = ("command_done", "command_refused", "command_unknown")
+SOON = 0.5
+"""Longest time from a command's beginning, or a stop's answer, to the trouble [s]."""
+BAD_FOR = 5.0
+"""Longest time that a link stays bad, and so that what failed by it may wait to be told so [s]."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """One kill. recovery: from it until the server answers, a rover is linked and, of a worker, a plan is made [s].
+    """One trouble. recovery: from it until the server answers, a rover is linked and, of workers, a plan is made [s].
 
-    during: what was under way. verdict: right after the recovery. problems: what did not go on as it should.
+    how: what was done to a link. under_way: name of the command that the rover was carrying out, or "". stopped: a stop
+    that was answered was in force. during: what the client was doing. verdict: once the session has gone on. problems:
+    what did not go on as it should.
     """
 
     kind: str
+    how: str
     recovery: float
+    under_way: str
+    stopped: bool
     during: str
     verdict: Verdict
     problems: tuple[str, ...]
@@ -44,13 +64,13 @@ class Cycle:
 
 
 class Soak:
-    """A server, its workers, a rover and a client in ``folder``; a context manager.
+    """A server, its workers, a rover, a client, and one that never reads, in ``folder``; a context manager.
 
-    light: notes, waits on the rover and plans; else whole steps, terrain and stops too. hurry: of the rover's time.
+    hurry: how much faster than the world the rover's time runs. server, rover: the processes; script: the client.
     """
 
-    def __init__(self, folder: Path, seed: int, light: bool, hurry: float) -> None:
-        self._folder, self._light = folder, light
+    def __init__(self, folder: Path, seed: int, hurry: float) -> None:
+        self._folder = folder
         self._rng = Random(seed)
         self.ledger = Ledger()
         self.data = folder / "data"
@@ -65,132 +85,192 @@ class Soak:
         self._set_up()
         legs = range(self._robot.leg_count)
         points = [contact_point(self._robot, self._state.posture, leg, self._state.T_site_base) for leg in legs]
-        self._server = ServerProcess(self.data, self.session, folder / "server.log")
-        self._rover = RoverProcess(folder, hurry)
+        self.server = ServerProcess(self.data, self.session, folder / "server.log")
+        self.rover = RoverProcess(folder, hurry)
         self._homes = [(float(x), float(y)) for x, y, _ in points]
         self._world = world
+        self._seed, self._open = seed, contextlib.ExitStack()
         self.set_up_again = 0
 
     def __enter__(self) -> "Soak":
-        self._server.start()
-        self._script = Script(self._server.url, self.ledger, self._rng, self._homes, self._world)
+        self.server.start()
+        self.link = self._open.enter_context(linked_by(f"ws{self.server.url.removeprefix('http')}{PATH}", self._seed))
+        self._deaf = self._never_reading()
+        self.script = Script(self.server.url, self.ledger, self._rng, self._homes, self._world)
         try:
-            self._listener = Listener(self._server.url, self.session, self.ledger)
-            self._rover.start(self._server.url)
-            until(self._script.linked, "the rover's link")
-            if self._light:
-                self._script.make_waits()
+            self._listener = Listener(self.server.url, self.session, self.ledger)
+            self.rover.start(self.link.url)
+            until(self.script.linked, "the rover's link")
         except BaseException:
             self.__exit__()
             raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._script.client.close()
-        self._rover.end()
-        self._server.end()
+        self.script.client.close()
+        self._deaf.close()
+        self.rover.end()
+        self._open.close()
+        self.server.end()
 
-    def cycle(self, kind: str) -> Cycle:
-        """Work, kill a ``kind`` at a random moment, restart it, compare, and work on."""
-        longest = 1.0 if self._light else 12.0
-        struck = threading.Event()
-        killer = threading.Timer(self._rng.uniform(0.02, longest), self._strike, (kind, struck))
-        killer.start()
-        during = self._work(kind, struck)
-        killer.join()
-        began = time.monotonic()
+    def cycle(self, kind: str, moment: str = "any", steps: bool = False) -> Cycle:
+        """Work, have a ``kind`` of trouble at a ``moment``, recover, compare, and work on.
+
+        steps: the rover carries out whole steps, and terrain is loaded; else it waits, which takes less time.
+        """
+        longest = SOON if moment != "any" or not steps else 12.0
+        struck, struck_at = threading.Event(), list[float]()
+        about = (kind, moment, self._rng.uniform(0.02, longest), struck, struck_at)
+        how = self._rng.choice(list(BAD)) if kind == "link" else ""
+        trouble = threading.Thread(target=self._strike, args=(*about, how), daemon=True)
+        trouble.start()
+        during = self._work(kind, moment, steps, struck)
+        trouble.join()
+        began, stopped = time.monotonic(), self.ledger.stopped
         self._recover(kind)
         recovery = time.monotonic() - began
-        problems = self._after()
-        return Cycle(kind, recovery, during, self.compare(), tuple(problems))
+        problems, verdict = self._after(steps), self.compare()
+        return Cycle(kind, how, recovery, self._under_way(struck_at[0]), stopped, during, verdict, tuple(problems))
 
     def compare(self) -> Verdict:
         """The ledger beside what is on the disk now."""
-        return compare(self.ledger, self.data, self.session, self._rover.executed())
+        return compare(self.ledger, self.data, self.session, self.rover.executed())
 
-    def _strike(self, kind: str, struck: threading.Event) -> None:
+    def _strike(
+        self, kind: str, moment: str, delay: float, struck: threading.Event, struck_at: list[float], how: str
+    ) -> None:
+        if moment == "command":
+            before = len(self.rover.begun())
+            until(lambda: len(self.rover.begun()) > before, "the beginning of a command")
+        elif moment == "stop":
+            until(lambda: self.ledger.stopped, "the answer to a stop")
+        time.sleep(delay)
+        workers = until(self.server.workers, "a worker") if kind in ("worker", "hang") else []
+        struck_at.append(time.time())
+        if kind == "link":
+            self.link.badness = BAD[how]
+            self.link.cut()  # how often it is cut counts from a connection's beginning
+            time.sleep(BAD_FOR * delay / (SOON + delay))
+            self.link.badness = Badness()
+            if BAD[how].cut_every:  # else the connection that there is would still be cut once
+                self.link.cut()
+        elif kind == "hang":
+            self._hang(workers, struck)
         struck.set()
-        if kind == "worker":
-            workers = until(self._server.workers, "a worker")
-            for one in workers:
+        if kind in ("server", "rover", "worker"):
+            for one in workers or [self.server.pid if kind == "server" else self.rover.pid]:
                 kill(one)
-        else:
-            kill(self._server.pid if kind == "server" else self._rover.pid)
 
-    def _work(self, kind: str, struck: threading.Event) -> str:
-        """Go on until something fails because of the kill; what that was."""
+    def _hang(self, workers: list[int], struck: threading.Event) -> None:
+        """Stop all workers; once a job waits for one of them, it is cancelled as an operator would do it."""
+        for one in workers:
+            os.kill(one, signal.SIGSTOP)
+        job = until(self.script.running_job, "a job that hangs")
+        struck.set()
+        self.script.cancel(job)
+        for one in workers:
+            with contextlib.suppress(ProcessLookupError):  # the server has killed it
+                os.kill(one, signal.SIGCONT)
+
+    def _under_way(self, at: float) -> str:
+        begun = [(one, name) for one, name, when in self.rover.begun() if when < at]
+        if not begun:
+            return ""
+        last, name = begun[-1]
+        records = read_session(self.data / self.session).records
+        ended = any(r["type"] in ENDS and r["payload"]["id"] == last and r["time"] < at for r in records)
+        return "" if ended else name
+
+    def _work(self, kind: str, moment: str, steps: bool, struck: threading.Event) -> str:
+        """Go on until something fails because of the trouble; what that was."""
         while not struck.is_set():
-            for name, act in self._acts(kind):
+            for name, act in self._acts(kind, moment, steps):
                 try:
                     act()
                 except (Interrupted, httpx.TransportError, TimeoutError) as err:
-                    if not struck.wait(1.0):
+                    if not struck.wait(BAD_FOR if kind == "link" else 1.0):
                         raise
                     return f"{name}: {err}"
                 if struck.is_set():
                     return f"after {name}"
         return "between two acts"
 
-    def _acts(self, kind: str) -> Iterator[tuple[str, Callable[[], object]]]:
-        script = self._script
+    def _acts(self, kind: str, moment: str, steps: bool) -> Iterator[tuple[str, Callable[[], object]]]:
+        script = self.script
         yield "note", script.note
-        if self._light and kind == "worker":
+        if kind == "hang":
             yield "plan", script.plan
-        elif self._light:
-            yield "waits", script.wait_on_rover
-            yield "note", script.note
-        else:
+        if self.ledger.stopped:  # left in force for the trouble: nothing moves
+            return
+        if steps:
             if self._rng.random() < 0.2:
                 yield "terrain", script.load_terrain
             yield "step", script.step
-        if self._rng.random() < 0.2:
+        elif kind == "worker" and moment != "command":
+            yield "plan", script.plan
+        else:
+            yield "waits", script.wait_on_rover
+            yield "note", script.note
+        if moment == "stop":
             yield "stop", script.stop
+        elif self._rng.random() < 0.2:
+            yield "stop", script.stop
+            yield "clearing", script.clear_stop
 
     def _recover(self, kind: str) -> None:
-        script = self._script
+        script = self.script
         if kind == "server":
-            self._server.end()
+            self.server.end()
             self._listener.end()
-            self._server.start()
-            self._listener = Listener(self._server.url, self.session, self.ledger)
+            self.server.start()
+            self._listener = Listener(self.server.url, self.session, self.ledger)
+            self._deaf.close()
+            self._deaf = self._never_reading()
         elif kind == "rover":
-            self._rover.end()
+            self.rover.end()
             until(lambda: not script.linked(), "the loss of the link")
-            self._rover.start(self._server.url)
+            self.rover.start(self.link.url)
+        elif kind == "link":
+            time.sleep(2 * AGAIN_AFTER)  # the rover refuses commands until it was told what the line had lost
         until(script.linked, "the rover's link")
-        if kind == "worker":
+        if kind in ("worker", "hang"):
             script.plan()
 
-    def _after(self) -> list[str]:
+    def _never_reading(self) -> Deaf:
+        return Deaf(self.server.port, f"{BASE}/sessions/{self.session}/events/line?rate=20")
+
+    def _after(self, steps: bool) -> list[str]:
         """The session goes on: what was stopped is stopped, what was open has an end, and new work is done."""
-        script = self._script
+        script = self.script
         problems = []
         if self.ledger.stopped and not script.stop_in_force():
             problems.append("a stop that was answered is not in force any more")
+        if self.ledger.stopped and script.lets_move():
+            problems.append("a sequence was armed while a stop was in force")
         with contextlib.suppress(TimeoutError):
             until(lambda: not script.settled(), "the end of the run", 20.0)
         problems += script.settled()
         if script.stop_in_force():
             script.clear_stop()
         script.note()
-        if self._light:
-            script.wait_on_rover()
-        else:
+        if steps:
             self._step_on()
+        else:
+            script.wait_on_rover()
         return problems
 
     def _step_on(self) -> None:
         """A whole step; where a leg was left in the air so that no step is possible, the rover is set up anew."""
         try:
-            self._script.step()
+            self.script.step()
         except Interrupted:
             self.set_up_again += 1
-            self._rover.end()
-            until(lambda: not self._script.linked(), "the loss of the link")
+            self.rover.end()
+            until(lambda: not self.script.linked(), "the loss of the link")
             self._set_up()
-            self._rover.start(self._server.url)
-            until(self._script.linked, "the rover's link")
-            self._script.step()
+            self.rover.start(self.link.url)
+            until(self.script.linked, "the rover's link")
+            self.script.step()
 
     def _set_up(self) -> None:
         (self._folder / "state.npz").write_bytes(encode(self._state))

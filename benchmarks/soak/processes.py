@@ -1,7 +1,9 @@
 """The processes that are killed: the server as ``footfall serve`` starts it, its workers, and a rover beside it."""
 
+import base64
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -39,6 +41,11 @@ class ServerProcess:
         return f"http://127.0.0.1:{self._port}"
 
     @property
+    def port(self) -> int:
+        """Where it listens."""
+        return self._port
+
+    @property
     def pid(self) -> int:
         """Number of its process. Raises ProcessLookupError where there is none."""
         if self._process is None or self._process.poll() is not None:
@@ -67,10 +74,10 @@ class ServerProcess:
 
     def end(self, number: int = signal.SIGTERM) -> None:
         """Send it a signal and wait until it is gone, its workers too."""
-        if self._process is None:
-            return
-        self._process.send_signal(number)
-        self._process.communicate()  # its workers have the same output: its end is theirs too
+        process, self._process = self._process, None
+        if process is not None:
+            process.send_signal(number)
+            process.communicate()  # its workers have the same output: its end is theirs too
 
 
 class RoverProcess:
@@ -89,24 +96,50 @@ class RoverProcess:
         return self._process.pid
 
     def start(self, url: str) -> None:
-        """url: of the server, without a path."""
-        command = [sys.executable, "-m", "benchmarks.soak.rover", "--hurry", str(self._hurry)]
-        command += ["--url", f"ws{url.removeprefix('http')}/api/v1/rover"]
+        """url: of the rover's link, ws://…"""
+        command = [sys.executable, "-m", "benchmarks.soak.rover", "--hurry", str(self._hurry), "--url", url]
         for name, file in (("terrain", "world.npz"), ("state", "state.npz"), ("journal", "journal")):
             command += [f"--{name}", str(self._folder / file)]
         with (self._folder / "rover.log").open("ab") as log:
             self._process = subprocess.Popen(command, stdout=log, stderr=log, cwd=Path(__file__).parents[2])
 
+    def begun(self) -> list[tuple[str, str, float]]:
+        """(id, name, when [s]) of the commands on which it set out, in their order, over all its lives."""
+        journal = self._folder / "journal"
+        lines = journal.read_text().splitlines() if journal.exists() else []
+        return [(one, name, float(at)) for one, name, at in map(str.split, lines)]
+
     def executed(self) -> list[str]:
         """Ids of the commands on which it set out, in their order, over all its lives."""
-        journal = self._folder / "journal"
-        return journal.read_text().split() if journal.exists() else []
+        return [one for one, _, _ in self.begun()]
 
     def end(self, number: int = signal.SIGKILL) -> None:
         """Send it a signal and wait until it is gone."""
         if self._process is not None:
             self._process.send_signal(number)
             self._process.wait()
+
+
+class Deaf:
+    """A client that follows the session's events at a path of a server on this machine, and never reads."""
+
+    def __init__(self, port: int, path: str) -> None:
+        """Raises OSError where no server takes it on."""
+        self._line = line = socket.socket()
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        line.settimeout(PATIENCE)
+        line.connect(("127.0.0.1", port))
+        key = base64.b64encode(bytes(16)).decode()
+        wanted = {"Host": f"127.0.0.1:{port}", "Upgrade": "websocket", "Connection": "Upgrade"}
+        wanted |= {"Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13"}
+        headers = "".join(f"{name}: {content}\r\n" for name, content in wanted.items())
+        line.sendall(f"GET {path} HTTP/1.1\r\n{headers}\r\n".encode())
+        if line.recv(12) != b"HTTP/1.1 101":
+            raise OSError(f"the server did not take a listener on at {path}")
+
+    def close(self) -> None:
+        """Hang up."""
+        self._line.close()
 
 
 def kill(pid: int) -> None:

@@ -1,13 +1,14 @@
 """The simulated rover, with a journal of its own of what it carries out: ``python -m benchmarks.soak.rover``.
 
-The journal is the second witness beside the session's log: a line for each command on which the rover sets out, written
-before a joint moves. What stands in it outlives SIGKILL, and so do the joint angles and the pose of the rover: its
-computer dies, its legs stay where they are. Its memory of command ids does not outlive it.
+The journal is the second witness beside the session's log: a line for each command on which the rover sets out (its
+id, its name, when), written before a joint moves. What stands in it outlives SIGKILL, and so do the joint angles and
+the pose of the rover: its computer dies, its legs stay where they are. Its memory of command ids does not outlive it.
 """
 
 import argparse
 import asyncio
 import os
+import time
 from pathlib import Path
 
 from footfall.io.artifacts import decode, encode
@@ -37,7 +38,7 @@ class JournalledRover(SimulatedRover):
         self._journal = os.open(journal, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
 
     def _begin(self, command: CommandMessage):
-        os.write(self._journal, f"{command.id}\n".encode())
+        os.write(self._journal, f"{command.id} {command.name} {time.time()}\n".encode())
         return super()._begin(command)
 
     def step(self, dt: float) -> list[AckMessage]:

@@ -29,14 +29,14 @@ class Interrupted(Exception):
 
 
 class Moved(Interrupted):
-    """The gate refused because the rover stands elsewhere than it was planned from: telemetry was behind its motion."""
+    """The gate refused because rover or terrain are not as planned with: telemetry was behind, terrain was loaded."""
 
 
 class Stale(Interrupted):
     """The gate refused because of the latest telemetry: too old (a busy machine), or from before a stop was cleared."""
 
 
-REFUSED = {"start": Moved, "telemetry": Stale, "mode": Stale}
+REFUSED = {"start": Moved, "terrain": Moved, "telemetry": Stale, "mode": Stale}
 """Check of the gate → what its refusal is here."""
 
 
@@ -74,6 +74,20 @@ class Script:
         made = self._get(f"{SESSION}/plans/{ended['result']}")
         return "" if made["status"] == "found" else f"leg {leg} to {x:.3f}, {y:.3f}: {made['reason']}"
 
+    def running_job(self) -> str:
+        """Id of a job of the session that has not ended, or ""."""
+        jobs = self._get(f"{SESSION}/jobs")["jobs"]
+        return next((one["id"] for one in jobs if one["state"] not in ENDED), "")
+
+    def cancel(self, job: str) -> None:
+        """Cancel it, and wait until it has ended."""
+        self._answered(self.client.delete(f"/jobs/{job}"), 202)
+        until(lambda: self._get(f"/jobs/{job}")["state"] in ENDED, "the end of a cancelled job")
+
+    def listeners(self) -> list[dict[str, Any]]:
+        """Who follows the session's events, and what waits for each."""
+        return self._get(f"{SESSION}/listeners")["listeners"]
+
     def step(self) -> None:
         """Plan, make a sequence, send it, and wait until it is done. First the leg that was under way last."""
         others = self._rng.sample(range(len(self._homes)), len(self._homes))
@@ -92,9 +106,12 @@ class Script:
 
     def make_waits(self) -> None:
         """A sequence of which three waits of 0.1 s are left: it can be sent again and again."""
-        while reason := self.plan():
-            if len(self._ledger.products) > 10:
-                raise Interrupted(reason)
+        reason = ""
+        for _ in range(TRIES):
+            if not (reason := self.plan()):
+                break
+        else:
+            raise Interrupted(reason)
         made = self._post(f"{SESSION}/sequences", {}, 201)
         wait = {"name": "WAIT", "duration": 0.1}
         edits: list[dict[str, Any]] = [{"kind": "insert", "row": 0, "command": wait}] * 3
@@ -106,14 +123,20 @@ class Script:
         self._waits = made["digest"]
 
     def wait_on_rover(self) -> None:
-        """Send the waits, and wait until they are done."""
-        self._run(self._waits)
+        """Send the waits, and wait until they are done. Made anew where the rover has stepped since."""
+        for _ in range(TRIES):
+            if not self._waits:
+                self.make_waits()
+            try:
+                return self._run(self._waits)
+            except Moved:
+                self._waits = ""
+        raise Interrupted(f"the rover stood elsewhere, or on other terrain, {TRIES} times")
 
     def stop(self) -> None:
-        """Stop, and clear it once the rover has said that it stands."""
+        """Stop. It is left in force."""
         self._post("/stop", {"reason": "of the soak"}, 200)
         self._ledger.stopped = True
-        self.clear_stop()
 
     def clear_stop(self) -> None:
         """Wait for the rover's word and clear the stop."""
@@ -137,6 +160,11 @@ class Script:
     def stop_in_force(self) -> bool:
         """Whether one is."""
         return self._get("/stop")["stopped"]
+
+    def lets_move(self) -> bool:
+        """Whether the gate arms the session's sequence; while a stop is in force it must not."""
+        digest = self._get(SESSION)["sequence"]
+        return digest is not None and self.client.post(f"/sequences/{digest}/arm").status_code == 200
 
     def _run(self, digest: str) -> None:
         sent = self._sent(digest)

@@ -1,8 +1,8 @@
 """All planners side by side over the whole set: ``python -m benchmarks.steps.compare --table PAGE --plot PICTURE``.
 
-Each planner gets each problem once with one seed. In every scene a step is planned first that is not counted, so
-that no planner pays for preparing it; the first problem is planned by all of them first, so that none pays for loading
-what it alone needs.
+Each planner gets each problem once with one seed, but those that are known to have no solution: they are asked of auto
+alone, which has to say no. In every scene a step is planned first that is not counted, so that no planner pays for
+preparing it; the first problem is planned by all of them first, so that none pays for loading what it alone needs.
 """
 
 import argparse
@@ -56,10 +56,11 @@ def tables(rows: Sequence[Known], outcomes: Outcomes, limit: float) -> str:
     """The three tables in Markdown."""
     blocked = np.array([not row.straight for row in rows])
     found = {planner: np.array([one.found for one in outcomes[planner]]) for planner in ORDER}
-    about = machine()
+    about, unknown = machine(), sum(not row.solvable for row in rows)
     lines = [
-        f"{len(rows)} problems, {int(blocked.sum())} of them without a free straight swing; one seed ({SEED}); at "
-        f"most {limit:g} s of wall clock a plan. {about['processor']}, {about['cores']} cores, other programs beside; "
+        f"{len(rows)} problems, {unknown} of them *unknown*, {int(blocked.sum())} without a free straight swing; one "
+        f"seed ({SEED}); at most {limit:g} s of wall clock a plan. {about['processor']}, {about['cores']} cores, other "
+        "programs beside; "
         f"Python {about['python']}, "
         + ", ".join(f"{name} {about['libraries'][name]}" for name in ("ompl", "coal", "numba"))  # type: ignore[index]
         + ".",
@@ -100,6 +101,27 @@ def tables(rows: Sequence[Known], outcomes: Outcomes, limit: float) -> str:
         if own.any():
             counts = " | ".join(f"{int(found[planner][own].sum())}" for planner in ORDER)
             lines.append(f"| {family} ({int(own.sum())}) | {counts} |")
+    return "\n".join(lines) + "\n"
+
+
+def refusals(rows: Sequence[Known], limit: float) -> str:
+    """What auto answers to problems without a solution, in Markdown."""
+    lines = [
+        "",
+        f"{len(rows)} problems are proven to have no solution; `auto` answers:",
+        "",
+        "| family | problems | answer | median time | slowest |",
+        "| --- | ---: | --- | ---: | ---: |",
+    ]
+    found: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        scene = build(row.problem)
+        planned(row.problem, scene, ORDER[0], limit, SEED)
+        one = planned(row.problem, scene, "auto", limit, SEED)
+        found.setdefault((row.problem.family, one.result.status.value), []).append(one.seconds)
+    for (family, answer), seconds in found.items():
+        times = 1e3 * np.array(seconds)
+        lines.append(f"| {family} | {len(times)} | {answer} | {np.median(times):.1f} ms | {times.max():.0f} ms |")
     return "\n".join(lines) + "\n"
 
 
@@ -147,9 +169,11 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=5.0, help="wall clock of one plan [s]")
     parser.add_argument("--per-family", type=int, help="only so many problems of each family")
     asked = parser.parse_args()
-    rows = chosen(asked.per_family)
+    everything = chosen(asked.per_family)
+    rows = [row for row in everything if not row.unsolvable]
     outcomes = measured(rows, asked.limit)
     text = tables(rows, outcomes, asked.limit)
+    text += refusals([row for row in everything if row.unsolvable], asked.limit)
     print(text)
     for row, one in zip(rows, outcomes["auto"], strict=True):
         if row.solvable and not one.found:

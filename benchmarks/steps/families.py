@@ -7,11 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.steps.problem import Ground, Load, StepProblem, beside_hip, wheel_radius_of
+from benchmarks import scenes
+from benchmarks.steps.problem import Ground, Load, StepProblem, beside_hip, standing_at, wheel_radius_of
 
 Random = np.random.Generator
 Point = tuple[float, float]
 Rock = tuple[float, float, float, float]
+OUT_OF_REACH = "out of reach"
+"""The family whose targets no leg gets to."""
 _WHEEL = 0.25
 """A little more than a wheel's radius [m]: rocks stay so far from where wheels stand."""
 
@@ -181,6 +184,30 @@ def fractal_mesh(seed: int, rng: Random) -> StepProblem:
     return StepProblem("fractal mesh", seed, Ground("fractal mesh"), place, "stand", leg, target)
 
 
+def past_a_plate(seed: int, rng: Random) -> StepProblem:
+    """Leg 0 or 3 stands on one side of a plate that hangs from the deck, and is to step to the other.
+
+    It has to fold, pass below the plate or between it and the hip, and unfold. Some plates leave no way.
+    """
+    place, leg, posture = _place(rng), int(rng.choice((0, 3))), str(rng.choice(("stand", "crouch", "tall")))
+    reach, side, outward = wheel_radius_of(posture), _sign(rng), 1.0 if leg == 0 else -1.0
+    start = beside_hip(place, leg, reach - _uniform(rng, 0.0, 0.15), -side * _uniform(rng, 0.55, 0.9))
+    target = beside_hip(place, leg, reach - _uniform(rng, 0.0, 0.3), side * _uniform(rng, 0.55, 0.9))
+    from_hip, length, width = _uniform(rng, 0.3, 0.75), _uniform(rng, 1.2, 1.8), _uniform(rng, 0.05, 0.2)
+    top, bottom = 0.3, float(standing_at(posture)[2]) + _uniform(rng, 0.5, 0.9)
+    hip = float(scenes.robot().description.legs[0].T_base_hip[0, 3])
+    middle = (outward * (hip + from_hip + length / 2), _uniform(rng, -0.1, 0.1), (top + bottom) / 2)
+    load, turned = Load(20.0, (length, width, top - bottom), middle), ((leg, *start),)
+    return StepProblem("past a hanging plate", seed, _easy_ground(rng), place, posture, leg, target, load, turned)
+
+
+def out_of_reach(seed: int, rng: Random) -> StepProblem:
+    """Farther from the hip than the leg is long."""
+    place, leg = _place(rng), _leg(rng)
+    target = beside_hip(place, leg, _uniform(rng, 1.75, 2.3), _uniform(rng, -0.8, 0.8))
+    return StepProblem(OUT_OF_REACH, seed, _easy_ground(rng), place, "stand", leg, target)
+
+
 MAKERS: dict[str, Callable[[int, Random], StepProblem]] = {
     "open ground": open_ground,
     "over a rock": over_a_rock,
@@ -194,11 +221,15 @@ MAKERS: dict[str, Callable[[int, Random], StepProblem]] = {
     "field of rocks": field_of_rocks,
     "lunar picture": lunar_picture,
     "fractal mesh": fractal_mesh,
+    "past a hanging plate": past_a_plate,
+    OUT_OF_REACH: out_of_reach,
 }
-HARD = ("over a rock", "between two rocks", "around a leg", "bug trap")
+HARD = ("over a rock", "between two rocks", "around a leg", "bug trap", "past a hanging plate")
 """Families whose problems are all such that a straight swing fails."""
-COUNTS = dict.fromkeys(MAKERS, 20) | {"open ground": 24, "over a rock": 24, "bug trap": 24}
-COUNTS |= dict.fromkeys(("lunar picture", "fractal mesh"), 12)
+COUNTS = dict.fromkeys(MAKERS, 20) | dict.fromkeys(
+    ("open ground", "over a rock", "bug trap", "past a hanging plate"), 24
+)
+COUNTS |= dict.fromkeys(("lunar picture", "fractal mesh", OUT_OF_REACH), 12)
 """How many problems each family has."""
 
 

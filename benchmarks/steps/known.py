@@ -1,7 +1,7 @@
 """The set: which seeds of each family belong to it, and what is known of each problem's solvability.
 
 ``known.csv`` is written by ``python -m benchmarks.steps.solvability``. A problem counts as solvable if a certified
-motion was found for it; otherwise as unknown, never as unsolvable: nobody proved that.
+motion was found for it, as unsolvable if that is proven (benchmarks/steps/unsolvable.py), otherwise as unknown.
 """
 
 import csv
@@ -22,7 +22,8 @@ COLUMNS = ("family", "seed", "ground", "straight", "goals", "known", "by", "seco
 @dataclass(frozen=True)
 class Known:
     """ground: fingerprint of terrain and target; straight: whether a straight swing is free; goals: postures that the
-    wheel can be lowered to; known: "solvable" or "unknown"; by: what found the solution; seconds: of processor time."""
+    wheel can be lowered to; known: "solvable", "unsolvable" or "unknown"; by: what found the solution, or what proves
+    that there is none; seconds: of processor time."""
 
     problem: StepProblem
     ground: str
@@ -35,6 +36,10 @@ class Known:
     @property
     def solvable(self) -> bool:
         return self.known == "solvable"
+
+    @property
+    def unsolvable(self) -> bool:
+        return self.known == "unsolvable"
 
 
 def fingerprint(problem: StepProblem, scene: Scene) -> str:

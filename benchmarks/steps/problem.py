@@ -101,7 +101,8 @@ def build(problem: StepProblem) -> Scene:
     """The scene of a problem. Raises InvalidInput where the rover can't stand so."""
     robot, dem = rover(problem.load), problem.ground.make()
     x, y, yaw = problem.place
-    state = footfall.stand(robot, dem, x, y, yaw, problem.posture)
+    # where legs stand elsewhere than the posture has them, the load may be where they were
+    state = footfall.stand(rover(None) if problem.turned else robot, dem, x, y, yaw, problem.posture)
     for leg, east, north in problem.turned:
         state = _with_leg_at(robot, dem, state, leg, east, north)
     return Scene(robot, dem, state)
@@ -122,11 +123,15 @@ def beside_hip(place: tuple[float, float, float], leg: int, radius: float, angle
     return float(x), float(y)
 
 
+def standing_at(posture: str) -> np.ndarray:
+    """Where the wheel of leg 0 touches level ground in a named posture, (3,) in base [m]."""
+    robot = scenes.robot()
+    return contact_point(robot, robot.posture(posture), 0, np.eye(4))
+
+
 def wheel_radius_of(posture: str) -> float:
     """How far from its hip a wheel stands in a named posture, seen from above [m]."""
-    robot = scenes.robot()
-    foot = contact_point(robot, robot.posture(posture), 0, np.eye(4))[0]
-    return float(foot - robot.description.legs[0].T_base_hip[0, 3])
+    return float(standing_at(posture)[0] - scenes.robot().description.legs[0].T_base_hip[0, 3])
 
 
 def _with_leg_at(robot: Robot, dem: Dem, state: RobotState, leg: int, x: float, y: float) -> RobotState:

@@ -1,11 +1,12 @@
 """Whether a problem has a solution: a long search by other means than the planners that are measured.
 
-Every goal posture is tried, not the best few; OMPL's RRTConnect runs from many seeds and with several ranges, without
-smoothing; what it finds counts only if the recheck of whole paths accepts it.
+Every goal posture is tried, not the best few; OMPL's RRTConnect and KPIECE1 run from many seeds, in several ranges and
+without smoothing; what they find counts only if the recheck of whole paths accepts it.
 """
 
 import itertools
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.steps.problem import Scene, StepProblem
 from footfall.planning.step import with_ompl
 from footfall.planning.step.edges import Space, samples
-from footfall.planning.step.fast import searched
+from footfall.planning.step.fast import escaped, searched
 from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.ground import Contact, Nearby, footfall_contact
 from footfall.planning.step.lift import branch_of, vertical
@@ -25,8 +26,13 @@ from footfall.planning.step.verify import recheck
 from footfall.robot.collision import CollisionScene
 
 Array = NDArray[np.float64]
-RANGES = (0.6, 0.25, 1.2)
-"""Largest extensions of RRTConnect's trees, in turn [rad]."""
+WAYS: tuple[tuple[Callable[..., Array | None], float], ...] = (
+    (with_ompl.rrtconnect, 0.6),
+    (with_ompl.rrtconnect, 0.25),
+    (with_ompl.rrtconnect, 1.2),
+    (with_ompl.kpiece, 0.6),
+)
+"""Searches, in turn, and the largest extension of their trees [rad]."""
 ITERATIONS = 3000
 """Of one run, before the next goal, seed and range."""
 _NEAREST = 3
@@ -102,11 +108,25 @@ def situation_of(problem: StepProblem, scene: Scene) -> Situation:
     return Situation(scene.robot, scene.dem, scene.state, problem.leg, ground, StepSettings())
 
 
+def unsure_ends(situation: Situation, start: Array, goal: Array) -> int:
+    """How many ends of a swing are free, but too near to something for the compiled check."""
+    return sum(situation.first_unsure(q[None], RAISED) == 0 for q in (start, goal))
+
+
 def raw_search(situation: Situation, start: Array, goal: Array, seed: int) -> float | None:
-    """Seconds of processor time of our compiled search alone, between two sure postures; None if it found nothing."""
+    """Seconds of processor time of our compiled search alone, or None if it found nothing.
+
+    It runs between sure postures; where an end is unsure, the look for one beside it, over meshes, is timed too.
+    """
     settings, certificate = situation.settings, situation.footing.certificate
     space, rng = _space(situation, RAISED), np.random.default_rng(seed)
+    unsure = unsure_ends(situation, start, goal)
     begin = time.process_time()
+    if unsure:
+        first, last = escaped(space, start, rng), escaped(space, goal, rng)
+        if first is None or last is None:
+            return None
+        start, goal = first, last
     path = searched(space, certificate, start, goal, rng, settings.radius, settings.milestones)
     return None if path is None else time.process_time() - begin
 
@@ -114,15 +134,13 @@ def raw_search(situation: Situation, start: Array, goal: Array, seed: int) -> fl
 def solved(posed: Posed, limit: float) -> str | None:
     """By what a certified motion was found within ``limit`` [s of processor time], or None."""
     end = time.process_time() + limit
-    for seed, radius in itertools.product(range(1000, 2000), RANGES):
+    for seed, (search, radius) in itertools.product(range(1000, 2000), WAYS):
         for number, down in enumerate(posed.downs):
             if time.process_time() > end:
                 return None
-            path = with_ompl.rrtconnect(
-                posed.space(RAISED), posed.up[-1], down[-1], radius=radius, milestones=ITERATIONS, seed=seed
-            )
+            path = search(posed.space(RAISED), posed.up[-1], down[-1], radius=radius, milestones=ITERATIONS, seed=seed)
             if path is not None and _holds(posed, path, down):
-                return f"rrtconnect goal {number} of {len(posed.downs)} range {radius:g} seed {seed}"
+                return f"{search.__name__} goal {number} of {len(posed.downs)} range {radius:g} seed {seed}"
     return None
 
 

@@ -9,10 +9,11 @@ import time
 from collections import Counter
 
 from benchmarks.steps import known
-from benchmarks.steps.families import COUNTS, HARD, MAKERS, problem
+from benchmarks.steps.families import COUNTS, HARD, MAKERS, OUT_OF_REACH, problem
 from benchmarks.steps.known import Known, fingerprint
 from benchmarks.steps.problem import build, is_here
 from benchmarks.steps.search import pose, solved
+from benchmarks.steps.unsolvable import out_of_reach, shut_in
 from footfall.core.errors import InvalidInput
 
 LIMIT = 60.0
@@ -33,6 +34,13 @@ def family(name: str, limit: float) -> list[Known]:
         except InvalidInput:
             left_out["the rover can't stand so"] += 1
             continue
+        if name == OUT_OF_REACH:
+            far = out_of_reach(one, scene)
+            if far is None:
+                left_out["it is not proven to be too far"] += 1
+            else:
+                rows.append(Known(one, fingerprint(one, scene), False, 0, "unsolvable", far, 0.0))
+            continue
         posed = pose(one, scene)
         if isinstance(posed, str):
             left_out[posed] += 1
@@ -45,7 +53,8 @@ def family(name: str, limit: float) -> list[Known]:
             left_out["no leg is near"] += 1
             continue
         started = time.process_time()
-        by = solved(posed, limit)
+        proof = shut_in(posed)
+        by = solved(posed, limit) if proof is None else None
         seconds = time.process_time() - started
         rows.append(
             Known(
@@ -53,17 +62,17 @@ def family(name: str, limit: float) -> list[Known]:
                 fingerprint(one, scene),
                 straight,
                 len(posed.downs),
-                "unknown" if by is None else "solvable",
-                by or f"nothing in {limit:g} s",
+                "solvable" if by else "unsolvable" if proof else "unknown",
+                by or proof or f"nothing in {limit:g} s",
                 seconds,
             )
         )
-        if by is None:
-            print(f"  {one.name}: nothing found in {limit:g} s", flush=True)
-    solvable, free = sum(row.solvable for row in rows), sum(row.straight for row in rows)
+        if not by:
+            print(f"  {one.name}: {rows[-1].by}", flush=True)
+    counts, free = Counter(row.known for row in rows), sum(row.straight for row in rows)
     reasons = "; ".join(f"{count} {why}" for why, count in left_out.most_common())
     print(
-        f"{name}: {len(rows)} problems, {solvable} solvable, {len(rows) - solvable} unknown, "
+        f"{name}: {len(rows)} problems, {', '.join(f'{count} {what}' for what, count in counts.items())}, "
         f"{free} by a straight swing; {time.process_time() - begin:.0f} s; left out: {reasons or 'none'}",
         flush=True,
     )

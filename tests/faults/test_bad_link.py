@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from benchmarks.soak.bad_link import BAD, BadLink, Badness
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
@@ -19,18 +20,9 @@ from footfall.sim.process import RoverClient
 from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.link import PATH
 from footfall.terrain.generate import plane
-from tests.support.bad_link import BadLink, Badness
 from tests.support.server import running_server, until
 
 SESSION = "/sessions/current"
-BAD = {
-    "cut": Badness(cut_every=1.5),
-    "delayed": Badness(delay=0.1),
-    "repeated": Badness(repeat=0.5),
-    "reordered": Badness(delay=0.3, reorder=True),
-    "half lost": Badness(lose=0.5),
-    "all at once": Badness(lose=0.3, repeat=0.3, delay=0.2, reorder=True, cut_every=4.0),
-}
 
 
 class WatchedRover(SimulatedRover):

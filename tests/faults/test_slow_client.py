@@ -1,17 +1,17 @@
 """A client that connects to the events and never reads: the server stays small, and others hear at once."""
 
-import base64
 import json
 import os
-import socket
 import threading
 import time
 from collections import deque
+from contextlib import closing
 from itertools import takewhile
 from pathlib import Path
 
 from websockets.sync.client import connect
 
+from benchmarks.soak.processes import Deaf
 from footfall.api import mailbox
 from tests.support.server import running_server, until
 
@@ -24,20 +24,6 @@ def memory():
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def deaf(port):
-    """A WebSocket that was opened and is never read."""
-    line = socket.socket()
-    line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    line.connect(("127.0.0.1", port))
-    key = base64.b64encode(bytes(16)).decode()
-    wanted = {"Host": f"127.0.0.1:{port}", "Upgrade": "websocket", "Connection": "Upgrade"}
-    wanted |= {"Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13"}
-    headers = "".join(f"{name}: {content}\r\n" for name, content in wanted.items())
-    line.sendall(f"GET {LINE} HTTP/1.1\r\n{headers}\r\n".encode())
-    assert line.recv(12) == b"HTTP/1.1 101"
-    return line
-
-
 def test_who_never_reads_costs_the_server_and_others_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(mailbox, "LONGEST_BACKLOG", BACKLOG)
     with (
@@ -47,7 +33,7 @@ def test_who_never_reads_costs_the_server_and_others_nothing(tmp_path, monkeypat
         live = server.sessions.current
         assert live is not None
         port = int(server.url.rpartition(":")[2])
-        with deaf(port), connect(f"ws://127.0.0.1:{port}{LINE}", proxy=None) as line:
+        with closing(Deaf(port, LINE)), connect(f"ws://127.0.0.1:{port}{LINE}", proxy=None) as line:
             until(lambda: len(client.get("/sessions/current/listeners").json()["listeners"]) == 2, "both listeners")
             hearing = threading.Thread(target=lambda: deque(takewhile(is_no_event, map(json.loads, line)), 0))
             hearing.start()
