@@ -14,6 +14,7 @@ from typing import Any
 
 import uvicorn
 from fastapi import FastAPI
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
@@ -87,7 +88,8 @@ def create_app(
     proxy = SceneProxy(door)
     app.router.lifespan_context = lifespan
     app.include_router(proxy.router)
-    app.mount("/", _Page(directory=static or static_folder(), html=True), name="page")
+    # the page alone: compressed, what the interface answers would tell of secrets in it by its size
+    app.mount("/", GZipMiddleware(_Page(directory=static or static_folder(), html=True), compresslevel=6), name="page")
     return app
 
 

@@ -49,12 +49,16 @@ class GhostDrawing:
 
 
 def motion_of(value: Value | None) -> Motion | None:
-    """What a ghost plays of a plan, or of a sequence that moves the chassis; None of anything else."""
+    """What a ghost plays of a plan or a sequence; None of anything else."""
     if isinstance(value, StepPlan):
         return Motion(value.leg, value.waypoints, np.tile(value.T_site_base, (len(value.waypoints), 1, 1)))
     if isinstance(value, Sequence) and value.commands:
         poses = np.concatenate([value.T_site_base[None], value.poses])
-        return Motion(None, np.vstack([value.start, value.predicted]), poses)
+        waypoints = np.vstack([value.start, value.predicted])
+        turned = np.abs(np.diff(waypoints, axis=0)).max(axis=0).reshape(-1, 6).max(axis=1)
+        legs = np.flatnonzero(turned > 0)
+        alone = value.Ts_site_base is None and len(legs) == 1
+        return Motion(int(legs[0]) if alone else None, waypoints, poses)
     return None
 
 

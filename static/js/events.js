@@ -42,7 +42,7 @@ export function describe({ type, payload }) {
   return [...named, ...new Set(words.map((one) => one.replaceAll("_", " "))), ...who].join(", ");
 }
 
-const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", edit: "the edit of the commands" };
+const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", edit: "the edit of the commands", stiffness: "the stiffness taken over" };
 const MADE = {
   plan: ({ leg, status }) => `planned the step of leg ${leg}: ${status.replaceAll("_", " ")}`,
   maps: ({ leg }) => `coloured the ground for leg ${leg}`,
@@ -57,6 +57,7 @@ const DONE = {
   footfall_chosen: ({ leg }) => `chose a footfall for leg ${leg}`,
   points_set: ({ leg, points }) => `set ${points.length} point${points.length === 1 ? "" : "s"} for the wheel of leg ${leg}`,
   plan_chosen: () => "chose another plan",
+  stiffness_taken_over: (taken) => `took over joints ${taken.joint_scale.toFixed(2)} × as stiff, before ${taken.was.toFixed(2)} ×`,
   choice_undone: ({ kind }) => `took back ${CHOICES[kind]}`,
   choice_redone: ({ kind }) => `made ${CHOICES[kind]} again`,
   sequence_undone: () => "took back an edit of the commands", sequence_redone: () => "made an edit of the commands again",

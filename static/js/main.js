@@ -13,6 +13,7 @@ import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
 import * as account from "./panels/account.js";
 import * as age from "./panels/age.js";
+import * as clearances from "./panels/clearances.js";
 import * as commands from "./panels/commands.js";
 import * as conn from "./panels/conn.js";
 import * as execution from "./panels/execution.js";
@@ -37,7 +38,7 @@ import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
 import * as whatIf from "./panels/whatif.js";
 
-const PANELS = [ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

@@ -8,8 +8,9 @@ import { subscribe } from "./store.js";
 const GOES_ON = "Commands, telemetry and stop go on without it.";
 const LOOK_PERIOD = 20000; // ms
 
-// viser's own panel and notices are hidden: the page has its own, and they would cover the ground.
-const STYLE = "[data-floating-window], .mantine-Notifications-root { display: none !important; }";
+// viser's own panel (floating, or docked in a narrow frame) and notices are hidden: the page has its own, and they would
+// cover the ground.
+const STYLE = "[data-floating-window], .mantine-Notifications-root, .mantine-Paper-root:has(.mantine-ScrollArea-root) { display: none !important; }";
 
 let wanted = true;
 let lookedAt = 0;

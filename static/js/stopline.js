@@ -1,7 +1,7 @@
 // The page's own line for stop requests. A browser opens six requests to one server at a time, and a stop must not wait
 // behind them; WebSockets don't count among those. What the line can't bring goes as an ordinary request.
 
-import { ROOT, request } from "./api.js";
+import { PAGE, ROOT, request } from "./api.js";
 
 const RETRY = 1000; // ms
 
@@ -25,7 +25,7 @@ export async function askToStop(patience) {
   const socket = line;
   const answer = await new Promise((resolve) => {
     waiting.push(resolve);
-    socket.send("{}");
+    socket.send(JSON.stringify({ page: PAGE }));
     setTimeout(() => resolve({ fault: "The server does not answer." }), patience);
   });
   if (!answer.fault) return answer;

@@ -7,6 +7,7 @@ import { changed, known } from "./store.js";
 const LOOK_PERIOD = 2000; // ms: what no event tells (the rover moved, the server hangs) shows after this long
 const PATIENCE = 5000; // ms
 const RETRY = 1000; // ms
+const NO_ROOM = 1013; // close code: as many listen as may
 const OVER = ["done", "failed", "cancelled"];
 
 let fetching = null; // the promise of the summary that is on its way
@@ -70,10 +71,11 @@ function listen() {
   const root = `${location.origin.replace(/^http/, "ws")}${ROOT}`;
   const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}&ahead=2`);
   line.addEventListener("open", () => { known.connected = true; look(); });
-  line.addEventListener("close", () => {
+  line.addEventListener("close", ({ code, reason }) => {
     known.connected = false;
     changed();
-    setTimeout(listen, RETRY);
+    if (code === NO_ROOM) toast(reason);
+    setTimeout(listen, code === NO_ROOM ? 10 * RETRY : RETRY);
   });
   line.addEventListener("message", (message) => {
     const { type, data } = JSON.parse(message.data);

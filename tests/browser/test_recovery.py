@@ -1,5 +1,6 @@
 """What the page does when something goes wrong: reload, restart, lost rover, another session, a full screen."""
 
+import errno
 import os
 import re
 import signal
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
+from footfall.session.storage.sqlite_log import SqliteLog
 from footfall.telemetry.link import ErrorMessage
 from tests.support.page_steps import held, press
 from tests.support.server import Running, running_server, until
@@ -67,6 +69,34 @@ def test_a_complaint_of_the_rover_is_shown(bare: Page, quiet: Running) -> None:
     expect(bare.locator("#log")).to_contain_text("camera 3 is cold", timeout=SLOW)
 
 
+def test_who_stopped_is_told_by_the_page_that_did(bare: Page, quiet: Running) -> None:
+    live = quiet.sessions.current
+    assert live is not None
+    live.clear_stop()
+    page = bare.evaluate("sessionStorage.getItem('footfall-page')")
+    press(bare, "STOP")
+    until(lambda: held(quiet)["stop"]["latched"], "the stop")
+    assert next(e.payload["by"]["page"] for e in reversed(live.events()) if e.type == "stop_requested") == page
+    press(bare, "Clear stop")
+    until(lambda: not held(quiet)["stop"]["latched"], "a cleared stop")
+
+
+def test_what_is_not_written_stays_in_sight(bare: Page, quiet: Running, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "no space left")
+
+    monkeypatch.setattr(SqliteLog, "append", full)
+    with quiet.client() as client:
+        client.post("/stop")
+        for _ in ("told", "found by a page that is opened later"):
+            expect(bare.locator("#status-server")).to_contain_text("NOT WRITTEN", timeout=SLOW)
+            expect(bare.locator("#status-server")).to_have_attribute("data-state", "bad")
+            bare.reload()
+        monkeypatch.undo()
+        client.post("/stop/clear").raise_for_status()
+    expect(bare.locator("#status-server")).to_have_text("connected", timeout=SLOW)
+
+
 @pytest.mark.scene
 def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
     scene = page.frame_locator("#scene").locator("body")
@@ -84,6 +114,11 @@ def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
     assert held(served)["events"] == before
     page.keyboard.press("Control+.")
     until(lambda: held(served)["stop"]["acknowledged"], "the stop acknowledged")
+    # viser's own panel is docked in a narrow frame, and hidden there as well
+    page.set_viewport_size({"width": 480, "height": 720})
+    until(lambda: inside.evaluate("innerWidth") <= 480, "a narrow scene")
+    until(lambda: inside.get_by_text("Save Canvas").count() == 1, "viser's panel")
+    expect(inside.get_by_text("Save Canvas")).to_be_hidden()
 
 
 def test_stop_does_not_wait_behind_requests_that_hang(bare: Page, quiet: Running) -> None:

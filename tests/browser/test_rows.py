@@ -2,6 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
+from footfall.planning.step.problem import StepSettings
 from tests.support.server import Running, until
 
 
@@ -55,3 +56,40 @@ def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> No
     console.get_by_role("button", name="Undo", exact=True).click()
     until(lambda: commands(quiet) == before, "what was there first")
     expect(field).to_have_value(f"{before[1]['joints'][2]:.4f}")
+
+
+def test_a_collision_that_was_edited_in_is_marked_and_shown_by_the_ghost(console: Page, quiet: Running) -> None:
+    before = commands(quiet)
+    last = len(before)
+    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
+    console.get_by_role("button", name=f"Row {last}", exact=True).click()
+    field = console.get_by_label(f"hip pitch of row {last} [rad]", exact=True)
+    field.fill(f"{before[-1]['joints'][1] + 0.2:.4f}")
+    field.press("Enter")
+    row = console.locator("#commands tbody tr").nth(last - 1)
+    expect(row).to_have_class("failing")
+    expect(row).to_contain_text("terrain")
+    expect(console.locator("#sequence-text")).to_contain_text(f"row {last}: ")
+    expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
+    # what is looked at is what would be sent
+    expect(console.locator("#scrub-read")).to_contain_text("of the commands")
+    console.get_by_role("button", name="Undo", exact=True).click()
+    until(lambda: commands(quiet) == before, "what was there first")
+    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
+
+
+def test_commands_of_another_plan_are_marked(console: Page, quiet: Running) -> None:
+    live = quiet.sessions.current
+    assert live is not None
+    other = console.locator("#sequence-other")
+    expect(other).to_be_hidden()
+    footfall = live.state.footfall
+    assert footfall is not None
+    try:
+        live.plan_step(footfall.leg, (footfall.x, footfall.y), StepSettings(lift=0.25)).finish()
+        expect(other).to_contain_text("▲ These commands are of another plan")
+        live.make_sequence()
+        expect(other).to_be_hidden()
+    finally:
+        live.plan_step(footfall.leg, (footfall.x, footfall.y)).finish()
+        live.make_sequence()

@@ -16,7 +16,10 @@ export function start() {
     key: "K", text: "Choose the next of the alternatives", run: chooseNext,
     refusal: () => (able().length > 1 ? "" : "There are no alternatives to choose from: ask for them first."),
   });
-  act({ key: "N", text: "Go on from the plan's end", button: "go-on", run: goOn, refusal });
+  act({
+    key: "N", text: "Go on from the plan's predicted end", button: "go-on", run: goOn,
+    refusal: () => (known.summary?.ends.go_on ? "" : "There is no plan to go on from: plan the step first."),
+  });
   $("go-back").addEventListener("click", goBack);
   subscribe(draw);
 }
@@ -35,7 +38,8 @@ const able = () => listed.filter((one) => one.figures);
 const chooseNext = () => choose(able()[(able().findIndex((one) => one.chosen) + 1) % able().length].digest);
 
 const goOn = () => attempt(async () => {
-  await put("/sessions/current/what-if/after", { after: known.plan.digest });
+  // what the page said it goes on from, whatever was made since
+  await put("/sessions/current/what-if/after", { after: known.summary.ends.go_on.digest });
   await refresh();
 });
 
@@ -44,12 +48,19 @@ const goBack = () => attempt(async () => {
   await refresh();
 });
 
+const ENDS = { plan: "the plan", execution: "the answer to Command for sag", commands: "the commands" };
+
+// Which of what was made of a step it is, and whether the rover sags there.
+const endOf = ({ of, sags }) => `${ENDS[of]}, ${sags ? "the rover's sag in it" : "the rover taken as rigid"}`;
+
 async function draw({ summary }) {
   if (!summary) return;
-  const after = summary.after;
+  const { go_on: from, after } = summary.ends;
+  $("go-on-from").hidden = !from;
+  $("go-on-from").textContent = from ? `Going on starts from the predicted end of ${endOf(from)}.` : "";
   $("go-back").hidden = $("go-on-text").hidden = !after;
   $("go-on-text").textContent = after
-    ? "Planned from where an earlier plan ends. What is made from here can be sent once the rover stands there."
+    ? `Planned from the predicted end of ${endOf(after)}. What is made from here can be sent once the rover stands there.`
     : "";
   const wanted = JSON.stringify([summary.plan.digest, summary.plan.compared]);
   if (wanted === shownFor) return;

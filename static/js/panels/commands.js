@@ -5,7 +5,7 @@ import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, attempt, element } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
-import { known, subscribe } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
 import { kept } from "./conn.js";
 import { choose, chosenRow, onChoice } from "./row.js";
 import { rowStates } from "./run.js";
@@ -15,8 +15,8 @@ let drawn = "";
 
 export function start() {
   $("insert-wait").addEventListener("click", () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }));
-  $("arm").addEventListener("click", arm);
-  $("send").addEventListener("click", send);
+  act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
+  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? "" : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ key: "Ctrl+Z", text: "Undo the last choice or edit", button: "undo", run: undo, refusal: () => (known.summary?.undo || known.summary?.hand?.moved ? "" : "There is nothing to undo.") });
@@ -47,20 +47,26 @@ const arm = () => attempt(async () => {
   const asked = performance.now(); // the server counts from before its answer arrives
   const answer = await post(`/sequences/${known.sequence.digest}/arm`, {});
   armed = { token: answer.token, digest: answer.sequence, until: asked + answer.expires_in * 1000 };
-  draw(known);
+  changed();
 });
 
 const send = () => attempt(async () => {
   if (!armed) return; // a second click
   const { token, digest } = armed;
   armed = null;
-  draw(known);
+  changed();
   await post(`/sequences/${digest}/send`, { arming: token, mode: $("by-steps").checked ? "steps" : "whole" }, once());
 });
 
 // What was armed is no longer what is shown, or may no longer be sent.
 const lapsed = (summary, sequence) =>
   performance.now() > armed.until || summary.stop.latched || summary.gate.stopped || armed.digest !== sequence?.digest;
+
+function notArmable() {
+  if (!known.sequence) return "There is no sequence yet.";
+  if (!known.sequence.valid) return "A rule does not hold: see the list.";
+  return known.summary?.gate?.state === "sending" ? "A sequence is being sent already." : kept();
+}
 
 function draw({ summary, sequence }) {
   if (!summary) return;
@@ -69,10 +75,6 @@ function draw({ summary, sequence }) {
   if (summary.undo) $("undo").title = `Undo: ${toldChoice(summary.undo)} (Ctrl+Z)`;
   if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
   if (armed && lapsed(summary, sequence)) armed = null;
-  const against = kept();
-  $("arm").disabled = !there || !sequence.valid || summary.gate?.state === "sending" || Boolean(against);
-  $("arm").title = against;
-  $("send").disabled = !armed;
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
     : summary.gate?.state === "sending" ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1}` : "not armed";
@@ -83,6 +85,7 @@ function drawTable(summary, sequence) {
   const states = rowStates(summary, sequence);
   const key = JSON.stringify([sequence?.digest, chosenRow(), [...states.values()]]);
   const focused = $("commands").contains(document.activeElement) ? document.activeElement : null;
+  $("sequence-other").hidden = !sequence || !summary.commands_of_another_plan;
   if (key === drawn || focused?.matches("input")) return; // not under the hands of somebody who types
   drawn = key;
   $("commands").hidden = !sequence;
@@ -93,9 +96,22 @@ function drawTable(summary, sequence) {
   const broken = sequence.rules.filter((rule) => !rule.holds);
   $("sequence-text").className = sequence.valid ? "yes" : "no";
   $("sequence-text").textContent = `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
-    + (sequence.valid ? "Every rule holds." : broken.map((rule) => rule.text).join(" "));
+    + (sequence.valid ? "Every rule holds." : broken.map(toldRule).join("; "));
   $("commands").tBodies[0].replaceChildren(...sequence.commands.map((command, row) => tableRow(command, row, broken, states.get(row))));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
+  follow();
+}
+
+const toldRule = ({ row, text }) => (row === null ? text : `row ${row + 1}: ${text}`);
+
+let followed = null; // the row that was brought into sight last: who scrolls away meanwhile is left alone
+
+// The row that is carried out stays in sight.
+function follow() {
+  const row = $("commands").querySelector("tr.current");
+  const label = row?.querySelector("button").ariaLabel ?? null;
+  if (label !== followed) row?.scrollIntoView({ block: "nearest" });
+  followed = label;
 }
 
 function tableRow(command, row, broken, state) {

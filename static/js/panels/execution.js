@@ -12,7 +12,8 @@ let modes = {}; // mode → {title, text}, as the server has them
 
 let shown = null; // the answer that the panel shows; it stays until the next, marked where it is out of date
 let asked = ""; // its digest, as soon as it is asked for
-let compared = ""; // the commands after which the measured sag was asked for
+let compared = ""; // the commands, and the stiffness in force, for which the measured sag was asked for
+let calibration = null; // what that sag says of the joints
 
 export function start() {
   $("execution-mode").addEventListener("change", describe);
@@ -26,6 +27,10 @@ export function start() {
     refusal: () => (mayBeMade() ? "" : "There is nothing to make commands of: command the present plan for sag first."),
   });
   act({ text: "Cancel commanding for sag", button: "execution-cancel", run: cancel, refusal: () => (runningJob() ? "" : "It is not running.") });
+  act({
+    text: "Take over the measured stiffness of the joints", button: "take-over", run: takeOver,
+    refusal: () => (mayBeTaken() ? "" : "There is no measured stiffness that is not taken over already."),
+  });
   subscribe(draw);
 }
 
@@ -39,15 +44,17 @@ async function load() {
 
 const describe = () => { $("execution-mode-text").textContent = modes[$("execution-mode").value].text; };
 
+const SCALES = ["joint_scale", "wheel_scale"];
+
 const fields = () => [...$("execution-settings").querySelectorAll("input")];
 const nameOf = (field) => field.id.replace("sag-", "");
 
-// An empty field stands for what is delivered. Sag is that under what balance is judged with.
+// An empty field stands for what is delivered; of the joints' stiffness, for what was taken over. Sag is that under what balance is judged with.
 function settings() {
   const chosen = { mode: $("execution-mode").value, compliance: { balance: balance() } };
   for (const field of fields()) {
     const name = nameOf(field);
-    if (field.value !== "") (name === "joint_scale" ? chosen.compliance : chosen)[name] = Number(field.value);
+    if (field.value !== "") (SCALES.includes(name) ? chosen.compliance : chosen)[name] = Number(field.value);
   }
   return chosen;
 }
@@ -163,7 +170,7 @@ function told(execution, figures, used) {
     ["Chassis", `sags ${fixed(Math.max(...figures.sag))} m, tilts ${fixed(tilt(execution.Ts_site_base), 2)}° at most`],
     ["It takes", `${fixed(figures.seconds, 1)} s`],
     ["Judged with", `μ ${friction}, ${gravity} m/s², ${payload === null ? "payload as described" : `payload ${payload} kg`}, `
-      + `joints ${fixed(used.compliance.joint_scale, 2)} × as stiff`],
+      + `joints ${fixed(used.compliance.joint_scale, 2)} × and wheels ${fixed(used.compliance.wheel_scale, 2)} × as stiff`],
   ];
 }
 
@@ -190,10 +197,34 @@ function drawLoads({ leg: moving, loads }) {
 
 // After the rover has moved: how far it gave way against what was predicted. Nothing is said where nothing can be.
 async function compare(summary) {
+  $("sag-joint_scale").placeholder = rounded(summary.joint_scale);
   const done = summary.commands.filter(({ state }) => state === "done").map(({ id }) => id).join();
-  if (!done || summary.gate.state === "sending" || done === compared) return;
-  compared = done;
+  const now = `${done} ${summary.joint_scale}`;
+  if (!done || summary.gate.state === "sending" || now === compared) return;
+  compared = now;
   const sag = await get("/sessions/current/sag").catch(() => null);
+  if (now !== compared) return;
   $("execution-measured").hidden = !sag;
   if (sag) $("execution-measured").textContent = `Measured sag is ${fixed(sag.ratio, 2)} times the predicted, at ${sag.rows.length} pauses of the latest run.`;
+  calibration = sag?.calibration ?? null;
+  $("calibration").hidden = !sag;
+  $("calibration-text").textContent = calibration ? toldCalibration(calibration) : sag?.refused ?? "";
+  changed();
 }
+
+const toldCalibration = ({ was, now, steps, ratio }) => (same({ was, now })
+  ? `Joints are taken to be ${fixed(was, 2)} × as stiff as described, as measured.`
+  : `Joint stiffness: ${fixed(was, 2)} × is taken, ${fixed(now, 2)} × was measured, by ${steps} step${steps === 1 ? "" : "s"} of mean ratio ${fixed(ratio, 2)}.`);
+
+const same = ({ was, now }) => Math.abs(now - was) < 1e-6 * was;
+
+const mayBeTaken = () => calibration !== null && !same(calibration);
+
+const rounded = (scale) => String(Number(scale.toFixed(4)));
+
+// A scale that is typed stands above what is taken over: it goes, so that what is said counts. Undo brings back the old.
+const takeOver = () => attempt(async () => {
+  await post("/sessions/current/sag/take-over", { joint_scale: calibration.now });
+  $("sag-joint_scale").value = "";
+  await refresh();
+});

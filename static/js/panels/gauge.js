@@ -139,10 +139,16 @@ function drawWorst(course, summary) {
   if (!worst) return show("worst", null, "not known");
   // while it is carried out the rover is on its way
   const elsewhere = summary.plan_matches_rover.ok === false && summary.gate.state !== "sending" ? "not from where the rover stands" : "";
-  return show("worst", worst.margin ?? -Infinity, nameOf(course.digest, worst.row), elsewhere, course.least);
+  const older = summary.commands_of_another_plan && course.digest === known.sequence?.digest ? "of the commands, which are of another plan" : "";
+  const doubt = [older, elsewhere].filter(Boolean).join("; ");
+  return show("worst", worst.margin ?? -Infinity, nameOf(course.digest, worst.row), doubt, course.least);
 }
 
-const missing = (course, summary) => course?.failed ?? (summary.played || summary.sequence ? "being worked out" : "no plan");
+function missing(course, summary) {
+  if (course?.failed) return course.failed;
+  if (known.plan && known.plan.digest === summary.played && !known.plan.plan) return "the plan was refused";
+  return summary.played || summary.sequence ? "being worked out" : "no plan";
+}
 
 const worstPlayed = () => courses.get(known.summary?.played)?.worst?.[outline];
 

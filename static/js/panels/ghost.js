@@ -1,4 +1,4 @@
-// The ghost's scrubber: where the leg, or the rover, will be at a moment of the plan, or of a sequence that moves the chassis.
+// The ghost's scrubber: where the leg, or the rover, will be at a moment of the plan, or of the commands where they were edited or move the chassis.
 
 import { act } from "../acts.js";
 import { put } from "../api.js";

@@ -11,6 +11,8 @@ import { known, subscribe } from "../store.js";
 import { showPair } from "./images.js";
 import { weights } from "./suggest.js";
 
+const OLD_GROUND = 3600; // s: what was seen longer ago is marked
+
 let legendFor = "";
 let imagesFor = "";
 
@@ -122,8 +124,9 @@ function drawGround(summary) {
     $("ground-text").textContent = "No terrain yet: take images and build it, or load a file.";
     return;
   }
-  const old = age(Date.now() / 1000 - terrain.time);
-  box.dataset.state = "good";
+  const seconds = Date.now() / 1000 - terrain.time;
+  const old = age(seconds);
+  box.dataset.state = seconds > OLD_GROUND ? "warn" : "good";
   box.textContent = `${old} old`;
   const current = summary.maps_current?.[summary.view.leg];
   const maps = !summary.maps[summary.view.leg] ? "not coloured" : current ? "coloured" : "▲ colours are OUT OF DATE and hidden";
@@ -135,6 +138,7 @@ function drawGround(summary) {
 async function drawLegend(summary) {
   const maps = summary.maps[summary.view.leg];
   const shown = maps && summary.maps_current?.[summary.view.leg] && summary.view.layer;
+  $("legend-outdated").hidden = Boolean(!maps || shown || !summary.view.layer);
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;
   legendFor = wanted;

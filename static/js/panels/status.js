@@ -60,6 +60,7 @@ function draw() {
     if (sent) $("stop-state").textContent = STOP_TEXT[sent];
     return;
   }
+  if (alive && summary.unrecorded) mark("status-server", "bad", `connected, ${summary.unrecorded} events NOT WRITTEN`);
   $("status-session").textContent = summary.name;
   drawLink(summary, frame);
   drawMatch(summary, frame);

@@ -59,6 +59,7 @@ function signOf({ type, payload }) {
   if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
   if (type === "footfall_chosen" || type === "points_set") return SIGNS.footfall;
   if (type === "plan_chosen") return SIGNS.plan;
+  if (type === "stiffness_taken_over") return SIGNS.execution;
   if (type === "choice_undone" || type === "sequence_undone") return SIGNS.undone;
   if (type === "choice_redone" || type === "sequence_redone") return SIGNS.redone;
   if (type === "note") return SIGNS.note;

@@ -1,0 +1,83 @@
+// By how much the wheel in the air clears the ground: commanded, predicted, and as it is measured, side by side.
+
+import { get } from "../api.js";
+import { $, element, fixed } from "../dom.js";
+import { known, subscribe } from "../store.js";
+import { telemetryAge } from "./status.js";
+
+const STALE_AFTER = 2; // s
+const PERIOD = 500; // ms between two questions
+const SHARE = 0.01; // of the weight: a wheel that bears less is in the air
+
+let answer = null; // what the server said last
+let about = ""; // the session and the frame that it is about
+let asking = false;
+let askedAt = -Infinity;
+let answeredAt = -Infinity;
+
+export function start() {
+  subscribe(draw);
+}
+
+function draw({ summary, frame }) {
+  if (!summary) return;
+  const why = doubt(summary, frame);
+  if (why || performance.now() - answeredAt > 1000 * STALE_AFTER) answer = null; // of an earlier moment
+  if (!why) look(summary, frame);
+  show(why || !answer ? [] : answer.wheels, why || (answer?.reason ?? ""));
+}
+
+// Why nothing can be said of now, or "".
+function doubt(summary, frame) {
+  if (!frame) return "No telemetry yet.";
+  const old = telemetryAge(frame);
+  if (old > STALE_AFTER) return "Telemetry is STALE.";
+  return aloft(summary, frame) ? "" : "No wheel is in the air.";
+}
+
+// Whether it is worth asking. A rover that reports no forces may have a leg in the air whenever it is sent commands.
+function aloft(summary, { wheel_forces: forces }) {
+  const weight = forces.reduce((sum, force) => sum + force[2], 0);
+  return weight > 0 ? forces.some((force) => force[2] <= SHARE * weight) : summary.gate.state === "sending";
+}
+
+function look(summary, frame) {
+  const now = `${summary.id} ${frame.number}`;
+  if (asking || document.hidden || now === about || performance.now() - askedAt < PERIOD) return;
+  [asking, askedAt, about] = [true, performance.now(), now];
+  get("/sessions/current/clearance")
+    .then((found) => { [answer, answeredAt] = [found, performance.now()]; })
+    .catch(() => { answer = null; about = ""; }) // unknown is shown, and it is asked again
+    .finally(() => { asking = false; draw(known); });
+}
+
+function show(wheels, note) {
+  const rows = wheels.length ? wheels.map(row) : [["–", "–", "–", "–"].map((text) => element("td", { textContent: text }))];
+  $("clearances").tBodies[0].replaceChildren(...rows.map((cells) => element("tr", {}, ...cells)));
+  const told = note || wheels.map(toldOf).filter(Boolean).join(" ");
+  if ($("clearances-note").textContent !== told) $("clearances-note").textContent = told; // read aloud once
+}
+
+function row({ leg, commanded, predicted, less, rigid, measured, low }) {
+  const softer = rigid ? " (as rigid)" : less === null ? "" : ` (${fixed(Math.abs(less))} ${less < 0 ? "more" : "less"} if softer)`;
+  return [
+    element("td", { textContent: leg }),
+    element("td", { textContent: fixed(commanded) }),
+    element("td", { textContent: `${fixed(predicted)}${predicted === null ? "" : softer}` }),
+    element("td", { className: low ? "doubt" : "", textContent: measured ? `${fixed(measured.clearance)} ± ${fixed(measured.uncertainty)}${lacking(measured).length ? " or more" : ""}` : "–" }),
+  ];
+}
+
+// What nothing tells the uncertainty of.
+const lacking = ({ pose, ground }) => [pose === null && "the chassis' pose", ground === null && "the map"].filter(Boolean);
+
+// What there is to say of a wheel beside its numbers: that it is too low, and what is not in the uncertainty.
+function toldOf({ leg, measured, low }) {
+  if (!measured) return `The ground under the wheel of leg ${leg} is not known.`;
+  const missing = lacking(measured);
+  return [
+    low ? `Leg ${leg} is lower than predicted, by more than the uncertainty.` : "",
+    measured.whole ? "" : `Part of the ground under the wheel of leg ${leg} is not known: it may be higher there.`,
+    missing.length ? `Not in the ±, as nothing tells it: ${missing.join(" and ")}.` : "",
+  ].filter(Boolean).join(" ");
+}

@@ -1,0 +1,147 @@
+"""What the page shows and does about a rover that gives way: clearances side by side, stiffness, where it goes on."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from footfall.core.frames import apply
+from footfall.planning.execution.problem import ExecutionResult
+from footfall.robot.kinematics import wheel_centers
+from footfall.telemetry.state import RobotState, TelemetryFrame
+from tests.support.page_steps import SESSION, SLOW, commanded, held, planned, press
+from tests.support.sagging import stepped
+from tests.support.server import Running, until
+
+Keep = Callable[[str], None]
+
+
+class Rover:
+    """One that stands as the session plans from, told to the server frame by frame."""
+
+    def __init__(self, served: Running) -> None:
+        live: Any = served.sessions.current
+        self.live = live
+        self.state: RobotState = live.get(live.state.state)
+        self.set_points = self.state.posture + self.state.joint_torques / live.robot.stiffness
+        self.number = 0
+        live.rover_connected(lambda _: None)
+        self.tell()
+
+    def tell(self, state: RobotState | None = None, set_points: Any = None) -> bool:
+        self.number += 1
+        points = self.set_points if set_points is None else set_points
+        self.live.take_telemetry(TelemetryFrame(self.number, state or self.state, points))
+        return True
+
+
+def cells(page: Page) -> list[str]:
+    return page.locator("#clearances tbody td").all_inner_texts()
+
+
+def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quiet: Running, look: Keep) -> None:
+    assert cells(console) == ["–"] * 4
+    expect(console.locator("#clearances-note")).to_have_text("No telemetry yet.")
+    rover = Rover(quiet)
+    live = rover.live
+    planned(console, quiet, lambda: press(console, "Plan step"))
+    expect(console.locator("#go-on-from")).to_have_text(
+        "Going on starts from the predicted end of the plan, the rover taken as rigid."
+    )
+    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
+    assert answer["status"] == "found", answer["reason"]
+    result = live.get(answer["digest"])
+    assert isinstance(result, ExecutionResult)
+    done = result.execution
+    assert done is not None
+    live.make_sequence(answer["digest"])
+    rover.tell()
+    live.send(live.arm()["token"])
+    swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]
+    at = swings[len(swings) // 2]
+    there = replace(
+        rover.state, posture=done.predicted[at], T_site_base=done.Ts_site_base[at], wheel_forces=done.forces[at]
+    )
+    note = console.locator("#clearances-note")
+
+    # a rover that is heard goes on telling
+    def told() -> bool:
+        return rover.tell(there, done.commanded[at]) and cells(console)[0] == f"{done.leg}"
+
+    until(told, "the wheel's clearances")
+    wheel = held(quiet, f"{SESSION}/clearance")["wheels"][0]
+    assert cells(console) == [
+        f"{done.leg}",
+        f"{wheel['commanded']:.3f}",
+        f"{wheel['predicted']:.3f} ({wheel['less']:.3f} less if softer)",
+        # cameras do not see the ground under the standing wheels, which would tell of the pose
+        f"{wheel['measured']['clearance']:.3f} ± {wheel['measured']['uncertainty']:.3f} or more",
+    ]
+    assert abs(wheel["measured"]["clearance"] - wheel["predicted"]) < 1e-6
+    assert "lower than predicted" not in note.inner_text()
+    expect(note).to_contain_text("Not in the ±, as nothing tells it: the chassis' pose.")
+
+    # the leg hangs lower than it should: marked by a sign and words, not by a colour alone
+    own = 6 * done.leg + 2
+    knees = [done.predicted[at].copy() for _ in range(2)]
+    for posture, turn in zip(knees, (0.12, -0.12), strict=True):
+        posture[own] += turn
+    hubs = [apply(there.T_site_base, wheel_centers(live.robot, posture))[done.leg, 2] for posture in knees]
+    low = replace(there, posture=knees[int(np.argmin(hubs))])
+    marked = console.locator("#clearances td.doubt")
+    until(lambda: rover.tell(low, done.commanded[at]) and marked.count() == 1, "the mark")
+    assert marked.evaluate("cell => getComputedStyle(cell, '::before').content") == '"▲ "'
+    expect(note).to_contain_text(f"Leg {done.leg} is lower than predicted, by more than the uncertainty.")
+    # in sight also where commands are sent from
+    console.keyboard.press("8")
+    expect(console.locator("#panel-execution")).to_be_hidden()
+    expect(marked).to_be_visible()
+    console.locator("#clearances").evaluate("table => table.scrollIntoView({block: 'center'})")
+    look("clearances")
+    # nothing is told any more
+    expect(note).to_contain_text("STALE", timeout=SLOW)
+    assert cells(console) == ["–"] * 4
+
+
+def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: Running, look: Keep) -> None:
+    rover = Rover(quiet)
+    planned(console, quiet, lambda: press(console, "Plan step"))
+    expect(console.locator("#calibration")).to_be_hidden()
+    sequence = stepped(rover.live, rover.state, rover.set_points, 1.25)
+    said, button = console.locator("#calibration-text"), console.locator("#take-over")
+    measured = "Joint stiffness: 1.00 × is taken, 0.80 × was measured, by 1 step of mean ratio 1.25."
+    expect(said).to_have_text(measured, timeout=SLOW)
+    console.locator("#execution-settings-box summary").click()
+    field = console.locator("#sag-joint_scale")
+    assert field.get_attribute("placeholder") == "1"
+    assert console.locator("#sag-wheel_scale").get_attribute("placeholder") == "1"
+    field.fill("0.95")
+    button.scroll_into_view_if_needed()
+    look("measured-stiffness")
+    button.click()
+    expect(said).to_have_text("Joints are taken to be 0.80 × as stiff as described, as measured.", timeout=SLOW)
+    expect(button).to_be_disabled()
+    expect(field).to_have_value("")
+    assert field.get_attribute("placeholder") == "0.8"
+    assert abs(held(quiet)["joint_scale"] - 0.8) < 1e-6
+    console.locator("#sag-wheel_scale").fill("0.9")
+    rover.tell()
+    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
+    assert abs(answer["settings"]["compliance"]["joint_scale"] - 0.8) < 1e-6
+    assert answer["settings"]["compliance"]["wheel_scale"] == 0.9
+    console.locator("#h-plan").click()
+    console.keyboard.press("Control+z")
+    expect(said).to_have_text(measured, timeout=SLOW)
+    assert held(quiet)["joint_scale"] == 1.0
+    expect(console.locator("#toast")).to_be_hidden()
+
+    # the next step is planned from where the sagging rover ends, and the page says so
+    rover.live.make_sequence(answer["digest"])
+    assert held(quiet)["sequence"] != sequence.digest
+    from_it = "the predicted end of the commands, the rover's sag in it."
+    expect(console.locator("#go-on-from")).to_have_text(f"Going on starts from {from_it}", timeout=SLOW)
+    console.keyboard.press("n")
+    expect(console.locator("#go-on-text")).to_contain_text(f"Planned from {from_it}", timeout=SLOW)
+    assert held(quiet)["after"] == held(quiet)["sequence"]

@@ -1,0 +1,75 @@
+"""A whole step without a pointer: leg, footfall, plan, commands, arming, sending, arrival."""
+
+import sys
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from tests.support.page_steps import SESSION, SLOW, held, planned, sequenced
+from tests.support.server import Running, until
+
+COUNT_POINTER = """() => {
+  window.pointed = 0;
+  for (const type of ["pointerdown", "pointermove", "mousedown", "mousemove", "touchstart"])
+    window.addEventListener(type, () => { window.pointed += 1; }, true);
+}"""
+
+
+def find_act(page: Page, name: str) -> None:
+    """Choose an act in the palette by its name."""
+    page.keyboard.press("Control+k")
+    expect(page.locator("#palette-input")).to_be_focused(timeout=SLOW)
+    page.keyboard.type(name)
+    first = page.locator("#palette-list li").first
+    expect(first).to_contain_text(name)
+    expect(first).not_to_have_attribute("aria-disabled", "true", timeout=SLOW)
+    page.keyboard.press("Enter")
+    expect(page.locator("#palette")).to_be_hidden(timeout=SLOW)
+
+
+def commands_by_key(page: Page, served: Running) -> dict:
+    """Make commands with their key; pressed again where nothing came of it.
+
+    That happened twice in some twenty runs on a busy machine, and why is not known: what the page said is printed.
+    """
+    try:
+        return sequenced(served, lambda: page.keyboard.press("s"))
+    except AssertionError:
+        focus = page.evaluate("document.activeElement.outerHTML.slice(0, 200)")
+        log = [event["type"] for event in held(served, f"{SESSION}/log?limit=1000")["events"][-12:]]
+        sys.stdout.write(f"no commands; the page says {page.locator('#toast').text_content()!r}, {focus}, log {log}")
+        return sequenced(served, lambda: page.keyboard.press("s"))
+
+
+def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, look: Callable[[str], None]) -> None:
+    page.evaluate(COUNT_POINTER)
+    for key, leg in (("5", 4), ("3", 2)):
+        page.keyboard.press(key)
+        until(lambda leg=leg: held(served)["view"]["leg"] == leg, f"leg {leg}")
+        expect(page.locator(f"#leg-{leg}")).to_have_attribute("aria-checked", "true", timeout=SLOW)
+    page.keyboard.press("f")
+    for number in ("-0.45", "1.78"):
+        page.keyboard.press("Control+a")
+        page.keyboard.type(number)
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")  # Choose
+    until(lambda: held(served)["footfall"]["x"] == -0.45, "the typed footfall")
+    planned(page, served, lambda: page.keyboard.press("p"))
+    expect(page.locator("#make-sequence")).to_be_enabled(timeout=SLOW)
+    sequence = commands_by_key(page, served)
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    expect(page.locator("#arm")).to_be_enabled(timeout=SLOW)
+
+    find_act(page, "Arm the commands")
+    expect(page.locator("#send")).to_be_enabled(timeout=SLOW)
+    look("armed")
+    assert not held(served)["commands"]
+    find_act(page, "Send the armed commands")
+    until(lambda: held(served)["commands"], "the first command")
+    expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
+    last = len(sequence["commands"]) - 1
+    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "the arrival", 180)
+    expect(page.locator("#commands tbody tr").nth(last)).to_contain_text("done", timeout=SLOW)
+    expect(page.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+    look("arrived")
+    assert page.evaluate("window.pointed") == 0
