@@ -2,10 +2,13 @@
 
 import json
 import os
+import re
 import shutil
 import socket
+import subprocess
 from collections import namedtuple
 from contextlib import closing
+from importlib.metadata import version
 
 import psycopg
 import pytest
@@ -14,8 +17,10 @@ from typer.testing import CliRunner
 from footfall import doctor
 from footfall.cli import app
 from footfall.io.sign_on_file import FILE
+from footfall.resources import sample_sessions_folder
 from footfall.session.storage import postgres_look
 from footfall.session.storage.databases import bind, binding
+from tests.support.command_line import FOOTFALL
 from tests.support.provider import CLIENT, SECRET, provider
 
 
@@ -30,6 +35,35 @@ def quick(monkeypatch):
     for slow in ("_robot", "_process", "_browser"):
         monkeypatch.setattr(doctor, slow, lambda: "not looked at")
     monkeypatch.setattr(doctor, "LIBRARIES", {"numpy": "numpy"})
+
+
+def test_this_installation_is_examined_whole(tmp_path):
+    """In a process of its own, where nothing is left out."""
+    done = subprocess.run([*FOOTFALL, "doctor", "--data", str(tmp_path), "--json"], capture_output=True, text=True)
+    told = json.loads(done.stdout)
+    # another program may have a port of FootFall's
+    assert {one["what"] for one in told["findings"] if not one["ok"]} <= {"ports"}
+    assert done.returncode == (0 if told["ok"] else 1)
+    found = {one["what"]: one["text"] for one in told["findings"]}
+    for library in (
+        "numpy",
+        "scipy",
+        "pin",
+        "coal",
+        "ompl",
+        "opencv-python-headless",
+        "viser",
+        "fastapi",
+        "mujoco-core",
+    ):
+        assert found[library] == version(library)
+    assert found["robot"].startswith("athlete, 6 legs, 850 kg, digest ")
+    assert found["browser"] in {shutil.which(name) for name in doctor.BROWSERS}
+    assert re.fullmatch(r"\d+\.\d GiB free", found["disk space"])
+    assert (found["worker processes"], found["loopback"]) == ("can be started", "works")
+    assert all(str(port) in found["ports"] for port in doctor.PORTS)
+    samples = {one.parent.name for one in sample_sessions_folder().glob("*/session.json")}
+    assert {*found["sample sessions"].split(", ")} == samples
 
 
 def test_a_folder_that_is_missing_will_be_made_and_is_not_made_now(tmp_path):
