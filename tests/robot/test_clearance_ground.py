@@ -73,6 +73,8 @@ def test_ground_cut_out_answers_alike_inside(rng, resolution):
         ground_tables(dem.heights, dem.geometry, radii, **circle) for circle in ({}, {"around": around, "within": 0.3})
     )
     assert part.heights.size < whole.heights.size
+    corner = around + np.array([[0.29, 0.29], [-0.29, 0.29]])
+    assert not (needed(part, 1, corner) < needed(whole, 1, corner)).any()  # outside the circle: never too low
     angle, out = rng.uniform(0, 2 * np.pi, 400), 0.3 * np.sqrt(rng.uniform(size=400))
     points = around + np.column_stack([out * np.cos(angle), out * np.sin(angle)])
     samples = surface_points(triangulate(dem), resolution / 4)

@@ -41,7 +41,7 @@ class GroundTables(NamedTuple):
 
     heights: T of all tables in a row, each by rows from the south-west. layout: (k, 6), columns X to START.
     region: (3,) x, y and radius of the circle that holds all places asked about [m]; the radius is inf where the
-    tables are of the whole grid.
+    tables are of the whole grid. Outside of the circle heights may be inf: nothing is proven there.
     """
 
     radii: Array
@@ -88,8 +88,8 @@ def ground_tables(
     tables, layout, start = [], [], 0
     for radius, step in zip(balls, steps, strict=True):
         pitch = geometry.resolution * 2.0**step
-        table, pad = _dilated(tops[step], float(radius), pitch)
-        layout.append((x0 - pad * pitch, y0 - pad * pitch, 1 / pitch, *table.shape, start))
+        table, west, south = _dilated(tops[step], float(radius), pitch, region - (x0, y0, 0.0))
+        layout.append((x0 + west, y0 + south, 1 / pitch, *table.shape, start))
         tables.append(table.ravel())
         start += table.size
     return GroundTables(balls, np.concatenate(tables), np.array(layout, float), region)
@@ -150,28 +150,54 @@ def _refined(heights: Array) -> Array:
     return out
 
 
-def _dilated(tops: Array, radius: float, pitch: float) -> tuple[Array, int]:
-    """T on the blocks and ``pad`` more on every side; returns it and pad."""
+def _dilated(tops: Array, radius: float, pitch: float, region: Array) -> tuple[Array, float, float]:
+    """T on the blocks and as far around them as the ball reaches, or on what of that is in the circle ``region``.
+
+    Returns it and its south-west corner, x and y from that of the blocks.
+    """
     pad = int(radius / pitch) + 2
     # the edge of the table looks as far again, so the source carries the padding twice
     source = np.pad(tops, 2 * pad, constant_values=-np.inf)
     away = np.maximum(np.arange(pad + 1) - 1, 0) * pitch
     square = radius * radius - (away[:, None] ** 2 + away[None, :] ** 2)
     rise = np.where(square >= 0, np.sqrt(np.maximum(square, 0)), -np.inf)
-    table = np.full([count + 2 * pad for count in tops.shape], -np.inf)
-    _dilate(source, rise, table)
-    return table, pad
+    # in cells of the table; one more all around for what rounding does to a place on the circle
+    x, y, within = region / pitch + (pad, pad, 1.0)
+    rows, cols = (count + 2 * pad for count in tops.shape)
+    first_row, last_row = _span(y, within, rows)
+    first_col, last_col = _span(x, within, cols)
+    table = np.full((last_row - first_row, last_col - first_col), np.inf)
+    souths = np.arange(first_row, last_row)
+    past = np.maximum(np.maximum(souths - y, y - (souths + 1)), 0.0)
+    half = np.sqrt(np.maximum(within**2 - past**2, 0.0))
+    spans = np.clip(np.column_stack([np.floor(x - half), np.ceil(x + half)]), first_col, last_col) - first_col
+    _dilate(source[first_row : last_row + 2 * pad, first_col : last_col + 2 * pad], rise, spans.astype(np.int64), table)
+    return table, (first_col - pad) * pitch, (first_row - pad) * pitch
+
+
+def _span(middle: float, half: float, count: int) -> tuple[int, int]:
+    """First and last + 1 of ``count`` cells that come within ``half`` of a place, all [cells]."""
+    if math.isinf(half):
+        return 0, count
+    begin = min(max(math.floor(middle - half), 0), count - 1)
+    return begin, max(min(math.ceil(middle + half), count), begin + 1)
 
 
 @njit(cache=True, parallel=True)
-def _dilate(source: Array, rise: Array, table: Array) -> None:
-    """table[i, j] = max over (a, b) of source[i + pad ± a, j + pad ± b] + rise[a, b]; a, b run from 0 to pad."""
-    pad, cols = rise.shape[0] - 1, table.shape[1]
+def _dilate(source: Array, rise: Array, spans: NDArray[np.int64], table: Array) -> None:
+    """table[i, j] = max over (a, b) of source[i + pad ± a, j + pad ± b] + rise[a, b]; a, b run from 0 to pad.
+
+    spans: (rows, 2) first and last + 1 column that is wanted of each row.
+    """
+    pad = rise.shape[0] - 1
     for row in prange(table.shape[0]):
         i = np.int64(row) + pad
-        out = table[row]
+        begin, end = spans[row, 0], spans[row, 1]
+        cols = end - begin
+        out = table[row, begin:end]
+        out[:] = -np.inf
         for a in range(pad + 1):
-            pair = np.maximum(source[i - a], source[i + a])
+            pair = np.maximum(source[i - a, begin : end + 2 * pad], source[i + a, begin : end + 2 * pad])
             for b in range(pad + 1):
                 up = rise[a, b]
                 if up > -np.inf:

@@ -6,9 +6,9 @@ beyond the map's edge. Where a wheel stands the ground is known to be no higher 
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
@@ -58,17 +58,17 @@ def without_holes(dem: Dem, center_xy: Array, radius: float, contacts: Array) ->
 
 
 def _put_contacts(heights: NDArray, unknown: NDArray, geometry: GridGeometry, contacts: Array) -> None:
-    centers = geometry.centers()
     for contact in contacts:
-        near = np.hypot(*(centers - contact[:2]).transpose(2, 0, 1)) <= FOOT_DISC
+        near = np.hypot(geometry.xs - contact[0], (geometry.ys - contact[1])[:, None]) <= FOOT_DISC
         heights[near & unknown] = contact[2]
 
 
 def _fill(heights: NDArray[np.float32]) -> None:
     """Fill NaN ring by ring with the highest of the eight neighbours known so far, in place."""
     missing = np.isnan(heights)
+    neighbours = np.ones((3, 3), np.uint8)
     while missing.any():
-        highest = maximum_filter(np.where(missing, -np.inf, heights), size=3, mode="nearest")
+        highest = cv2.dilate(np.where(missing, np.float32(-np.inf), heights), neighbours)
         ring = missing & np.isfinite(highest)
         heights[ring] = highest[ring]
         missing &= ~ring
