@@ -33,7 +33,8 @@ def test_schemathesis_finds_nothing_in_chains_of_requests(tmp_path, capsys):
         sys.stdout.write(f" {found.cases} cases, {len(found.after)} pairs of operations: {dict(found.statuses)} ")
     assert not found.faults, "\n\n".join(f"{what}\n{sent}" for what, sent in found.faults.items())
     assert len(found.after) >= 30
-    assert found.statuses[200] >= 100
+    # how long chains get depends on when jobs end
+    assert sum(count for status, count in found.statuses.items() if 200 <= status < 300) >= found.cases / 10
 
 
 @pytest.mark.long
