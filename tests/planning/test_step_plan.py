@@ -31,6 +31,7 @@ from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import crop
 from tests.support.chassis_ground import wavy, with_posture
+from tests.support.wheel_depth import require_depth
 
 NAMES = ("line", "fast", "astar", "sbl", "rrtconnect")
 ground = partial(wavy, half=4.0, resolution=0.05)
@@ -222,16 +223,7 @@ def test_a_start_in_collision_names_the_deepest_pair_and_the_depth(athlete, open
     assert result.status is Status.START_INVALID
     told = re.search(r"leg0_wheel cuts (\d\.\d{3}) m into terrain \(0\.030 m is allowed\)", result.reason)
     assert told, result.reason
-    # the drum's rim by its closed form: lowest where it is farthest down its own plane
-    T = state.T_site_base @ wheel_pose(athlete, moved(state, 0, q).posture, 0)
-    axle = T[:3, 1]
-    angle = np.linspace(0.0, 2 * np.pi, 721)
-    rim = athlete.wheel_radius * (np.cos(angle)[:, None] * T[:3, 0] + np.sin(angle)[:, None] * T[:3, 2]) + T[:3, 3]
-    sides = [rim + side * 0.5 * athlete.description.wheel_width * axle for side in (-1, 1)]
-    deepest = max(float((height_at(dem, edge[:, 0], edge[:, 1]) - edge[:, 2]).max()) for edge in sides)
-    # the mesh's corners are on the rim or inside of it, and between them it is flat
-    flat = athlete.wheel_radius * (1 - np.cos(np.pi / athlete.description.wheel_sides))
-    assert deepest - flat - 0.002 <= float(told[1]) <= deepest + 0.002
+    require_depth(float(told[1]), athlete, dem, moved(state, 0, q).posture, state.T_site_base, 0)
 
 
 def towards_each_other(state, turned):

@@ -1,5 +1,7 @@
 """Plans become commands; every rule fails when, and only when, it is broken."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +16,7 @@ from footfall.sequence.make import make_sequence
 from footfall.sequence.predict import predict
 from footfall.sequence.rules import check_rules
 from footfall.sequence.settings import SequenceSettings
+from tests.support.wheel_depth import require_depth, rim_depth
 
 MOTION_RULES = {"self-collision", "terrain-collision", "balance"}
 
@@ -141,6 +144,28 @@ def test_a_wheel_into_the_ground_is_found(athlete, hand_plan, flat):
     joints[1] += np.deg2rad(8)
     found = failing(athlete, hand_plan, [Command("LEG_MOVE", 2, joints, 60.0)], flat)
     assert ("terrain-collision", 0) in found
+
+
+@pytest.mark.parametrize("hip", [0.1, 0.14, 0.3])
+def test_how_deep_a_wheel_gets_is_told_where_it_is_deepest(athlete, hand_plan, flat, hip):
+    command = Command("LEG_MOVE", 2, hand_plan.waypoints[0][12:18] + np.array([0, hip, 0, 0, 0, 0]), 60.0)
+    start, T_site_base = hand_plan.waypoints[0], hand_plan.T_site_base
+    (found,) = [
+        one
+        for one in check_rules(athlete, (command,), start, T_site_base, flat)
+        if one.rule == "terrain-collision" and not one.holds
+    ]
+    words = r"leg2_wheel cuts (\d\.\d{3}) m into terrain \(0\.030 m is allowed\) at 100% of the row, first at (\d+)% of"
+    told = re.match(words, found.text)
+    assert told, found.text
+    after = start.copy()
+    after[13] += hip
+    require_depth(float(told[1]), athlete, flat, after, T_site_base, 2)
+    assert found.margin == pytest.approx(0.03 - float(told[1]), abs=6e-4)
+    # straight down from where it stands: it has sunk as far as it may when it first collides
+    at = start.copy()
+    at[13] += hip * int(told[2]) / 100
+    assert rim_depth(athlete, flat, at, T_site_base, 2) == pytest.approx(0.03, abs=0.012)
 
 
 def test_legs_that_meet_are_found(athlete, hand_plan, flat):

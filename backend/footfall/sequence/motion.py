@@ -15,6 +15,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.ground import Nearby, Refused, nearby
+from footfall.planning.step.told_collision import depth_of, in_words, missed_by
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
@@ -29,6 +30,9 @@ from footfall.terrain.dem import Dem
 Array = NDArray[np.float64]
 
 MOTION_RULES = ("self-collision", "terrain-collision", "no-drag", "balance", "torque", "ends-on-ground")
+LOOKS = 12
+"""Postures of a row that collides at which it is measured how deep: measuring takes longer than asking."""
+
 DEEPEST = 0.2
 """How far under the ground the set point of a lowered wheel may lie [m]: under full weight a rover sags by as much."""
 
@@ -96,14 +100,14 @@ def _leg_row(
     settings: SequenceSettings,
 ) -> Iterator[RuleResult]:
     """A row that moves one leg; what it asks for beyond where the wheel touches is asked of the set point alone."""
-    own, T_site_base = slice(6 * leg, 6 * leg + 6), passage.T_before
+    T_site_base = passage.T_before
     postures = samples(passage.before, passage.after, settings.sample)
     asked = postures
     if passage.after is not passage.target:
         asked = np.concatenate([postures, samples(passage.after, passage.target, settings.sample)[1:]])
     depth = -float(wheel_gaps(robot, dem, passage.target, T_site_base, [leg])[0])
     too_deep = passage.after is not passage.target and depth > DEEPEST
-    for result in _collisions(row, scene, postures[:, own], asked[:, own]):
+    for result in _collisions(robot, row, passage, scene, ground, (postures, asked)):
         if result.rule == "terrain-collision" and result.holds and too_deep:
             text = f"the set point of the wheel ends {depth:.3f} m under the ground, {DEEPEST:.2f} m are allowed"
             yield RuleResult("terrain-collision", row, False, DEEPEST - depth, "m", text)
@@ -130,32 +134,43 @@ def reach(robot: Robot) -> float:
     )
 
 
-def _collisions(row: int, scene: CollisionScene, qs_leg: Array, qs_asked: Array) -> Iterator[RuleResult]:
-    """qs_asked: qs_leg and what is asked for beyond it, which must be clear of the rover, not of the ground."""
+def _collisions(
+    robot: Robot, row: int, passage: Passage, scene: CollisionScene, ground: Nearby, ways: tuple[Array, Array]
+) -> Iterator[RuleResult]:
+    """ways: postures (n, legs × 6) of the row, and those with what it asks for beyond it, which must be clear of the
+    rover, not of the ground.
+    """
+    own = slice(6 * scene.leg, 6 * scene.leg + 6)
+    postures, asked = ways
     hit: dict[str, int] = {}
-    for index, q_leg in enumerate(qs_leg):
-        if scene.collides(q_leg, terrain="true"):
-            rule = "self-collision" if scene.collides(q_leg, terrain="none") else "terrain-collision"
+    for index, q in enumerate(postures):
+        if scene.collides(q[own], terrain="true"):
+            rule = "self-collision" if scene.collides(q[own], terrain="none") else "terrain-collision"
             hit.setdefault(rule, index)
             if len(hit) == 2:
                 break
-    beyond = range(len(qs_leg), len(qs_asked))
-    if "self-collision" not in hit and (met := [i for i in beyond if scene.collides(qs_asked[i], terrain="none")]):
+    beyond = range(len(postures), len(asked))
+    if "self-collision" not in hit and (met := [i for i in beyond if scene.collides(asked[i][own], terrain="none")]):
         hit["self-collision"] = met[0]
     for rule in ("self-collision", "terrain-collision"):
         if rule not in hit:
-            yield RuleResult(rule, row, True, np.nan, "m", f"clear at {len(qs_leg)} samples")
+            yield RuleResult(rule, row, True, np.nan, "m", f"clear at {len(postures)} samples")
             continue
+        shares = np.arange(len(asked)) / (len(asked) - 1)
+        end = len(asked if rule == "self-collision" else postures)
+        looks = np.unique(np.linspace(hit[rule], end - 1, LOOKS).astype(int))
         terrain = "none" if rule == "self-collision" else "true"
-        at = f"first at {hit[rule] / (len(qs_asked) - 1):.0%} of the row"
-        contacts = scene.contacts(qs_asked[hit[rule]], terrain=terrain)
-        if not contacts:
-            yield RuleResult(rule, row, False, np.nan, "m", f"a clearance is just missed, {at}")
+        met = [(one, i) for i in looks for one in scene.contacts(asked[i][own], terrain=terrain)]
+        begins = f"first at {shares[hit[rule]]:.0%} of the row"
+        if not met:
+            yield RuleResult(rule, row, False, np.nan, "m", f"a clearance is just missed, {begins}")
             continue
-        worst = min(contacts, key=lambda one: one.distance - one.required)
-        apart = f"{worst.distance:.3f} m apart" if worst.distance >= 0 else f"{-worst.distance:.3f} m into each other"
-        text = f"{worst.link_a} and {worst.link_b} are {apart}, {worst.required:.3f} m are required, {at}"
-        yield RuleResult(rule, row, False, worst.distance - worst.required, "m", text)
+        depths = [depth_of(one, robot, ground.dem, asked[i], passage.T_before) for one, i in met]
+        missed = [missed_by(one, depth, robot) for (one, _), depth in zip(met, depths, strict=True)]
+        worst = int(np.argmax(missed))
+        one, i = met[worst]
+        text = f"{in_words(one, depths[worst], robot, one.link_b)} at {shares[i]:.0%} of the row, {begins}"
+        yield RuleResult(rule, row, False, -missed[worst], "m", text)
 
 
 def _drag(

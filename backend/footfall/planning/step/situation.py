@@ -12,9 +12,8 @@ from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.sunk import sunk
-from footfall.robot.collision import TERRAIN, Collision, CollisionScene
-from footfall.robot.depth import overlap
+from footfall.planning.step.told_collision import depth_of, in_words, missed_by
+from footfall.robot.collision import TERRAIN, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.model import Robot
@@ -99,12 +98,13 @@ class Situation:
         hits = self._scene.contacts(q, NO_GROUND)
         hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)
         if hits:
-            sizes = [self._depth(hit, q, terrain) for hit in hits]
-            # a wheel that touches needs no distance but may sink
-            sink = self.robot.description.clearances.wheel_sink
-            wrong = [size + (hit.required or -sink) for hit, size in zip(hits, sizes, strict=True)]
-            worst = int(np.argmax(wrong))
-            return self._described(hits[worst], sizes[worst], terrain)
+            placed = self.robot, self.ground.dem, self.posture(q), self.T_site_base
+            sizes = [depth_of(hit, *placed, self._lift[terrain]) for hit in hits]
+            worst = int(np.argmax([missed_by(hit, size, self.robot) for hit, size in zip(hits, sizes, strict=True)]))
+            what = hits[worst].link_b
+            if what == TERRAIN and terrain == RAISED:
+                what = f"the terrain raised by {self.settings.raise_terrain:.2f} m"
+            return in_words(hits[worst], sizes[worst], self.robot, what)
         margin = self.margin(q)
         if margin < self.settings.least_margin:
             kind = "conservative support polygon" if self.settings.conservative else "support polygon"
@@ -128,28 +128,3 @@ class Situation:
             if hit.link_a == first and hit.link_b not in own:
                 return f"{first} can't turn past {hit.link_b}: at {angle:.2f} rad it is too near"
         return ""
-
-    def _depth(self, hit: Collision, q: Array, terrain: str) -> float:
-        """How deep the leg at q is in what it collides with [m]; negative: how far it is from it."""
-        if hit.distance != 0:
-            return -hit.distance
-        posture = self.posture(q)
-        if hit.link_b != TERRAIN:
-            return overlap(self.robot, posture, hit.link_a, hit.link_b)
-        return sunk(self.robot, self.ground.dem, posture, self.T_site_base, hit.link_a, self._lift[terrain])
-
-    def _described(self, hit: Collision, depth: float, terrain: str) -> str:
-        """A collision in words, with its depth."""
-        what, needed = hit.link_b, f"{hit.required:.3f} m must stay clear"
-        if what == TERRAIN and terrain == RAISED:
-            what = f"the terrain raised by {self.settings.raise_terrain:.2f} m"
-        if hit.distance < 0:
-            return f"{hit.link_a} is {depth:.3f} m below {what}"
-        if hit.distance > 0:
-            return f"{hit.link_a} is {hit.distance:.3f} m from {what}, {hit.required:.3f} m is needed"
-        if hit.link_b != TERRAIN:
-            # of the hulls: the meshes may be a little less deep in each other
-            return f"{hit.link_a} cuts up to {depth:.3f} m into {what} ({needed})"
-        if hit.required == 0:
-            needed = f"{self.robot.description.clearances.wheel_sink:.3f} m is allowed"
-        return f"{hit.link_a} cuts {depth:.3f} m into {what} ({needed})"

@@ -1,0 +1,60 @@
+"""By how much a link is in what it collides with, and that in words: for reports, after a collision was found."""
+
+import numpy as np
+
+from footfall.core.frames import apply
+from footfall.planning.step.edges import Array
+from footfall.robot.collision import TERRAIN, Collision
+from footfall.robot.depth import overlap
+from footfall.robot.ground import surface_points
+from footfall.robot.kinematics import link_poses
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+SPACING = 0.01
+"""How densely the link's surface is compared with the ground [m]."""
+
+
+def depth_of(hit: Collision, robot: Robot, dem: Dem, posture: Array, T_site_base: Array, lift: float = 0.0) -> float:
+    """How deep the rover at a posture (legs × 6,) [rad] is in what it collides with [m]; negative: how far from it.
+
+    lift: by how much the ground is raised [m].
+    """
+    if hit.distance != 0:
+        return -hit.distance
+    if hit.link_b != TERRAIN:
+        return overlap(robot, posture, hit.link_a, hit.link_b)
+    return _sunk(robot, dem, posture, T_site_base, hit.link_a, lift)
+
+
+def missed_by(hit: Collision, depth: float, robot: Robot) -> float:
+    """By how much the distance of two things is less than what is required [m]."""
+    # a wheel that touches needs no distance but may sink
+    return depth + (hit.required or -robot.description.clearances.wheel_sink)
+
+
+def in_words(hit: Collision, depth: float, robot: Robot, what: str) -> str:
+    """What a link collides with, and by how much. what: the name of the other thing."""
+    needed = f"{hit.required:.3f} m must stay clear"
+    if hit.distance < 0:
+        return f"{hit.link_a} is {depth:.3f} m below {what}"
+    if hit.distance > 0:
+        return f"{hit.link_a} is {hit.distance:.3f} m from {what}, {hit.required:.3f} m is needed"
+    if hit.link_b != TERRAIN:
+        # of the hulls: the meshes may be a little less deep in each other
+        return f"{hit.link_a} cuts up to {depth:.3f} m into {what} ({needed})"
+    if hit.required == 0:
+        needed = f"{robot.description.clearances.wheel_sink:.3f} m is allowed"
+    return f"{hit.link_a} cuts {depth:.3f} m into {what} ({needed})"
+
+
+def _sunk(robot: Robot, dem: Dem, posture: Array, T_site_base: Array, link: str, lift: float) -> float:
+    """How far the deepest place of a link's surface is straight below the ground raised by ``lift`` [m].
+
+    0 where none is, or the ground there is unknown. posture: (legs × 6,) [rad].
+    """
+    surface = surface_points(robot.description.meshes[link], SPACING)
+    points = apply(T_site_base @ link_poses(robot, posture)[link], surface)
+    depth = height_at(dem, points[:, 0], points[:, 1]) + lift - points[:, 2]
+    return max(float(np.max(np.where(np.isfinite(depth), depth, 0.0))), 0.0)
