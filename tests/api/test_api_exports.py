@@ -71,3 +71,63 @@ def test_the_command_line_writes_binary_formats(tmp_path: Path):
     told = json.loads(run("--format", "ros2", "-o", str(path), "--json"))
     assert told["bytes"] == len(path.read_bytes())
     assert [one.name for one in make_reader(io.BytesIO(path.read_bytes())).iter_attachments()] == ["sequence.json"]
+
+
+def undone(client, read: dict) -> dict:
+    """The commands before those that were read in."""
+    answer = client.post(f"/sequences/{read['id']}/undo", headers={"If-Match": f'"{read["digest"]}"'})
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+@pytest.mark.parametrize("format", ["json", "seqjson", "csv", "fprime", "yamcs", "ros2"])
+def test_what_can_be_read_back_comes_back_checked(client, format):
+    sequence = recorded("rock-step")
+    before = client.get("/sequences/current").json()
+    sent = {"file": (f"step{SUFFIXES[format]}", export(sequence, format))}
+    answer = client.post("/sessions/current/sequences/import", files=sent)
+    assert answer.status_code == 201, answer.text
+    read = answer.json()
+    assert answer.headers["etag"] == f'"{read["digest"]}"'
+    assert answer.headers["location"] == f"/api/v1/sequences/{read['id']}"
+    assert client.get(answer.headers["location"].removeprefix("/api/v1")).json()["digest"] == read["digest"]
+    assert read["commands"] == before["commands"]
+    assert read["valid"] is True
+    assert read["starts_from"] == ("rover" if format in ("csv", "yamcs") else "file")
+    assert undone(client, read) == before
+    assert before["starts_from"] == "plan"
+
+
+def test_a_changed_row_of_a_file_fails_its_rule_and_is_not_armed(client):
+    before = client.get("/sequences/current").json()
+    header, *rows = export(recorded("rock-step"), "csv").decode().splitlines()
+    at = header.split(",").index("duration_s")
+    first = rows[0].split(",")
+    first[at] = "0.001"
+    content = "\r\n".join([header, ",".join(first), *rows[1:]]).encode()
+    read = client.post("/sessions/current/sequences/import", files={"file": ("step.csv", content)}).json()
+    assert read["valid"] is False
+    assert {(one["row"], one["rule"]) for one in read["rules"] if not one["holds"]} == {(0, "speed")}
+    assert client.get(f"/sequences/{read['digest']}/export", params={"format": "json"}).status_code == 422
+    assert undone(client, read) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("step.csv", b"sequence,robot\n", "step.csv: its columns must be"),
+        ("step.seq.json", b'{"steps": 3}', "step.seq.json: "),
+        ("step.docx", b"PK", "step.docx: sequences are read from .json, .csv, .seq, .ycs, .mcap, not from '.docx'"),
+        ("../../step.json", b"[" * 100_000, "step.json: it is no JSON"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_refused_and_changes_nothing(client, name, content, said):
+    before = client.get("/sequences/current").json()
+    answer = client.post("/sessions/current/sequences/import", files={"file": (name, content)})
+    assert problem(answer, 422, "invalid-sequence")["detail"].startswith(said)
+    assert client.get("/sequences/current").json() == before
+
+
+def test_without_a_file_it_is_said(client):
+    answer = client.post("/sessions/current/sequences/import", files={"other": ("step.csv", b"")})
+    assert "other" in problem(answer, 422, "invalid-input")["detail"]

@@ -11,7 +11,7 @@ from footfall.api.routes.sequences import ExportFormat
 from footfall.cli import export as command
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export
-from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson
+from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs
 from tests.support.sequences import HOSTILE, any_commands, bits, four_kinds, require_same_commands, unchecked
 
 READ = {
@@ -19,7 +19,10 @@ READ = {
     "csv": from_csv.decode,
     "seqjson": from_seqjson.decode,
     "fprime": from_fprime.decode,
+    "yamcs": from_yamcs.decode,
 }
+SILENT = ("csv", "yamcs")
+"""Formats that don't say from where the commands start."""
 
 
 @settings(max_examples=30)
@@ -30,7 +33,7 @@ def test_any_numbers_and_names_come_back(format, commands):
     told = READ[format](export(sequence, format))
     assert told.robot == "athlete"
     require_same_commands(told.commands, commands)
-    if format != "csv":
+    if format not in SILENT:
         assert told.start is not None
         assert told.T_site_base is not None
         assert bits(told.start) == bits(sequence.start)
@@ -68,6 +71,21 @@ BAD = {
         ("FootFall.LEG_MOVE", "Other.LEG_MOVE"): r"line 4 must be a time, FootFall\.<command>",
         ("; footfall-sequence {", "; nothing {"): "it lacks the comment",
         ("4.25", "4.25.1"): "it is no JSON",
+    },
+    "yamcs": {
+        ("/FootFall/WAIT", "/Other/WAIT"): r"steps\[4\] is '/Other/WAIT'; FootFall's commands begin with /FootFall/",
+        ("/FootFall/WAIT", "/FootFall/FIRE"): r"steps\[4\] is a 'FIRE'; FootFall knows LEG_MOVE",
+        ('"leg"', '"duration"'): r"steps\[3\] gives 'duration' twice",
+        (
+            '"leg"',
+            '"foot"',
+        ): r"steps\[3\] has the arguments foot, joints, duration; LEG_MOVE takes leg, ",
+        ('"row 1', '"row 2'): r"steps\[4\] must have the comment 'row 1'",
+        ("FootFall sequence", "A sequence"): "it lacks the text",
+        ('"type": "check"', '"type": "fire"'): r"steps\[1\] is of type 'fire'; FootFall knows command, text",
+        ("4.25", "true"): r"steps\[3\], duration must be a number, not a truth value",
+        ("swing", "&#55296;"): r"steps\[3\] has an entity that is no character",
+        ('"steps": [', '"advancement": {}, "steps": ['): "two members of one name",
     },
 }
 

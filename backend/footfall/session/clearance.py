@@ -128,9 +128,6 @@ def _row_on_its_way(state: SessionState) -> int | None:
 
 def _execution_behind(live: LiveSession, sequence: Sequence) -> Execution | None:
     """The execution that a sequence goes back to, through all of its edits."""
-    products = live.state.products
-    made = products.get(sequence.digest)
-    while made is not None and "sequence" in made.parents:
-        made = products.get(made.parents["sequence"])
+    made = live.state.products.get(live.state.before_edits(sequence.digest))
     digest = None if made is None else made.parents.get("execution")
     return None if digest is None else cast(ExecutionResult, live.get(digest)).execution

@@ -19,7 +19,7 @@ import numpy as np
 from footfall.core.errors import Conflict, NotFound
 from footfall.core.value import Value
 from footfall.session.gate.checks import pose_difference
-from footfall.session.jobs.requests import ExportRequest
+from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.planned import PlannedSession
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
@@ -115,6 +115,16 @@ class LiveSession(PlannedSession):
             "dem": present(self._planned_on(digest), "the sequence goes back to no plan"),
         }
         return self._workshop.submit("edit", parents, edit, urgent=True).finish(SHORT_JOB)
+
+    def import_sequence(self, name: str, content: bytes) -> str:
+        """Commands from a file become the present sequence, every rule checked anew; returns the digest.
+
+        name: of the file; its ending says the format. A file that doesn't say from where its commands start is taken
+        to start where the rover stands, and the state is then a parent of the sequence. Raises Conflict without
+        terrain and state, InvalidSequence, naming the place, where the file can't be used.
+        """
+        request = ImportRequest(name, np.frombuffer(content, np.uint8))
+        return self._workshop.submit("import", self._standing(), request, urgent=True).finish(SHORT_JOB)
 
     def undo_sequence(self) -> str:
         """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""

@@ -9,7 +9,7 @@ from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
 from footfall.session.commanded import CommandedSession
 from footfall.session.gate.checks import POSE_TOLERANCE, STALE_AFTER, START_TOLERANCE, pose_difference, worst_joint
-from footfall.session.log.fold import SessionState
+from footfall.session.log.fold import SEQUENCES, SessionState
 
 
 class PlannedSession(CommandedSession):
@@ -54,8 +54,8 @@ class PlannedSession(CommandedSession):
             kind = event.payload.get("kind") if event.type == "product" else None
             if kind == "plan" or event.type == "plan_chosen":
                 break
-            if kind in ("sequence", "edit") and state.sequence is not None:
-                edited = state.products[state.sequence].kind == "edit"
+            if kind in SEQUENCES and state.sequence is not None:
+                edited = state.products[state.sequence].kind in ("edit", "import")
                 moves = self._shelf.typed(Sequence, state.sequence).Ts_site_base is not None
                 return state.sequence if edited or moves else state.plan
         return state.plan
@@ -64,9 +64,7 @@ class PlannedSession(CommandedSession):
     def commands_of_another_plan(self) -> bool:
         """Whether the present commands go back to another plan, or move, than what was planned last."""
         state = self.state
-        made = None if state.sequence is None else state.products.get(state.sequence)
-        while made is not None and "sequence" in made.parents:
-            made = state.products.get(made.parents["sequence"])
+        made = None if state.sequence is None else state.products.get(state.before_edits(state.sequence))
         if made is None:
             return False
         behind = made.parents.get("plan", "")

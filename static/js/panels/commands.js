@@ -19,6 +19,8 @@ export function start() {
   act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? "" : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
+  act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
+  $("import-file").addEventListener("change", importFile);
   act({ key: "Ctrl+Z", text: "Undo the last choice or edit", button: "undo", run: undo, refusal: () => (known.summary?.undo || known.summary?.hand?.moved ? "" : "There is nothing to undo.") });
   act({ key: "Ctrl+Y", text: "Redo what was undone last", button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : "There is nothing undone to make again.") });
   attempt(offerFormats);
@@ -41,6 +43,23 @@ const exportSequence = () => attempt(async () => {
   document.body.append(link);
   link.click();
   link.remove();
+});
+
+function notImportable() {
+  if (!known.summary?.dem) return "There is no terrain to check commands on: build or load it first.";
+  return known.summary.state ? "" : "It is not known how the rover stands yet.";
+}
+
+const importFile = () => attempt(async () => {
+  const file = $("import-file").files[0];
+  if (!file) return;
+  const form = new FormData();
+  form.append("file", file);
+  try {
+    await post("/sessions/current/sequences/import", form, once());
+  } finally {
+    $("import-file").value = ""; // the same file, mended, is a change again
+  }
 });
 
 const arm = () => attempt(async () => {
@@ -86,6 +105,7 @@ function drawTable(summary, sequence) {
   const key = JSON.stringify([sequence?.digest, chosenRow(), [...states.values()]]);
   const focused = $("commands").contains(document.activeElement) ? document.activeElement : null;
   $("sequence-other").hidden = !sequence || !summary.commands_of_another_plan;
+  $("sequence-start").hidden = sequence?.starts_from !== "rover";
   if (key === drawn || focused?.matches("input")) return; // not under the hands of somebody who types
   drawn = key;
   $("commands").hidden = !sequence;

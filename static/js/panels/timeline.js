@@ -15,7 +15,7 @@ const SIGNS = {
   command: ["▸", "#58d68d", 2], stop: ["■", "#ff7b6e", 2], fault: ["▲", "#ffc94d", 2], note: ["✎", "#ffc94d", 0],
   undone: ["↶", "#e8edf3", 1], redone: ["↷", "#e8edf3", 1],
 };
-const KINDS = { edit: "sequence", photographs: "terrain", blend: "terrain", clear: "terrain", shift: "plan", body_move: "plan" };
+const KINDS = { edit: "sequence", import: "sequence", photographs: "terrain", blend: "terrain", clear: "terrain", shift: "plan", body_move: "plan" };
 const RANGE = 10000; // steps of the slider
 const NEAR = 0.012; // of the line: a click this close to a sign means that event
 

@@ -74,6 +74,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/executions",
         "POST /sessions/{session}/sag/take-over",
         "POST /sessions/{session}/sequences",
+        "POST /sessions/{session}/sequences/import",
         "PATCH /sequences/{sequence}",
         "POST /sequences/{sequence}/undo",
         "POST /sequences/{sequence}/redo",

@@ -1,6 +1,6 @@
 """What answers about sequences and their executions hold."""
 
-from typing import Annotated, TypedDict
+from typing import Annotated, Literal, TypedDict
 
 from pydantic import Field
 
@@ -12,7 +12,11 @@ from footfall.sequence.commands import Command, RuleResult
 
 
 class SequenceAnswer(TypedDict):
-    """Commands, what each leads to, and every rule."""
+    """Commands, what each leads to, and every rule.
+
+    starts_from: what says from where they start: their plan, the file that they were read from, or the rover as it
+    stood then (or was looked at in a what-if), where the file doesn't say.
+    """
 
     id: Annotated[str, Field(description="stays over edits")]
     digest: DigestText
@@ -29,6 +33,7 @@ class SequenceAnswer(TypedDict):
     Ts_site_base: Array
     rules: tuple[RuleResult, ...]
     parents: dict[str, str]
+    starts_from: Literal["plan", "file", "rover"]
     current: bool
     can_undo: bool
 

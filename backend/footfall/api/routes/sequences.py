@@ -3,12 +3,14 @@
 from typing import Annotated, Literal, cast
 
 import numpy as np
-from fastapi import Header, Query, Response
+from fastapi import Header, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
 from footfall.api.acting import Actor
 from footfall.api.bodies.sequence_answers import ArmedAnswer, SentAnswer, SequenceAnswer
 from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
+from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
 from footfall.api.lineage import Lineage, find, head_of
 from footfall.api.routing import Routes, files
@@ -33,6 +35,25 @@ def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAn
             raise InvalidInput("a sequence is made of a plan or of an execution, not of both")
         chosen = live.found_execution(None if order.execution == "current" else order.execution)
     live.make_sequence(chosen)
+    lineage = head_of(live)
+    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
+    return _body(lineage, lineage.head, response)
+
+
+@router.post(
+    "/sessions/{session}/sequences/import",
+    status_code=201,
+    openapi_extra=multipart_doc({"file": "JSON, SeqJSON, CSV, F Prime text (.seq), Yamcs stack (.ycs) or MCAP"}, {}),
+)
+async def read_in(live: OneSession, request: Request, response: Response) -> SequenceAnswer:
+    """Commands from a file, every rule checked anew. They take the place of those before; undo brings these back.
+
+    A file that doesn't say from where its commands start is taken to start where the rover stands, or is looked at in a
+    what-if: `starts_from`.
+    """
+    async with form_of(request, ("file",)) as form:
+        name, content = await file_of(form, "file")
+    await run_in_threadpool(live.import_sequence, name, content)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return _body(lineage, lineage.head, response)
@@ -143,6 +164,15 @@ def _sequence(lineage: Lineage, digest: str) -> Sequence:
     return sequence
 
 
+def _starts_from(lineage: Lineage, digest: str) -> Literal["plan", "file", "rover"]:
+    state = lineage.live.state
+    first = state.before_edits(digest)
+    made = state.products.get(first)
+    if made is None or made.kind != "import":
+        return "plan"
+    return "rover" if "state" in _sequence(lineage, first).provenance.parents else "file"
+
+
 def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
     sequence = _sequence(lineage, digest)
     response.headers["ETag"] = f'"{digest}"'
@@ -162,6 +192,7 @@ def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
         "Ts_site_base": sequence.poses,
         "rules": sequence.rules,
         "parents": dict(sequence.provenance.parents),
+        "starts_from": _starts_from(lineage, digest),
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

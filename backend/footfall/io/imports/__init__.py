@@ -3,6 +3,7 @@
 import hashlib
 import io
 import os
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from mcap.reader import make_reader
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
 from footfall.core.value import Provenance
 from footfall.io.exports.as_ros2 import ATTACHMENT
-from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson
+from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs
 from footfall.io.imports.told import Told, json_of, text_of
 from footfall.io.robot_files import load_robot, robot_names
 from footfall.robot.model import Robot
@@ -34,11 +35,11 @@ def read_sequence(
     state: RobotState | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """Commands from a file, with every rule checked: JSON, CSV, SeqJSON, F Prime text (.seq), or MCAP.
+    """Commands from a file, with every rule checked: JSON, CSV, SeqJSON, F Prime text (.seq), Yamcs (.ycs), or MCAP.
 
     robot: None takes the one of the file's name, where it ships with FootFall.
     dem: without it what the motion hits isn't checked, and the rule terrain-given fails where anything moves.
-    state: from where the commands start, instead of what the file says; a CSV doesn't say.
+    state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say.
     What the file claims of predictions and rules is not read.
 
     Raises NotFound where there is no such file, InvalidSequence, naming file and place, where it can't be used.
@@ -49,19 +50,44 @@ def read_sequence(
         raise NotFound(f"there is no file {path}", path=str(path))
     if path.stat().st_size > LARGEST:
         raise InvalidSequence(f"{path.name} has {path.stat().st_size} bytes; a sequence has at most {LARGEST}")
-    data = path.read_bytes()
+    return sequence_of(path.name, path.read_bytes(), robot, dem, state, settings)
+
+
+def sequence_of(
+    name: str,
+    data: bytes,
+    robot: Robot | None = None,
+    dem: Dem | None = None,
+    state: RobotState | None = None,
+    settings: SequenceSettings | None = None,
+    otherwise: RobotState | None = None,
+) -> Sequence:
+    """As :func:`read_sequence`, from the content of a file of that name.
+
+    otherwise: from where the commands start if neither the file nor ``state`` says. The state that was taken is a
+    parent of the sequence. Raises InvalidSequence.
+    """
     try:
-        told = _decoder(path)(data)
+        told = _decoder(name)(data)
+        if told.start is None and state is None:
+            state = otherwise
         return _checked(told, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
     except InvalidInput as error:
-        raise InvalidSequence(f"{path.name}: {error.message}", file=path.name, **error.details) from error
+        raise InvalidSequence(f"{name}: {error.message}", file=name, **error.details) from error
 
 
-def _decoder(path: Path) -> Callable[[bytes], Told]:
-    known = {".json": _of_json, ".csv": from_csv.decode, ".seq": from_fprime.decode, ".mcap": _of_mcap}
-    if path.suffix.lower() not in known:
-        raise InvalidSequence(f"sequences are read from {', '.join(known)}, not from {path.suffix!r}")
-    return known[path.suffix.lower()]
+def _decoder(name: str) -> Callable[[bytes], Told]:
+    known: dict[str, Callable[[bytes], Told]] = {
+        ".json": _of_json,
+        ".csv": from_csv.decode,
+        ".seq": from_fprime.decode,
+        ".ycs": from_yamcs.decode,
+        ".mcap": _of_mcap,
+    }
+    suffix = Path(name).suffix.lower()
+    if suffix not in known:
+        raise InvalidSequence(f"sequences are read from {', '.join(known)}, not from {suffix!r}")
+    return known[suffix]
 
 
 def _of_json(data: bytes) -> Told:
@@ -78,7 +104,7 @@ def _of_mcap(data: bytes) -> Told:
         for attachment in make_reader(io.BytesIO(data), validate_crcs=True).iter_attachments():
             if attachment.name == ATTACHMENT:
                 return from_json.decode(attachment.data)
-    except (McapError, EOFError, ValueError) as error:
+    except (McapError, EOFError, ValueError, struct.error) as error:
         raise InvalidSequence(f"it is no whole MCAP file: {error}") from error
     raise InvalidSequence(f"it has no attachment {ATTACHMENT}; FootFall writes one with the messages for ROS 2")
 
@@ -104,6 +130,8 @@ def _checked(
     settings = settings or SequenceSettings()
     rules = check_rules(robot, told.commands, start, T_site_base, dem, settings)
     parents = {"file": file, "robot": robot.digest}
+    if state is not None:
+        parents["state"] = state.digest
     if dem is not None:
         parents["dem"] = dem.digest
     elif any(one.joints is not None for one in told.commands):

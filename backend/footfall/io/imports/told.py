@@ -114,11 +114,8 @@ def decimal(written: str, where: str) -> float:
     return number(found, where)
 
 
-def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
-    """A command from its arguments in order: leg, joints (as one list), duration, force; each where the command has it.
-
-    Raises InvalidSequence where the name is unknown, or there are more or fewer.
-    """
+def argument_names(name: str, where: str) -> tuple[str, ...]:
+    """What a command takes, in order. Raises InvalidSequence where the name is unknown."""
     kinds = {
         "LEG_MOVE": ("leg", "joints", "duration"),
         "LEG_LOWER": ("leg", "joints", "duration", "force"),
@@ -127,9 +124,18 @@ def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
     }
     if name not in kinds:
         raise InvalidSequence(f"{where} is a {name!r}; FootFall knows {', '.join(kinds)}")
-    if len(arguments) != len(kinds[name]):
-        raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {', '.join(kinds[name])}")
-    told = dict(zip(kinds[name], arguments, strict=True))
+    return kinds[name]
+
+
+def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
+    """A command from its arguments in order: leg, joints (as one list), duration, force; each where the command has it.
+
+    Raises InvalidSequence where the name is unknown, or there are more or fewer.
+    """
+    names = argument_names(name, where)
+    if len(arguments) != len(names):
+        raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {', '.join(names)}")
+    told = dict(zip(names, arguments, strict=True))
     return Command(
         name=name,
         leg=whole(told["leg"], f"{where}, leg") if "leg" in told else None,

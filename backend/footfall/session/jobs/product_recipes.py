@@ -17,6 +17,7 @@ from footfall.session.jobs.requests import (
     BodyMoveRequest,
     ExecutionRequest,
     ExportRequest,
+    ImportRequest,
     MapRequest,
     ShiftRequest,
     StepRequest,
@@ -168,6 +169,14 @@ def edit(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value
     return apply_edit(parents["robot"], parents["sequence"], settings, parents["dem"])
 
 
+def from_file(parents: Mapping[str, Any], settings: ImportRequest, progress: Progress) -> Value:
+    """robot, dem, and state for files that don't say from where they start; ImportRequest → Sequence."""
+    from footfall.io.imports import sequence_of
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return sequence_of(settings.name, settings.content.tobytes(), robot, dem, otherwise=state)
+
+
 def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progress) -> bytes:
     """sequence; ExportRequest → the bytes of the file."""
     from footfall.io.exports import export as write
@@ -189,6 +198,7 @@ PRODUCTS: Mapping[str, Recipe] = {
     "body_move": body_move,
     "sequence": sequence,
     "edit": edit,
+    "import": from_file,
     "export": export,
 }
 

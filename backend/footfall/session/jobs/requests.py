@@ -75,6 +75,14 @@ class ExportRequest(Value):
 
 
 @value
+class ImportRequest(Value):
+    """Commands from a file. name: its name, whose ending says the format; content: its bytes."""
+
+    name: str
+    content: NDArray[np.uint8]
+
+
+@value
 class CheckRequest(Value):
     """A session to recompute. bundle: the bytes of its zip."""
 

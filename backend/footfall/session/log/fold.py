@@ -23,6 +23,9 @@ from footfall.session.log.fold_commands import (
 TERRAIN_KINDS = ("terrain", "photographs", "blend", "clear")
 """Products that become the session's terrain."""
 
+SEQUENCES = ("sequence", "edit", "import")
+"""Products that become its commands."""
+
 
 @value
 class ProductRecord(Value):
@@ -142,13 +145,17 @@ class SessionState(Value):
             return self.alternatives
         return (PlanRecord(self.plan, "asked", "as asked for", self.plan_status or "", self.plan_reason),)
 
+    def before_edits(self, sequence: str) -> str:
+        """The sequence that was edited to this one, as it was made or read in; itself where it was not edited."""
+        while (made := self.products.get(sequence)) is not None and made.kind == "edit":
+            sequence = made.parents["sequence"]
+        return sequence
+
     def plan_behind(self, sequence: str) -> ProductRecord | None:
-        """The record of the plan, or its execution, that a sequence goes back to, through all of its edits."""
-        made = self.products.get(sequence)
-        while made is not None and "sequence" in made.parents:
-            made = self.products.get(made.parents["sequence"])
-        if made is None:
-            return None
+        """The record of the plan, execution or import that a sequence goes back to, through all of its edits."""
+        made = self.products.get(self.before_edits(sequence))
+        if made is None or made.kind == "import":
+            return made
         return self.products.get(made.parents.get("plan") or made.parents.get("execution", ""))
 
 
@@ -255,8 +262,11 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
     if kind == "sequence":
         made = replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
         return replace(made, **forgotten(state, "edit"))
-    if kind == "edit":
-        history = (*state.sequence_history, payload["parents"]["sequence"])
+    if kind == "import" and state.sequence is None:
+        return replace(state, sequence=digest)
+    if kind in ("edit", "import"):
+        # commands from a file take the place of those before, so that undo goes back to them
+        history = (*state.sequence_history, state.sequence or "")
         edited = replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
         return replace(edited, **chosen(state, edited, event, "edit"))
     if kind == "export":

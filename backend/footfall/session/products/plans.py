@@ -8,7 +8,7 @@ from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import StepRequest
-from footfall.session.log.fold import ProductRecord
+from footfall.session.log.fold import SEQUENCES, ProductRecord
 from footfall.session.products.footing import FootingSession
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.recorded import present
@@ -122,7 +122,7 @@ class PlanSession(FootingSession):
         kind = self.state.products[digest].kind
         behind = self.state.plan_behind(digest)
         sags = kind == "execution" or (behind is not None and behind.kind == "execution")
-        of = {"sequence": "commands", "edit": "commands"}.get(kind, kind)
+        of = "commands" if kind in SEQUENCES else kind
         return {"digest": digest, "of": of, "sags": sags}
 
     def go_on_after(self, digest: str) -> str:
@@ -133,7 +133,7 @@ class PlanSession(FootingSession):
         """
         products = self.state.products
         made = products.get(digest)
-        if made is None or made.kind not in ("plan", "execution", "sequence", "edit"):
+        if made is None or made.kind not in ("plan", "execution", *SEQUENCES):
             raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
         if made.kind == "plan":
             self._found_plan(digest)
