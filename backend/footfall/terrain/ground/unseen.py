@@ -68,7 +68,9 @@ def _fill(heights: NDArray[np.float32]) -> None:
     missing = np.isnan(heights)
     neighbours = np.ones((3, 3), np.uint8)
     while missing.any():
-        highest = cv2.dilate(np.where(missing, np.float32(-np.inf), heights), neighbours)
+        known = np.where(missing, np.float32(-np.inf), heights)
+        # replicated: a border of OpenCV's default is the lowest finite number, which would count as known
+        highest = cv2.dilate(known, neighbours, borderType=cv2.BORDER_REPLICATE)
         ring = missing & np.isfinite(highest)
         heights[ring] = highest[ring]
         missing &= ~ring
