@@ -1,13 +1,18 @@
 """What is said of a chosen footfall: by the footing that decides, with the margin that decides."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from footfall.core.value import Provenance
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
 from footfall.session.products.footfalls import judge_footfall
+from footfall.terrain.from_arrays import from_heights
 
 SAYS = {
     "footing": REACHABLE_STABLE,
@@ -43,7 +48,8 @@ def test_friction_decides_where_it_was_computed(judged):
     answer = judged()
     assert (answer["acceptable"], answer["footing"]) == (False, "reachable but unstable")
     assert answer["margin"] == pytest.approx(-0.05)
-    (reason,) = answer["reasons"]
+    reason, elsewhere = answer["reasons"]
+    assert elsewhere.startswith("no place on the leg's map is reachable and stable")
     for words in ("plain margin 0.400 m", "in the air 0.350 m", "with friction -0.050 m", "1.25 of a torque limit"):
         assert words in reason
     without = judged(without=FRICTION)
@@ -59,7 +65,7 @@ def test_the_conservative_margin_where_that_was_asked_for(judged):
 
 
 def test_too_weak_a_motor_is_named_though_every_margin_is_fine(judged):
-    (reason,) = judged(margin_friction=0.3)["reasons"]
+    reason, _ = judged(margin_friction=0.3)["reasons"]
     assert "1.25 of a torque limit" in reason
 
 
@@ -83,3 +89,35 @@ def test_unknown_ground_is_refused_whatever_the_maps_say(tiny):
     answer = judge_footfall(dem, 0.3, 1, 0.0, 0.0, MapStack(dem.geometry, 1, "plain", layers, Provenance({})), True)
     assert (answer["acceptable"], answer["known"], answer["z"]) == (False, False, None)
     assert "the ground there is not known" in answer["reasons"][0]
+
+
+@given(data=st.data(), x=st.floats(-4.4, 4.4), y=st.floats(-4.4, 4.4))
+def test_the_nearest_place_where_the_leg_may_stand_is_told(data, x, y):
+    dem = from_heights(np.zeros((8, 8)), 1.0, -3.5, -3.5)
+    footing = data.draw(arrays(np.uint8, (8, 8), elements=st.integers(0, REACHABLE_STABLE)))
+    maps = MapStack(
+        dem.geometry,
+        1,
+        "plain",
+        {"footing": footing, "margin": np.zeros((8, 8), np.float32), "hindrance": np.zeros((8, 8), np.uint8)},
+        Provenance({}),
+    )
+    answer = judge_footfall(dem, 0.3, 1, x, y, maps, True)
+    if answer["acceptable"]:
+        assert answer["nearest"] is None
+        return
+    green = [
+        (math.dist((x, y), (dem.geometry.xs[col], dem.geometry.ys[row])), row, col)
+        for row in range(8)
+        for col in range(8)
+        if footing[row, col] == REACHABLE_STABLE
+    ]
+    nearest = answer["nearest"]
+    if not green:
+        assert nearest is None
+        assert "try another leg" in answer["reasons"][-1]
+        return
+    assert nearest["away"] == pytest.approx(min(green)[0])
+    assert math.dist((x, y), (nearest["x"], nearest["y"])) == pytest.approx(nearest["away"])
+    assert judge_footfall(dem, 0.3, 1, nearest["x"], nearest["y"], maps, True)["acceptable"]
+    assert f"{nearest['away']:.2f} m away, at ({nearest['x']:.2f}, {nearest['y']:.2f})" in answer["reasons"][-1]

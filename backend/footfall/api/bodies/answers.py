@@ -127,16 +127,33 @@ class NoteAnswer(TypedDict):
     text: str
 
 
+class Elsewhere(TypedDict):
+    """The middle of a cell, site frame [m], and how far away it is [m]."""
+
+    x: float
+    y: float
+    away: float
+
+
 class FootfallAnswer(TypedDict):
-    """What is known of the ground at a chosen footfall and, if it is not acceptable, why."""
+    """What is known of the ground at a chosen footfall and, if it is not acceptable, why.
+
+    slope [rad]. margin [m]: the one that decides. nearest: where it is not acceptable, the nearest place that is.
+    """
 
     leg: int
     x: float
     y: float
     z: float | None
     known: bool
+    normal: list[float] | None
+    slope: float | None
+    footing: str | None
+    margin: float | None
+    maps_current: bool
     acceptable: bool | None
     reasons: list[str]
+    nearest: Elsewhere | None
 
 
 class PointsAnswer(TypedDict):

@@ -55,7 +55,8 @@ def _margins(maps: MapStack) -> tuple[str, str]:
 def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
     """What exactly speaks against a cell, with its size; empty where nothing more is known."""
     if footing in (NO_SOLUTION, COLLISION):
-        return hindrance_text(int(maps.layers["hindrance"][row, col]))
+        found = hindrance_text(int(maps.layers["hindrance"][row, col]))
+        return "" if found == FOOTING_NAMES[footing] else found
     if footing != REACHABLE_UNSTABLE:
         return ""
     geometric, with_friction = _margins(maps)
@@ -74,13 +75,32 @@ def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
     return ", ".join(said)
 
 
+def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:
+    """The middle of the nearest cell that is reachable and stable, and how far away it is [m]."""
+    rows, cols = np.nonzero(decisive(maps) == REACHABLE_STABLE)
+    if len(rows) == 0:
+        return None
+    xs, ys = maps.geometry.xs[cols], maps.geometry.ys[rows]
+    away = np.hypot(xs - x, ys - y)
+    best = int(np.argmin(away))
+    return {"x": float(xs[best]), "y": float(ys[best]), "away": float(away[best])}
+
+
+def _elsewhere(nearest: dict[str, float] | None) -> str:
+    if nearest is None:
+        return "no place on the leg's map is reachable and stable: try another leg, or a shift of the chassis"
+    place = f"({nearest['x']:.2f}, {nearest['y']:.2f})"
+    return f"the nearest place that is reachable and stable is {nearest['away']:.2f} m away, at {place}"
+
+
 def judge_footfall(
     dem: Dem, wheel_radius: float, leg: int, x: float, y: float, maps: MapStack | None, maps_current: bool
 ) -> dict[str, Any]:
     """Answer for a footfall of ``leg`` at x, y [m]: plain JSON, None for what is not known.
 
     acceptable: False where something speaks against it, None where nothing is known for or against;
-    reasons: in words. margin [m]: the one that decides, with friction where that was computed.
+    reasons: in words. margin [m]: the one that decides, with friction where that was computed. nearest: where it is
+    not acceptable, x, y of the nearest cell that is, and how far away it is [m]; None where the maps have none.
     """
     reasons: list[str] = []
     z = float(height_at(dem, x, y))
@@ -95,23 +115,27 @@ def judge_footfall(
     elif not has_normal:
         reasons.append("too little of the ground around the point is known to say how it slopes")
 
-    footing, margin = None, None
+    footing, margin, nearest = None, None, None
     if maps is None:
         reasons.append(f"there are no maps for leg {leg} yet")
     elif not maps_current:
         reasons.append(f"the maps for leg {leg} were made from an older terrain or state")
-    elif maps.geometry.contains(x, y):
-        row, col = (int(i) for i in maps.geometry.cell(x, y))
-        footing = int(decisive(maps)[row, col])
-        geometric, with_friction = _margins(maps)
-        found = float(maps.layers.get(with_friction, maps.layers[geometric])[row, col])
-        margin = found if math.isfinite(found) else None
-        if known and footing != UNSURE:
-            acceptable = footing == REACHABLE_STABLE
-        if footing in _REASONS:
-            text = _REASONS[footing]
-            detail = _detail(maps, footing, row, col)
-            reasons.append(f"{text} ({detail})" if detail else text)
+    else:
+        if maps.geometry.contains(x, y):
+            row, col = (int(i) for i in maps.geometry.cell(x, y))
+            footing = int(decisive(maps)[row, col])
+            geometric, with_friction = _margins(maps)
+            found = float(maps.layers.get(with_friction, maps.layers[geometric])[row, col])
+            margin = found if math.isfinite(found) else None
+            if known and footing != UNSURE:
+                acceptable = footing == REACHABLE_STABLE
+            if footing in _REASONS:
+                text = _REASONS[footing]
+                detail = _detail(maps, footing, row, col)
+                reasons.append(f"{text} ({detail})" if detail else text)
+        if not acceptable:
+            nearest = _nearest(maps, x, y)
+            reasons.append(_elsewhere(nearest))
     return {
         "leg": leg,
         "x": x,
@@ -125,4 +149,5 @@ def judge_footfall(
         "maps_current": maps is not None and maps_current,
         "acceptable": acceptable,
         "reasons": reasons,
+        "nearest": nearest,
     }
