@@ -132,6 +132,11 @@ def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, fram
     assert planned.summary()["after"] == (first if what == "plan" else sequence)
     second = planned.get(planned.state.plan).plan
     assert np.array_equal(second.waypoints[0], end)
+    # the commands there are still the first plan's: what was planned last counts
+    assert planned.plan_matches_rover()["ok"] is False
+    stands(planned, frame_of, 1, end)
+    assert planned.plan_matches_rover()["ok"] is True
+    stands(planned, frame_of, 2, planned.get(first).plan.waypoints[0])
     planned.make_sequence()
     # the rover has not made the first step yet
     with pytest.raises(CommandRefused) as caught:
@@ -141,7 +146,7 @@ def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, fram
     assert caught.value.details["difference"] == pytest.approx(-0.15)
     assert planned.plan_matches_rover()["ok"] is False
     # now it has
-    stands(planned, frame_of, 1, end)
+    stands(planned, frame_of, 3, end)
     assert planned.plan_matches_rover()["ok"] is True
     assert planned.arm()["token"]
     planned.end_what_if()

@@ -18,7 +18,7 @@ class PlannedSession(CommandedSession):
     """
 
     def plan_matches_rover(self) -> dict[str, Any]:
-        """Whether the rover stands where the sequence (or the plan) starts; ok is None where that can't be told."""
+        """Whether the rover stands where what was planned last starts; ok is None where that can't be told."""
         state, frame = self.state, self.frame
         start, age = self._start_of(state), self.link.age
         unknown = ""
@@ -77,8 +77,8 @@ class PlannedSession(CommandedSession):
         return state.plan is not None and self.played == state.plan
 
     def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Posture and T_site_base that the present sequence, or else the present plan, starts from."""
-        if state.sequence is not None:
+        """Posture and T_site_base where what was planned last starts: by its commands, or the plan without them."""
+        if state.sequence is not None and not self.commands_of_another_plan:
             sequence = self._shelf.typed(Sequence, state.sequence)
             return sequence.start, sequence.T_site_base
         plan = None if state.plan is None else self._shelf.typed(PlanResult, state.plan).plan
