@@ -3,6 +3,7 @@
 import { act } from "./acts.js";
 import { get } from "./api.js";
 import { $, element } from "./dom.js";
+import { clock } from "./events.js";
 import { subscribe } from "./store.js";
 
 const GOES_ON = "Commands, telemetry and stop go on without it.";
@@ -14,6 +15,7 @@ const STYLE = "[data-floating-window], .mantine-Notifications-root, .mantine-Pap
 
 let wanted = true;
 let lookedAt = 0;
+let answeredAt = 0; // ms since 1970
 
 export function startScene() {
   const frame = $("scene");
@@ -45,6 +47,7 @@ async function unavailable() {
 function loaded() {
   const inside = $("scene").contentDocument;
   if (!inside || inside.URL === "about:blank") return;
+  answeredAt = Date.now();
   inside.head.append(element("style", { textContent: STYLE }));
   inside.addEventListener("webglcontextlost", () => note(`The scene has lost its graphics. ${GOES_ON}`, true), true);
   note("");
@@ -54,8 +57,8 @@ function loaded() {
 async function look() {
   if (!wanted || $("scene-note").textContent || performance.now() - lookedAt < LOOK_PERIOD) return;
   lookedAt = performance.now();
-  const there = await answers("/scene/");
-  if (!there && !$("scene-note").textContent) note(`The scene does not answer any more. ${GOES_ON}`, true);
+  if (await answers("/scene/")) answeredAt = Date.now();
+  else if (!$("scene-note").textContent) note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later. ${GOES_ON}`, true);
 }
 
 // The page behind an address is large: its head is enough.
@@ -75,4 +78,5 @@ function note(text, failed = false) {
   $("scene-note").hidden = !text;
   $("scene-note").className = failed ? "doubt" : "";
   $("scene-again").hidden = !failed;
+  $("scene").classList.toggle("past", failed); // what is left of its picture is not how things are
 }

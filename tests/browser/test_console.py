@@ -145,6 +145,8 @@ def test_the_timeline_leads_back_to_what_was_planned_and_takes_notes(console: Pa
     for _ in range(len(log) - 1 - planned):
         console.keyboard.press(",")
     expect(text).to_contain_text("plan, leg 2, found")
+    expect(text).to_contain_text("Past, ")
+    expect(text).to_have_attribute("data-state", "warn")
     console.get_by_role("button", name="Show", exact=True).click()
     checks = held(quiet, "/sessions/current/plans/current")["checks"]
     expect(console.locator("#shown tbody tr")).to_have_count(len(checks))
@@ -162,6 +164,7 @@ def test_the_timeline_leads_back_to_what_was_planned_and_takes_notes(console: Pa
     assert held(quiet)["notes"][-1]["text"] == HOSTILE
     console.get_by_role("button", name="Now", exact=True).click()
     expect(text).to_contain_text(HOSTILE)
+    expect(text).to_have_attribute("data-state", "none")
     console.get_by_role("button", name="Show", exact=True).click()
     expect(console.locator("#shown-body")).to_have_text(HOSTILE)
     assert console.locator("img[src=x]").count() == 0

@@ -1,5 +1,6 @@
 """The process that draws the scene ends while the rover is worked: everything else goes on, and the page says so."""
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -59,7 +60,12 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     expect(note).to_be_hidden(timeout=SLOW)
     until(lambda: drawing[0].get_clients(), "the scene's page", 60)
     drawing[0].stop()
-    expect(note).to_contain_text("does not answer any more. Commands, telemetry and stop go on", timeout=SLOW)
+    expect(note).to_contain_text(
+        re.compile(r"does not answer any more: its picture is of \d\d:\d\d:\d\d UTC"), timeout=SLOW
+    )
+    expect(note).to_contain_text("Commands, telemetry and stop go on")
+    # what is left of the picture is marked as past
+    expect(page.locator("#scene")).to_have_css("filter", "grayscale(1) brightness(0.35)")
     expect(page.get_by_role("button", name="Load the scene again")).to_be_visible()
     look("gone")
 

@@ -148,7 +148,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     until(
         lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture", 5
     )
-    expect(page.locator("#status-match")).to_have_attribute("data-state", "bad", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("carried out: every row is done", timeout=SLOW)
     look("6-arrived")
 
 
@@ -251,3 +251,29 @@ def test_stop_is_in_sight_on_every_screen(console: Page, quiet: Running, look: K
     at = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
     assert console.evaluate("([x, y]) => document.elementFromPoint(x, y).id", at) == "stop"
     look("screen")
+
+
+COVERED = """() => {
+    const scene = document.querySelector(".scene").getBoundingClientRect();
+    const boxes = [...document.querySelectorAll(".scene .overlay")].filter((one) => one.checkVisibility())
+        .map((one) => [one.className, one.getBoundingClientRect()]);
+    const within = (b) => b.left >= scene.left && b.right <= scene.right
+        && b.top >= scene.top && b.bottom <= scene.bottom;
+    const outside = boxes.filter(([, b]) => !within(b));
+    const over = boxes.flatMap(([name, a], i) => boxes.slice(i + 1)
+        .filter(([, b]) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+        .map(([other]) => `${name} and ${other}`));
+    return { height: scene.height, shown: boxes.length, outside: outside.map(([name]) => name), over };
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1100)])
+def test_nothing_over_the_scene_covers_anything_else_there(console: Page, width: int, height: int) -> None:
+    console.set_viewport_size({"width": width, "height": height})
+    expect(console.locator("#scrub-time")).to_be_visible()
+    for layout in ("plan a step", "execute", "review"):
+        console.locator("#layout").select_option(layout)
+        seen = console.evaluate(COVERED)
+        assert seen["shown"] >= 4
+        assert seen["outside"] == seen["over"] == [], (layout, seen)
+        assert seen["height"] >= 270

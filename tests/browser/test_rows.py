@@ -41,6 +41,21 @@ def test_a_row_is_split_moved_and_undone(console: Page, quiet: Running) -> None:
     until(lambda: commands(quiet) == before, "without it")
 
 
+def test_a_row_is_copied_and_the_copy_changed(console: Page, quiet: Running) -> None:
+    before = commands(quiet)
+    console.get_by_role("button", name="Row 3", exact=True).click()
+    console.get_by_role("button", name="Copy", exact=True).click()
+    until(lambda: len(commands(quiet)) == len(before) + 1, "the copy")
+    assert commands(quiet)[2:4] == [before[2], before[2]]
+    expect(console.get_by_role("button", name="Row 4", exact=True)).to_have_attribute("aria-pressed", "true")
+    field = console.get_by_label("hip yaw of row 4 [rad]", exact=True)
+    field.fill(f"{before[2]['joints'][0] + 0.01:.4f}")
+    field.press("Enter")
+    until(lambda: commands(quiet)[3] != before[2], "the change")
+    assert commands(quiet)[2] == before[2]
+    assert commands(quiet)[3]["joints"][1:] == before[2]["joints"][1:]
+
+
 def test_a_joint_beyond_its_limit_is_marked(console: Page, quiet: Running) -> None:
     before = commands(quiet)
     console.get_by_role("button", name="Row 2", exact=True).click()

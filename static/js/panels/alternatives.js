@@ -20,7 +20,7 @@ export function start() {
     key: "N", text: "Go on from the plan's predicted end", button: "go-on", run: goOn,
     refusal: () => (known.summary?.ends.go_on ? "" : "There is no plan to go on from: plan the step first."),
   });
-  $("go-back").addEventListener("click", goBack);
+  act({ text: "End the what-if: back to the rover", button: "go-back", run: goBack, quiet: true });
   subscribe(draw);
 }
 

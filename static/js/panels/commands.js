@@ -14,7 +14,7 @@ let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
-  $("insert-wait").addEventListener("click", () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }));
+  act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
   act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? "" : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
@@ -89,8 +89,6 @@ function notArmable() {
 
 function draw({ summary, sequence }) {
   if (!summary) return;
-  const there = Boolean(sequence);
-  $("insert-wait").disabled = !there;
   if (summary.undo) $("undo").title = `Undo: ${toldChoice(summary.undo)} (Ctrl+Z)`;
   if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
   if (armed && lapsed(summary, sequence)) armed = null;

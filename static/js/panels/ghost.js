@@ -4,21 +4,29 @@ import { act } from "../acts.js";
 import { put } from "../api.js";
 import { followCursor } from "../cursor.js";
 import { $, attempt } from "../dom.js";
+import { momentAt, pace, played, rowAt, timeAt, travelOf } from "../pace.js";
 import { postureAt } from "../samples.js";
 import { known, subscribe } from "../store.js";
+import { onChoice, chosenRow } from "./row.js";
 
-const PLAY_SECONDS = 6;
+const PLAY_SECONDS = 6; // for the whole way, where it has no times or those are not asked for
 
 let wanted = null; // the newest position not yet sent
 let sending = false;
 let playing = 0;
+let time = null; // s: the one that was asked for, where a wait makes several of one moment
 
 export function start() {
   $("scrub").addEventListener("input", () => show(Number($("scrub").value) / 1000));
-  const refusal = () => (played(known) ? "" : "There is neither a plan nor a sequence to play.");
+  $("scrub-time").addEventListener("change", () => { const way = pace(); if (way) showTime(way, Number($("scrub-time").value)); });
+  const refusal = () => (played() ? "" : "There is neither a plan nor a sequence to play.");
+  const untimed = () => refusal() || (pace() ? "" : "What the ghost plays has no rows yet: make its commands.");
   act({ key: " ", text: "Play or pause the ghost", button: "ghost-play", run: toggle, refusal });
   act({ key: "[", text: "Ghost back", run: () => nudge(-0.02), refusal });
   act({ key: "]", text: "Ghost on", run: () => nudge(0.02), refusal });
+  act({ key: "{", text: "Ghost to the row before", run: () => toRow(-1), refusal: untimed });
+  act({ key: "}", text: "Ghost to the row after", run: () => toRow(1), refusal: untimed });
+  onChoice(() => { if (chosenRow() !== null) endOf(chosenRow()); });
   followCursor(goTo);
   subscribe(draw);
 }
@@ -26,9 +34,9 @@ export function start() {
 const NEAR = 0.1; // rad: farther from the played way the rover was on another one
 
 // Where the rover was at a moment of the timeline, on the way that the ghost plays.
-function goTo(time) {
-  const plan = time === null ? null : played(known);
-  const posture = plan && postureAt(time);
+function goTo(when) {
+  const plan = when === null ? null : played();
+  const posture = plan && postureAt(when);
   const moment = posture && nearest(plan.waypoints, posture);
   if (typeof moment === "number") show(moment);
 }
@@ -49,10 +57,9 @@ function nearest(waypoints, posture) {
   return moment;
 }
 
-const travelOf = (waypoints) => waypoints.slice(1).map((row, i) => Math.max(...row.map((q, j) => Math.abs(q - waypoints[i][j]))));
-
 // Only the newest position is sent while one is under way: scrubbing never queues up.
-async function show(moment) {
+async function show(moment, at = null) {
+  time = at;
   wanted = Math.min(1, Math.max(0, moment));
   $("scrub").value = String(Math.round(wanted * 1000));
   read(wanted);
@@ -68,6 +75,28 @@ async function show(moment) {
 
 const nudge = (by) => { if (!$("scrub").disabled) show(Number($("scrub").value) / 1000 + by); };
 
+const shownMoment = () => Number($("scrub").value) / 1000;
+const shownTime = (way) => time ?? timeAt(way, shownMoment());
+
+function showTime(way, seconds) {
+  const at = Math.min(way.seconds.at(-1), Math.max(0, seconds));
+  show(momentAt(way, at), at);
+}
+
+// The end of a row (from 0), before which −1 is the start.
+function endOf(row) {
+  const way = pace();
+  if (way) showTime(way, way.seconds[Math.max(0, Math.min(way.seconds.length - 1, row + 1))]);
+}
+
+function toRow(by) {
+  const way = pace();
+  const now = shownTime(way);
+  const row = rowAt(way, now);
+  const inside = Math.abs(way.seconds[row + 1] - now) > 0.005; // s
+  endOf(by > 0 ? row + (inside || now === 0 ? 0 : 1) : row - 1);
+}
+
 function toggle() {
   if ($("scrub").disabled) return;
   if (playing) {
@@ -75,28 +104,23 @@ function toggle() {
     $("ghost-play").textContent = "▶";
     return;
   }
-  const from = Number($("scrub").value) / 1000;
-  const begin = performance.now() - (from >= 1 ? 0 : from) * PLAY_SECONDS * 1000;
+  const way = pace();
+  const rate = way ? Number($("ghost-rate").value) : 0; // times as fast as commanded; 0: whole way in PLAY_SECONDS
+  const from = shownMoment() >= 1 ? 0 : shownMoment();
+  const before = rate ? (from ? shownTime(way) : 0) / rate : from * PLAY_SECONDS;
+  const begin = performance.now() - before * 1000;
   const mine = begin;
   playing = mine;
   $("ghost-play").textContent = "❚❚";
   const frame = () => {
     if (playing !== mine) return;
-    const moment = (performance.now() - begin) / (PLAY_SECONDS * 1000);
-    show(moment);
-    if (moment >= 1) toggle();
+    const passed = (performance.now() - begin) / 1000;
+    if (rate) showTime(way, passed * rate);
+    else show(passed / PLAY_SECONDS);
+    if (rate ? passed * rate >= way.seconds.at(-1) : passed >= PLAY_SECONDS) toggle();
     else setTimeout(frame, 40);
   };
   frame();
-}
-
-// What the scene plays: the waypoints, and what each leads through.
-function played({ summary, plan, sequence }) {
-  if (sequence && sequence.digest === summary?.played) {
-    const names = sequence.commands.map((command) => command.phase || command.name);
-    return { what: "commands", waypoints: [sequence.start, ...sequence.predicted], phases: ["", ...names] };
-  }
-  return plan?.plan ? { what: "plan", ...plan.plan } : null;
 }
 
 function phaseAt(plan, moment) {
@@ -111,17 +135,32 @@ function phaseAt(plan, moment) {
 }
 
 function read(moment) {
-  const plan = played(known);
-  if (plan) $("scrub-read").textContent = `${Math.round(moment * 100)} % of the ${plan.what}, ${phaseAt(plan, moment)}`;
+  const what = played();
+  if (!what) return;
+  const way = pace();
+  $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = !way;
+  const share = `${Math.round(moment * 100)} % of the ${what.what}`;
+  if (!way) {
+    $("scrub-read").textContent = `${share}, ${phaseAt(what, moment)}`;
+    return;
+  }
+  const now = time ?? timeAt(way, moment);
+  const row = rowAt(way, now);
+  $("scrub-read").textContent = `${share}, ${way.names[row]}, row ${row + 1} of ${way.names.length}`;
+  if (document.activeElement !== $("scrub-time")) $("scrub-time").value = now.toFixed(1);
+  $("scrub-whole").textContent = `of ${way.seconds.at(-1).toFixed(1)} s`;
 }
 
-function draw({ summary, plan, sequence }) {
+function draw({ summary }) {
   if (!summary) return;
-  const there = Boolean(played({ summary, plan, sequence }));
+  const there = Boolean(played());
   $("scrub").disabled = !there;
   if (!there) {
     $("scrub-read").textContent = "no plan";
+    $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = true;
   } else if (!playing && !sending && document.activeElement !== $("scrub")) {
+    const moved = Math.round(summary.view.scrub * 1000) !== Number($("scrub").value);
+    if (moved) time = null;
     $("scrub").value = String(Math.round(summary.view.scrub * 1000));
     read(summary.view.scrub);
   }

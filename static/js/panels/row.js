@@ -16,6 +16,7 @@ export function start() {
   act({ text: "Move the chosen row down", button: "row-down", run: () => move(1), refusal: () => none() || (chosen < last() ? "" : "It is the last row.") });
   act({ text: "Split the chosen row in two halves", button: "row-split", run: () => edit({ kind: "split", row: chosen }), refusal: none });
   act({ text: "Insert a wait before the chosen row", button: "row-wait", run: () => edit({ kind: "insert", row: chosen, command: { name: "WAIT", duration: 1.0 } }), refusal: none });
+  act({ text: "Copy the chosen row, after it", button: "row-copy", run: copy, refusal: none });
   act({ text: "Delete the chosen row", button: "row-delete", run: () => edit({ kind: "delete", row: chosen }), refusal: none });
   subscribe(draw);
 }
@@ -36,6 +37,13 @@ export function choose(row) {
 
 // Called when another row is chosen.
 export const onChoice = (listener) => listeners.push(listener);
+
+// To be changed into another command: joint by joint, or its seconds.
+async function copy() {
+  const row = chosen;
+  const { name, leg, joints, duration, phase, force } = known.sequence.commands[row];
+  if (await edit({ kind: "insert", row: row + 1, command: { name, leg, joints, duration, phase, force } })) choose(row + 1);
+}
 
 async function move(by) {
   const from = chosen;

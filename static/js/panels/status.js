@@ -1,5 +1,6 @@
 // The status bar: link and age, mode, ground and its age, whether the plan still matches the rover, and stop.
 
+import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
@@ -38,12 +39,17 @@ export async function stop() {
 export function start() {
   keepLineOpen();
   $("stop").addEventListener("click", stop);
-  $("stop-clear").addEventListener("click", () => attempt(async () => {
-    await post("/stop/clear", {});
-    sent = "";
-  }));
+  act({ text: "Clear the stop", button: "stop-clear", run: clearStop, refusal: () => (standsStopped(known) ? "" : "No stop is in force.") });
   subscribe(draw);
 }
+
+const clearStop = () => attempt(async () => {
+  await post("/stop/clear", {});
+  sent = "";
+});
+
+// By this session, or by another one or another operator.
+const standsStopped = ({ summary, frame }) => Boolean(summary?.stop.latched) || frame?.mode === "stopped";
 
 function mark(id, state, text) {
   $(id).dataset.state = state;
@@ -116,8 +122,11 @@ function drawMatch(summary, frame) {
   else if (summary.gate.state === "sending") mark("status-match", "warn", `${summary.gate.waiting ? "waiting before" : "executing"} row ${(summary.gate.row ?? 0) + 1}${wayOf(summary)}`);
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
+  else if (carriedOut(summary)) mark("status-match", "good", "carried out: every row is done");
   else mark("status-match", "bad", match.reason);
 }
+
+const carriedOut = ({ run, sequence, commands_of_another_plan: other }) => !other && sequence !== null && run?.sequence === sequence && run.rows.length > 0 && run.rows.every((row) => row.state === "done");
 
 function wayOf(summary) {
   const way = onItsWay(summary, "command");
@@ -133,9 +142,9 @@ function drawStop(summary, frame) {
   const button = $("stop");
   const { latched, acknowledged } = summary.stop;
   if (latched) sent = "";
-  const standing = frame?.mode === "stopped"; // by another session or another operator, perhaps
+  const standing = frame?.mode === "stopped";
   button.dataset.sent = String(Boolean(sent) || latched);
-  $("stop-clear").hidden = !latched && !standing;
+  $("stop-clear").hidden = !standsStopped({ summary, frame });
   $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(summary, latched, acknowledged, standing);
 }
 

@@ -3,7 +3,7 @@
 import { ROOT, get, once, post } from "../api.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, age, attempt, element, fixed } from "../dom.js";
 import { clock, describe, events, subscribeToEvents } from "../events.js";
 import { known } from "../store.js";
 import { timeAxis } from "../timeaxis.js";
@@ -94,7 +94,9 @@ function toNow() {
 function read(index) {
   at = index;
   const event = events[index];
-  $("timeline-text").textContent = event ? `${now ? "Now. Latest: " : ""}${clock(event.time)} ${describe(event)}` : "No events yet.";
+  const when = now ? "Now. Latest:" : event && `Past, ${age(Math.max(0, Date.now() / 1000 - event.time))} ago:`;
+  $("timeline-text").textContent = event ? `${when} ${clock(event.time)} ${describe(event)}` : "No events yet.";
+  $("timeline-text").dataset.state = now ? "none" : "warn";
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
   $("timeline-text").title = $("timeline-text").textContent;
   $("timeline-now").disabled = now;
