@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidSequence, NotFound
 from footfall.io.exports import SUFFIXES, export
-from footfall.io.imports import read_sequence
+from footfall.io.imports import LARGEST, MOST_COMMANDS, read_sequence, sequence_of
 from footfall.recorded import Recorded
+from footfall.sequence.commands import Command
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from tests.support.sequences import SAMPLES, bits, four_kinds, require_same_commands, unchecked
@@ -92,6 +93,22 @@ def test_what_cannot_be_used_is_named(step, athlete, tmp_path):
     (tmp_path / "posture.json").write_bytes(export(unchecked(four_kinds().commands, start=np.zeros(24)), "json"))
     with pytest.raises(InvalidSequence, match=r"posture\.json: the start posture needs 36 finite joint angles"):
         read_sequence(tmp_path / "posture.json", athlete, dem)
+
+
+def test_too_many_commands_and_too_large_files_are_refused_before_any_rule(step, athlete, tmp_path):
+    sequence, dem, _ = step
+    wait = Command("WAIT", None, None, 1.0)
+    most = unchecked((wait,) * MOST_COMMANDS, start=sequence.start)
+    more = unchecked((wait,) * (MOST_COMMANDS + 1), start=sequence.start)
+    for format in ("json", "csv"):
+        assert len(read_sequence(written(tmp_path, most, format), athlete, dem, step[2]).commands) == MOST_COMMANDS
+        with pytest.raises(InvalidSequence, match=f"it has {MOST_COMMANDS + 1} commands; a sequence has at most"):
+            read_sequence(written(tmp_path, more, format), athlete, dem, step[2])
+    large = tmp_path / "large.json"
+    large.write_bytes(b" " * (LARGEST + 1))
+    for read in (lambda: read_sequence(large), lambda: sequence_of(large.name, large.read_bytes())):
+        with pytest.raises(InvalidSequence, match=rf"^large\.json has {LARGEST + 1} bytes; a file of"):
+            read()
 
 
 def changed(change):

@@ -24,8 +24,11 @@ from footfall.sequence.settings import SequenceSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
-LARGEST = 64 * 2**20
+LARGEST = 16 * 2**20
 """Bytes; a thousand commands of all legs are 2 MB."""
+
+MOST_COMMANDS = 2000
+"""A step has some twenty; the rules of each take milliseconds."""
 
 
 def read_sequence(
@@ -48,8 +51,7 @@ def read_sequence(
     path = Path(path)
     if not path.is_file():
         raise NotFound(f"there is no file {path}", path=str(path))
-    if path.stat().st_size > LARGEST:
-        raise InvalidSequence(f"{path.name} has {path.stat().st_size} bytes; a sequence has at most {LARGEST}")
+    _require_small(path.name, path.stat().st_size)
     return sequence_of(path.name, path.read_bytes(), robot, dem, state, settings)
 
 
@@ -67,13 +69,21 @@ def sequence_of(
     otherwise: from where the commands start if neither the file nor ``state`` says. The state that was taken is a
     parent of the sequence. Raises InvalidSequence.
     """
+    _require_small(name, len(data))
     try:
         told = _decoder(name)(data)
+        if len(told.commands) > MOST_COMMANDS:
+            raise InvalidSequence(f"it has {len(told.commands)} commands; a sequence has at most {MOST_COMMANDS}")
         if told.start is None and state is None:
             state = otherwise
         return _checked(told, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
     except InvalidInput as error:
         raise InvalidSequence(f"{name}: {error.message}", file=name, **error.details) from error
+
+
+def _require_small(name: str, size: int) -> None:
+    if size > LARGEST:
+        raise InvalidSequence(f"{name} has {size} bytes; a file of commands has at most {LARGEST}", file=name)
 
 
 def _decoder(name: str) -> Callable[[bytes], Told]:
