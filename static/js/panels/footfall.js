@@ -1,23 +1,21 @@
 // Footfall: the chosen place and what is known about it, in words.
 
 import { act } from "../acts.js";
-import { post } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { chooseFootfall } from "../choosing.js";
+import { $, element, fixed } from "../dom.js";
 import { reveal } from "../layout.js";
-import { known, subscribe } from "../store.js";
+import { subscribe } from "../store.js";
 
 let drawn = "";
 
 export function start() {
   $("footfall-form").addEventListener("submit", (event) => {
     event.preventDefault();
-    choose(Number($("footfall-x").value), Number($("footfall-y").value));
+    chooseFootfall(Number($("footfall-x").value), Number($("footfall-y").value));
   });
   act({ key: "F", text: "Type the footfall", run: () => { reveal("footfall"); $("footfall-x").focus(); } });
   subscribe(draw);
 }
-
-const choose = (x, y) => attempt(() => post("/sessions/current/footfalls", { leg: known.summary.view.leg, x, y }));
 
 function draw({ summary }) {
   const answer = summary?.footfall_answer;

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
+import { chooseLeg, settled } from "../choosing.js";
 import { $, age, attempt, element } from "../dom.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
@@ -24,12 +25,12 @@ export function start() {
   $("layer").addEventListener("change", () => attempt(() => put("/sessions/current/view", { layer: $("layer").value || null })));
   $("legs").append(
     ...known.robot.legs.map((leg) =>
-      element("button", { type: "button", role: "radio", ariaLabel: `Leg ${leg}`, id: `leg-${leg}`, onclick: () => choose(leg) },
+      element("button", { type: "button", role: "radio", ariaLabel: `Leg ${leg}`, id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
         `Leg ${leg}`, element("small", { textContent: `key ${leg + 1}` })),
     ),
   );
   $("terrain-file").addEventListener("change", loadFile);
-  known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => choose(leg) }));
+  known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
   act({ key: "I", text: "Take images", button: "take-images", run: takeImages });
   act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
   act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps });
@@ -42,7 +43,6 @@ export function start() {
   subscribe(draw);
 }
 
-const choose = (leg) => attempt(() => put("/sessions/current/view", { leg }));
 const takeImages = () => attempt(() => post("/sessions/current/images", {}));
 const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images", settings: { pairs: chosenPairs() } }));
 
@@ -53,9 +53,10 @@ const notClearable = () => {
   return known.summary.footfall ? "" : "Choose a footfall first: the ground around it is what is cleared.";
 };
 
-const clearTerrain = () => attempt(() => {
+const clearTerrain = () => attempt(async () => {
+  await settled();
   const chosen = known.summary.footfall;
-  return post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
+  await post("/sessions/current/terrains/clear", { center: [chosen.x, chosen.y], radius: Number($("clear-radius").value) });
 });
 
 const RADIANS = Math.PI / 180;
@@ -70,6 +71,7 @@ export const balance = () => ({
 });
 
 export const computeMaps = () => attempt(async () => {
+  await settled();
   await freeze();
   const friction = $("friction-aware").checked;
   await post("/sessions/current/maps", {

@@ -2,8 +2,9 @@
 // chooses the footfall there; ticks choose the pairs for the next terrain.
 
 import { act } from "../acts.js";
-import { get, post } from "../api.js";
+import { get } from "../api.js";
 import { choiceText, isTicked, tick } from "../cameras.js";
+import { chooseFootfall } from "../choosing.js";
 import { $, age, element, fixed, toast } from "../dom.js";
 import { clock } from "../events.js";
 import { cross, lines } from "../imagelines.js";
@@ -247,7 +248,7 @@ async function choose(place) {
       return;
     }
     const { leg } = known.summary.view;
-    await post("/sessions/current/footfalls", { leg, x: point[0], y: point[1] });
+    if (!(await chooseFootfall(point[0], point[1], leg))) return;
     if (mine === asked) say(`Footfall of leg ${leg} chosen at (${point.map((one) => fixed(one)).join(", ")}) m.`, "yes");
   } catch (error) {
     if (mine === asked) say(error.message, "no");

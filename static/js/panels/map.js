@@ -1,7 +1,8 @@
 // Map: two layers side by side, seen from above, with what every layer says of the point under the pointer.
 
 import { act } from "../acts.js";
-import { ROOT, get, post } from "../api.js";
+import { ROOT, get } from "../api.js";
+import { chooseFootfall } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
 import { reveal } from "../layout.js";
@@ -42,7 +43,7 @@ function toggle() {
   if ($("panel-map").open) reveal("footfall");
 }
 
-const chooseAt = ([x, y]) => attempt(() => post("/sessions/current/footfalls", { leg: known.summary.view.leg, x, y }));
+const chooseAt = ([x, y]) => chooseFootfall(x, y);
 
 function place(canvas, event) {
   const box = canvas.getBoundingClientRect();

@@ -2,6 +2,7 @@
 
 import { act } from "../acts.js";
 import { get, post, request } from "../api.js";
+import { settled } from "../choosing.js";
 import { $, attempt, element, fixed, toast } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -45,7 +46,7 @@ function settings() {
 }
 
 const plan = () => attempt(async () => {
-  await Promise.all([inHand(), through.settled()]); // what is being moved or typed is meant
+  await Promise.all([settled(), inHand(), through.settled()]); // what is being chosen, moved or typed is meant
   const chosen = known.summary.footfall;
   await freeze();
   const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };

@@ -2,6 +2,7 @@
 
 import { act } from "../acts.js";
 import { get, post } from "../api.js";
+import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { factors, subscribeToLayers } from "../layers.js";
 import { known, subscribe } from "../store.js";
@@ -25,19 +26,18 @@ function towards() {
 }
 
 const suggest = () => attempt(async () => {
+  await settled();
   const leg = known.summary.view.leg;
   const { maps } = await get("/sessions/current"); // what is known here may be a moment old
   const answer = await post("/sessions/current/suggestions", { leg, count: 5, towards: towards(), settings: { weights: weights() } });
   shownFor = maps[leg];
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
-    element("button", { type: "button", textContent: `(${fixed(one.x, 2)}, ${fixed(one.y, 2)}) m`, onclick: () => choose(leg, one) }),
+    element("button", { type: "button", textContent: `(${fixed(one.x, 2)}, ${fixed(one.y, 2)}) m`, onclick: () => chooseFootfall(one.x, one.y, leg) }),
     element("strong", { textContent: ` ${(100 * one.score).toFixed(0)} of 100 ` }),
     element("span", { textContent: one.reasons.at(-1) }),
     element("details", {}, element("summary", { textContent: "why" }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
 });
-
-const choose = (leg, { x, y }) => attempt(() => post("/sessions/current/footfalls", { leg, x, y }));
 
 // Suggestions for other maps than the current ones would be a wrong green.
 function draw({ summary }) {

@@ -2,6 +2,7 @@
 
 import { act } from "../acts.js";
 import { get, once, post, put, request } from "../api.js";
+import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
@@ -66,6 +67,7 @@ const end = () => attempt(async () => {
 });
 
 const find = () => attempt(async () => {
+  await settled();
   const chosen = known.summary.footfall;
   $("panel-what-if").open = true;
   say("Looking for a shift…");

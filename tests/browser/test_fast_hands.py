@@ -1,0 +1,79 @@
+"""Keys that come faster than the server's answers mean what was chosen last, never what the page showed before."""
+
+import json
+
+from playwright.sync_api import Page, expect
+
+from tests.support.page_steps import SLOW, held, press
+from tests.support.server import Running, until
+
+LATE = """([method, end]) => {
+    const ask = window.fetch;
+    window.fetch = async (...asked) => {
+        const mine = String(asked[0]).endsWith(end) && asked[1]?.method === method;
+        const answer = await ask(...asked);
+        if (mine) await new Promise((done) => setTimeout(done, 3000));
+        return answer;
+    };
+}"""
+"""Answers to one kind of request take three seconds to the page, though the server is at once done with it."""
+REFUSED = """() => {
+    const ask = window.fetch;
+    window.fetch = async (...asked) => {
+        if (!String(asked[0]).endsWith("/footfalls")) return ask(...asked);
+        await new Promise((done) => setTimeout(done, 3000));
+        return ask(asked[0], { ...asked[1], body: JSON.stringify({ leg: 99, x: 0, y: 0 }) });
+    };
+}"""
+
+
+def typed(console: Page, x: float, y: float) -> None:
+    """A footfall, typed and chosen without a look at the page."""
+    console.keyboard.press("f")
+    for number in (x, y):
+        console.keyboard.press("Control+a")
+        console.keyboard.type(str(number))
+        console.keyboard.press("Tab")
+    console.keyboard.press("Enter")  # Choose
+
+
+def plans(quiet: Running) -> list[dict]:
+    return [event for event in held(quiet, "/sessions/current/log?limit=1000")["events"] if is_plan(event)]
+
+
+def is_plan(event: dict) -> bool:
+    return event["type"] == "product" and event["payload"]["kind"] == "plan"
+
+
+def test_a_step_is_planned_to_the_footfall_that_was_typed_just_before(console: Page, quiet: Running) -> None:
+    before = plans(quiet)
+    old = held(quiet)["footfall"]
+    console.evaluate(LATE, ["POST", "/footfalls"])
+    typed(console, -0.5, 1.74)
+    console.keyboard.press("p")
+    until(lambda: len(plans(quiet)) > len(before), "the plan", 90)
+    footfall = held(quiet, "/sessions/current/plans/current")["footfall"]
+    assert (footfall["x"], footfall["y"]) == (-0.5, 1.74) != (old["x"], old["y"])
+    assert len(plans(quiet)) == len(before) + 1
+
+
+def test_a_footfall_is_of_the_leg_that_was_chosen_just_before(console: Page, quiet: Running) -> None:
+    console.evaluate(LATE, ["PUT", "/view"])
+    console.keyboard.press("5")
+    typed(console, -0.5, 1.74)
+    until(lambda: held(quiet)["footfall"]["x"] == -0.5, "the footfall")
+    assert held(quiet)["footfall"]["leg"] == held(quiet)["view"]["leg"] == 4
+
+
+def test_nothing_is_planned_where_what_was_chosen_just_before_is_refused(console: Page, quiet: Running) -> None:
+    before, old, jobs = plans(quiet), held(quiet)["footfall"], held(quiet)["jobs"]
+    console.evaluate(REFUSED)
+    typed(console, -0.5, 1.74)
+    console.keyboard.press("p")
+    expect(console.locator("#toast")).to_contain_text("what was chosen just before was refused", timeout=SLOW)
+    assert json.dumps(held(quiet)["jobs"]) == json.dumps(jobs)
+    assert plans(quiet) == before
+    assert held(quiet)["footfall"] == old
+    # once more: now it is the chosen one that is meant, and in sight
+    press(console, "Plan step")
+    until(lambda: len(plans(quiet)) > len(before), "the plan", 90)
