@@ -178,14 +178,16 @@ class Script:
 
     def _sent(self, digest: str) -> Any:
         """Arm and send; again, a few times, where newer telemetry may let it."""
+        why = ""
         for _ in range(TRIES):
             try:
                 token = self._post(f"/sequences/{digest}/arm", None, 200)["token"]
                 return self._post(f"/sequences/{digest}/send", {"arming": token}, 202)
-            except Stale:
+            except Stale as err:
+                why = str(err)
                 time.sleep(PAUSE)
                 until(self.linked, "fresh telemetry", 10.0)
-        raise Interrupted(f"telemetry spoke against it {TRIES} times")
+        raise Interrupted(f"telemetry spoke against it {TRIES} times: {why}")
 
     def _get(self, path: str) -> Any:
         return self._answered(self.client.get(path), 200)

@@ -209,3 +209,26 @@ def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
         threading.Event().wait(1.5 * AGAIN_AFTER)
         assert len(sent) == count
         assert [event.type for event in live.events()].count("stop_requested") == 1
+
+
+def test_a_clearing_is_told_again_while_the_rover_says_that_it_is_stopped(served, athlete):
+    server, client, dem, state = served
+    rover = WatchedRover(athlete, dem, state)
+    with rover_over(server, Badness(), rover, Imager(athlete, dem, 0)) as link:
+        until(lambda: client.get(SESSION).json()["link"]["connected"], "the link")
+        assert client.post("/stop").json()["stopped"]
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop")
+        link.badness = Badness(lose=1.0)
+        assert client.post("/stop/clear").status_code == 200
+        threading.Event().wait(
+            1.5 * AGAIN_AFTER
+        )  # telemetry is lost as well, and old news speak of before the clearing
+        assert rover.mode == "stopped"
+        link.badness = Badness()
+        until(lambda: rover.mode == "idle", "the clearing told again", 10)
+        until(lambda: client.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "telemetry after the clearing", 10)
+        threading.Event().wait(1.5 * AGAIN_AFTER)
+        rover.stop()  # somebody else's: what was cleared before it has no part in it
+        threading.Event().wait(3 * AGAIN_AFTER)
+        assert rover.mode == "stopped"
+        rover.clear_stop(rover.epoch or 0)

@@ -32,6 +32,7 @@ class Telling:
         self._link, self._gate, self._clock = link, gate, clock
         self._greeting: str | None = None
         self._stop_at = self._epoch_at = 0.0
+        self._clear_at: float | None = None
 
     def rover_came(self, hello: HelloMessage | None) -> bool:
         """Another epoch begins for it. Whether a stop is in force. hello: None: it can't be told of epochs.
@@ -51,6 +52,7 @@ class Telling:
         """The rover knows of ``epoch``. Whether another session had told it that, and so a later one began here."""
         later = self._gate.epoch_heard(epoch, about == self._greeting)
         if later:
+            self._clear_at = None  # the rover may have been stopped by that other session since
             self.epoch()
         return later
 
@@ -62,11 +64,12 @@ class Telling:
 
     def stop(self) -> bool:
         """Stop; whether it went to a rover."""
-        self._stop_at = self._clock()
+        self._stop_at, self._clear_at = self._clock(), None
         return self._send(StopMessage(self._gate.stop_id, self._gate.epoch))
 
     def clear(self) -> None:
         """The stop is cleared."""
+        self._clear_at = self._clock()
         self._send(ClearStopMessage("clear-stop", self._gate.epoch))
 
     def ask(self, command_id: str) -> None:
@@ -80,6 +83,18 @@ class Telling:
             self._gate.remind(self.stop)
         if self._link.connected and not self._gate.epoch_known and now - self._epoch_at > AGAIN_AFTER:
             self.epoch()
+        if self._clear_at is not None and self._clear_at < now - AGAIN_AFTER:
+            self._remind_of_clearing(self._clear_at + self._link.light_time.round_trip)
+
+    def _remind_of_clearing(self, answered_from: float) -> None:
+        """Clear again where the rover says that it is stopped and could have heard that it is not."""
+        frame, age = self._link.frame, self._link.age
+        if frame is None or age is None or self._clock() - age <= answered_from:
+            return
+        if frame.state.mode != "stopped":
+            self._clear_at = None
+        elif self._link.connected:
+            self._gate.remind_of_clearing(self.clear)
 
     def _send(self, message: Message) -> bool:
         with contextlib.suppress(Conflict):

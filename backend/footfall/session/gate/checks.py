@@ -105,7 +105,8 @@ def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:
     if state.robot != sequence.robot:
         _refuse("robot", f"the sequence is for {sequence.robot}, the rover is {state.robot}")
     if state.mode != "idle":
-        _refuse("mode", f"the rover is {state.mode}; it must be idle", mode=state.mode)
+        advice = ": clear the stop" if state.mode == "stopped" else ""
+        _refuse("mode", f"the rover is {state.mode}; it must be idle{advice}", mode=state.mode)
     if facts.planned_on is None or facts.planned_on != facts.dem:
         _refuse(
             "terrain",

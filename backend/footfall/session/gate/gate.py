@@ -161,6 +161,12 @@ class Gate:
             if self._state.stop.stopped and not self._state.stop.acknowledged:
                 transmit()
 
+    def remind_of_clearing(self, transmit: Callable[[], object]) -> None:
+        """Call ``transmit`` where no stop is in force; with the lock held: no stop comes between, and is undone."""
+        with self._guard:
+            if not self._state.stop.stopped:
+                transmit()
+
     def require_conn_or_free(self, who: Identity) -> None:
         """The holder of the conn may clear a stop, or leave the session; where nobody holds it, any commander."""
         self._become(lambda state, now: machine.require_conn_or_free(state, who, now))
