@@ -85,7 +85,6 @@ lock: $(VENV)/.dev
 	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
 	$(NPM) install --prefix tests/tools --package-lock-only --omit-lockfile-registry-resolved --ignore-scripts --no-audit --no-fund
 
-# numba's cache looks only at a function's own file: needed after a change to a kernel that other kernels call.
 clean-compiled:
 	find backend -name '*.nb[ic]' -delete
 

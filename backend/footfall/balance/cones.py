@@ -5,10 +5,10 @@ pyramid about its normal depend on the normal alone, so more friction never take
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.settings import SIDES, require_cone
+from footfall.core.compiled import njit
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def _checked(normals: ArrayLike, friction: float, sides: int) -> Array:
     return unit
 
 
-@njit(cache=True)
+@njit()
 def tangents(x, y, z):
     """Two unit vectors across the unit vector (x, y, z) and each other, six numbers.
 
@@ -70,7 +70,7 @@ def tangents(x, y, z):
     return ux, uy, uz, y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
 
 
-@njit(cache=True)
+@njit()
 def fill_generators(unit, friction, out):
     """The edges of the pyramids about unit normals (k, 3) into out (k, sides, 3)."""
     sides = out.shape[1]
@@ -85,7 +85,7 @@ def fill_generators(unit, friction, out):
             out[foot, side, 2] = z + u * uz + v * vz
 
 
-@njit(cache=True)
+@njit()
 def fill_facets(unit, friction, out):
     """The inward face normals of the pyramids about unit normals (k, 3) into out (k, sides, 3)."""
     sides = out.shape[1]

@@ -12,7 +12,7 @@ While the foot is still in the air the region is that of the feet that stay, and
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import fill_generators
@@ -20,6 +20,7 @@ from footfall.balance.region import equilibrium_region, frame, region_margins, r
 from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
 from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED, start
+from footfall.core.compiled import njit
 from footfall.core.errors import FootFallError, InvalidInput
 
 Array = NDArray[np.float64]
@@ -133,7 +134,7 @@ def region_margins_for_candidates(
     return CandidateRegionMargins(least, lost)
 
 
-@njit(cache=True)
+@njit()
 def _programs(fixed, edges, conservative):
     """One program for all fixed feet, or (conservative) one for the loss of each."""
     feet, sides = edges.shape[0], edges.shape[1]
@@ -154,7 +155,7 @@ def _programs(fixed, edges, conservative):
     return _Programs(columns, costs, rhs, ready, bases, inverses, values)
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def _all_margins(programs, asked, least, lost):
     """Lower least (n,) and set lost (n,) where a stance with the candidate has less; returns each part's status."""
     count = asked.moved.shape[0]
@@ -166,7 +167,7 @@ def _all_margins(programs, asked, least, lost):
     return status
 
 
-@njit(cache=True)
+@njit()
 def _some_margins(first, end, programs, asked, least, lost):
     """Candidates first … end − 1. Returns UNFINISHED or OPTIMAL. lost is set only where there are several stances."""
     columns, costs, rhs = programs.columns.copy(), programs.costs.copy(), programs.rhs

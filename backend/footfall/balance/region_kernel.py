@@ -7,9 +7,9 @@ of mass then is: they are the costs. All lengths are local: from ``center``, in 
 """
 
 import numpy as np
-from numba import njit
 
 from footfall.balance.simplex import OPTIMAL, improve, start
+from footfall.core.compiled import njit
 
 ROWS = 5
 
@@ -29,7 +29,7 @@ _INSIDE = 1e-10
 """A point counts as inside only where it is this far inside every edge, local."""
 
 
-@njit(cache=True)
+@njit()
 def fill_foot(x, y, z, edges, columns, costs, first):
     """The columns of one contact at local (x, y, z): edges (sides, 3) into columns (ROWS, n) and costs (2, n)."""
     for side in range(edges.shape[0]):
@@ -42,7 +42,7 @@ def fill_foot(x, y, z, edges, columns, costs, first):
         costs[1, j] = y * fz - z * fy
 
 
-@njit(cache=True)
+@njit()
 def fill_slack(columns, costs, rhs):
     """The last column, and the right-hand side (ROWS,)."""
     last = columns.shape[1] - 1
@@ -54,7 +54,7 @@ def fill_slack(columns, costs, rhs):
     rhs[2], rhs[4] = 1.0, MOST_FORCE
 
 
-@njit(cache=True)
+@njit()
 def support(columns, rhs, costs, dx, dy, cost, basis, inverse, values, work):
     """Farthest centre of mass along (dx, dy): status, x, y. cost: (n,) scratch."""
     n = columns.shape[1]
@@ -69,7 +69,7 @@ def support(columns, rhs, costs, dx, dy, cost, basis, inverse, values, work):
     return status, x, y
 
 
-@njit(cache=True)
+@njit()
 def signed_distance(corners, count, x, y):
     """Distance of (x, y) to a convex polygon, positive inside: distance, edge, and the nearest point of it.
 
@@ -94,7 +94,7 @@ def signed_distance(corners, count, x, y):
     return (least if inside else -least), edge, near_x, near_y
 
 
-@njit(cache=True)
+@njit()
 def signed_distances(corners, coms):
     """:func:`signed_distance` of many points (n, 2); NaN for NaN, −inf where there are no corners."""
     out = np.empty(coms.shape[0])
@@ -106,7 +106,7 @@ def signed_distances(corners, coms):
     return out
 
 
-@njit(cache=True)
+@njit()
 def trace(local, edges, tolerance, limit):
     """All round the region of feet at local (k, 3) with pyramids (k, sides, 3).
 
@@ -183,7 +183,7 @@ def trace(local, edges, tolerance, limit):
     return status, around, offsets, corners[:kept], loads[:kept], gap
 
 
-@njit(cache=True)
+@njit()
 def _is_new(corners, count, x, y):
     """Whether a point is away from the corner before it and from the first."""
     for i in (0, count - 1):
@@ -192,7 +192,7 @@ def _is_new(corners, count, x, y):
     return True
 
 
-@njit(cache=True)
+@njit()
 def _gap(directions, i, j, ex, ey, length):
     """How far the corner of the outer lines of two neighbours is from the edge (ex, ey) between their points."""
     ax, ay = directions[i, 0], directions[i, 1]
@@ -205,7 +205,7 @@ def _gap(directions, i, j, ex, ey, length):
     return abs(s * (ex * ax + ey * ay)) / length
 
 
-@njit(cache=True)
+@njit()
 def nearest(columns, rhs, costs, x, y, tolerance, enough, basis, inverse, values, cost, work, corners):
     """Bounds of the signed distance of (x, y) to the region: status, lower, upper, local.
 
@@ -250,7 +250,7 @@ def nearest(columns, rhs, costs, x, y, tolerance, enough, basis, inverse, values
         count += 1
 
 
-@njit(cache=True)
+@njit()
 def _insert(corners, count, x, y):
     """Put a point into the polygon at the edge that it lies farthest outside of; False where there is none."""
     most, at = _BEYOND, -1

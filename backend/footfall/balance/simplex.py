@@ -19,7 +19,8 @@ R. G. Bland, "New finite pivoting rules for the simplex method", Mathematics of 
 """
 
 import numpy as np
-from numba import njit
+
+from footfall.core.compiled import njit
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, UNFINISHED = 0, 1, 2, 3
 
@@ -37,7 +38,7 @@ _FRESH = 40
 """Pivots after which the inverse is computed anew."""
 
 
-@njit(cache=True)
+@njit()
 def start(columns, rhs, basis, inverse, values, work):
     """Find a first basis: OPTIMAL, INFEASIBLE or UNFINISHED. Costs are not looked at."""
     m, n = columns.shape
@@ -66,13 +67,13 @@ def start(columns, rhs, basis, inverse, values, work):
     return OPTIMAL if left <= _FEASIBLE else INFEASIBLE
 
 
-@njit(cache=True)
+@njit()
 def improve(columns, rhs, cost, basis, inverse, values, work):
     """Maximise from a feasible basis: OPTIMAL, UNBOUNDED or UNFINISHED. cost: (n,)."""
     return _pivot_on(columns, rhs, cost, False, basis, inverse, values, work)
 
 
-@njit(cache=True)
+@njit()
 def prices(columns, cost, basis, inverse, out):
     """The dual variables of the basis, (m,) into out: what one unit more of each row's rhs is worth."""
     m, n = columns.shape
@@ -84,7 +85,7 @@ def prices(columns, cost, basis, inverse, out):
         out[r] = total
 
 
-@njit(cache=True)
+@njit()
 def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work):
     m, n = columns.shape
     dual, entering_column = n, n + m
@@ -123,7 +124,7 @@ def _pivot_on(columns, rhs, cost, first_phase, basis, inverse, values, work):
     return UNFINISHED
 
 
-@njit(cache=True)
+@njit()
 def _entering(columns, cost, first_phase, basis, inverse, work, dual, bland):
     """The column that gains most (Bland: the first that gains), or −1 where none does."""
     m, n = columns.shape
@@ -151,7 +152,7 @@ def _entering(columns, cost, first_phase, basis, inverse, work, dual, bland):
     return entering
 
 
-@njit(cache=True)
+@njit()
 def _leaving(n, first_phase, basis, values, work, at, bland):
     """The row whose variable reaches zero first, or −1 where none does.
 
@@ -179,7 +180,7 @@ def _leaving(n, first_phase, basis, values, work, at, bland):
     return leaving
 
 
-@njit(cache=True)
+@njit()
 def _refresh(columns, rhs, basis, inverse, values):
     """Inverse and values from the basis itself (Gauss–Jordan, row pivots), rid of the rounding of many updates."""
     m, n = columns.shape

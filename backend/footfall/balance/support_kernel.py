@@ -1,9 +1,10 @@
 """Margins to support polygons for many places of one foot; compiled, for support.py, where the polygon is explained."""
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from footfall.balance.foot_pairs import MOST_FEET, NONE
+from footfall.core.compiled import njit
 
 COINCIDENT = 1e-9
 """Feet nearer to each other than this share of the stance's size count as one place."""
@@ -14,7 +15,7 @@ ON_LINE = 1e-12
 _AT_ONCE = 256
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def candidate_margins(fixed, candidates, coms, allowed, margins, pairs, lost):
     """Margin, binding pair and lost foot for each candidate as the last foot of the stance.
 
@@ -36,7 +37,7 @@ def candidate_margins(fixed, candidates, coms, allowed, margins, pairs, lost):
             margins[i], pairs[i], lost[i] = _margin(x, y, coms[i, 0], coms[i, 1], allowed)
 
 
-@njit(cache=True)
+@njit()
 def _margin(x, y, com_x, com_y, allowed):
     feet = x.size
     last = feet - 1
@@ -74,7 +75,7 @@ def _margin(x, y, com_x, com_y, allowed):
     return least, np.uint8(16 * start + end), np.uint8(_beyond(x, y, start, end, near))
 
 
-@njit(cache=True)
+@njit()
 def _beyond(x, y, start, end, near):
     """The foot to the right of the line from start to end, or NONE."""
     nx, ny = y[end] - y[start], x[start] - x[end]

@@ -2,11 +2,12 @@
 
 import math
 
-import numba
 import numpy as np
+from numba import prange
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.support import MOST_FEET
+from footfall.core.compiled import njit
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]
@@ -38,9 +39,9 @@ def tip_energies_for_candidates(
     return out
 
 
-@numba.njit(cache=True, parallel=True)
+@njit(parallel=True)
 def _energies(fixed, moved, centers, weight, out):
-    for i in numba.prange(len(moved)):
+    for i in prange(len(moved)):
         row = np.int64(i)
         feet = np.empty((len(fixed) + 1, 3))
         feet[:-1] = fixed
@@ -48,7 +49,7 @@ def _energies(fixed, moved, centers, weight, out):
         out[row] = weight * _least_rise(feet, centers[row])
 
 
-@numba.njit(cache=True)
+@njit()
 def _least_rise(feet, com):
     """Least rise of the centre of mass on its way over an edge of the feet's hull [m], 0 outside."""
     least = np.inf

@@ -6,17 +6,18 @@ dual has d + 1 rows, one column for each bound, and a start at hand: see simplex
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
 from footfall.balance.cones import fill_facets
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNFINISHED, improve, prices, start
+from footfall.core.compiled import njit
 
 _SMALLEST_PIVOT = 1e-9
 _LEFT_OVER = 1e-7
 """Largest force and moment that may be left over, in weights and in weights × size of the stance."""
 
 
-@njit(cache=True)
+@njit()
 def jacobians_at(jacobian, legs, points):
     """d(point) / d(joint angles of its leg), (k, 3, 6), for points (k, 3) of the last links of legs (k,).
 
@@ -34,7 +35,7 @@ def jacobians_at(jacobian, legs, points):
     return out
 
 
-@njit(cache=True)
+@njit()
 def least_ratio(arms, faces, effect, constant, forces):
     """Status and least ratio; the forces (k, 3) that reach it are filled in.
 
@@ -71,7 +72,7 @@ def least_ratio(arms, faces, effect, constant, forces):
     return OPTIMAL, solution[free]
 
 
-@njit(cache=True)
+@njit()
 def ratios_for_centers(contacts, faces, effect, constant, coms, ratios):
     """:func:`least_ratio` for n centres of mass (n, 3) over the same feet; ratios (n,) is filled.
 
@@ -118,7 +119,7 @@ def ratios_for_centers(contacts, faces, effect, constant, coms, ratios):
     return True
 
 
-@njit(cache=True)
+@njit()
 def _balanced(arms):
     """Forces of contacts (k, 3) that balance a unit of weight: f = f0 + N z for every z.
 
@@ -157,7 +158,7 @@ def _balanced(arms):
     return rows, rank, N, f0
 
 
-@njit(cache=True)
+@njit()
 def _columns(N, faces, effect):
     """Columns of the dual (d + 1, k (12 + sides)): two for each joint's ratio, one for each face of the pyramids."""
     feet, sides, free = faces.shape[0], faces.shape[1], N.shape[1]
@@ -182,7 +183,7 @@ def _columns(N, faces, effect):
     return columns
 
 
-@njit(cache=True)
+@njit()
 def _fill_worth(forces, faces, effect, constant, worth):
     """What the columns of :func:`_columns` are worth where forces (3 k,) take the place of f0."""
     at = 0
@@ -201,7 +202,7 @@ def _fill_worth(forces, faces, effect, constant, worth):
             at += 1
 
 
-@njit(cache=True)
+@njit()
 def hull_rows(points, order):
     """Rows of points (n, 2) that are corners of their convex hull, at least one; Andrew's monotone chain (1979).
 
@@ -226,7 +227,7 @@ def hull_rows(points, order):
     return chain[: max(size, 1)].copy()
 
 
-@njit(cache=True)
+@njit()
 def _eliminate(rows, wide, pivots):
     """Gauss–Jordan with full pivots on the first ``wide`` columns, in place; returns the rank."""
     height = rows.shape[0]
@@ -253,7 +254,7 @@ def _eliminate(rows, wide, pivots):
     return height
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def least_ratios(
     fixed, faces, effect, constant, moved, unit, moved_effect, moved_constant, coms, size, friction, ratios
 ):
@@ -281,7 +282,7 @@ def least_ratios(
     return status
 
 
-@njit(cache=True)
+@njit()
 def _ratio_at(i, fixed, faces, effect, constant, moved, unit, moved_effect, moved_constant, coms, size, friction):
     """UNFINISHED or OPTIMAL, and the ratio of one place."""
     feet, sides = faces.shape[0] + 1, faces.shape[1]

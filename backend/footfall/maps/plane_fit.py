@@ -6,13 +6,15 @@ and no sum crosses one, so the numbers don't depend on how many threads share th
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
+
+from footfall.core.compiled import njit
 
 TILE_ROWS, TILE_COLS = 32, 256
 """A tile and the margin of its window stay in the second-level cache."""
 
 
-@njit(cache=True)
+@njit()
 def _take(heights, top, left, half, seen, filled, mask):
     """Copy a tile and its margin about their mean: NaN (seen) or 0 (filled) where unknown, and the mask.
 
@@ -45,7 +47,7 @@ def _take(heights, top, left, half, seen, filled, mask):
     return True
 
 
-@njit(cache=True)
+@njit()
 def _sum_mask_north(mask, i, half, n, ny, nyy):
     """Sums over the rows about row ``i + half`` of the mask times 1, dy, dy²: whole numbers, exact in float32."""
     middle = mask[i + half]
@@ -62,7 +64,7 @@ def _sum_mask_north(mask, i, half, n, ny, nyy):
             nyy[c] += f * f * both
 
 
-@njit(cache=True)
+@njit()
 def _sum_heights_north(filled, i, half, z, zy, zz):
     """Sums over the rows about row ``i + half`` of the heights, times dy, and squared."""
     middle = filled[i + half]
@@ -78,7 +80,7 @@ def _sum_heights_north(filled, i, half, z, zy, zz):
             zz[c] += above[c] * above[c] + below[c] * below[c]
 
 
-@njit(cache=True)
+@njit()
 def _sum_east(field, half, out):
     """Sums over the columns of the window about each cell."""
     middle = field[half : half + out.size]
@@ -90,7 +92,7 @@ def _sum_east(field, half, out):
             out[c] += right[c] + left[c]
 
 
-@njit(cache=True)
+@njit()
 def _first_east(field, half, out):
     """Sums over the columns of the window, times dx."""
     out[:] = 0
@@ -101,7 +103,7 @@ def _first_east(field, half, out):
             out[c] += f * (right[c] - left[c])
 
 
-@njit(cache=True)
+@njit()
 def _second_east(field, half, out):
     """Sums over the columns of the window, times dx²."""
     out[:] = 0
@@ -112,7 +114,7 @@ def _second_east(field, half, out):
             out[c] += f * (right[c] + left[c])
 
 
-@njit(cache=True)
+@njit()
 def _step(seen, i, half, a, b, center, highest, lowest):
     """Largest and least residual over every cell of the windows along row ``i`` of a tile.
 
@@ -149,7 +151,7 @@ def _step(seen, i, half, a, b, center, highest, lowest):
                 lowest[c] = s if s < low else low
 
 
-@njit(cache=True)
+@njit()
 def _tile(heights, top, left, half, resolution, least, limits, layers):
     """Fill the layers of the tile whose first cell is (top, left)."""
     slope, roughness, step, goodness, certainty, gradient = layers
@@ -219,7 +221,7 @@ def _tile(heights, top, left, half, resolution, least, limits, layers):
                 gradient[row, col, 0], gradient[row, col, 1] = np.nan, np.nan
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def fit_rows(heights, first, last, half, resolution, least, limits, layers):
     """Fit the planes of rows ``first`` … ``last`` (excluded) and write every cell of them.
 

@@ -9,9 +9,10 @@ ground: 1 on a plane, little on the tip of a stone.
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.core.errors import InvalidInput
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -67,7 +68,7 @@ def wheel_seat(
     return seat, support
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def _sit(
     heights: NDArray[np.float32],
     x0: float,
@@ -144,7 +145,7 @@ def _sit(
             support[i] = close / inside
 
 
-@njit(cache=True)
+@njit()
 def _sample(heights: NDArray[np.float32], row: int, col: int, east: float, north: float) -> float:
     """Height in a block at fractions of its edges, as terrain.surface has it; a vertex needs no block."""
     if east == 0 and north == 0:

@@ -7,8 +7,9 @@ matrices. So it stands on its own beside the closed forms of leg_frames.py, whic
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -16,7 +17,7 @@ FIXED = -1
 """Axis of a link that does not turn on the one before."""
 
 
-@njit(cache=True)
+@njit()
 def chain_poses(placements: Array, axes: NDArray[np.int64], qs: Array) -> Array:
     """Poses (n, links, 4, 4) of the links at angles (n, joints) [rad], in the frame that the first is placed in.
 
@@ -52,7 +53,7 @@ def chain_poses(placements: Array, axes: NDArray[np.int64], qs: Array) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit()
 def chain_moments(placements: Array, axes: NDArray[np.int64], masses: Array, centers: Array, qs: Array) -> Array:
     """Σ mass × position of the links' bodies, (n, 3) [kg·m].
 
@@ -74,7 +75,7 @@ def chain_moments(placements: Array, axes: NDArray[np.int64], masses: Array, cen
     return out
 
 
-@njit(cache=True)
+@njit()
 def chain_gravity_torques(
     placements: Array, axes: NDArray[np.int64], masses: Array, centers: Array, up: Array, gravity: float, qs: Array
 ) -> Array:

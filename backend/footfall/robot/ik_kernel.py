@@ -11,9 +11,10 @@ All poses are in the leg's hip frame. lengths: of :func:`footfall.robot.leg_fram
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH, leg_frames, manipulability
 
 Array = NDArray[np.float64]
@@ -26,7 +27,7 @@ LIMIT_SLACK = 1e-9  # rad: a joint exactly at its limit survives the rounding of
 NO_JOINT = 255
 
 
-@njit(cache=True)
+@njit()
 def into_limits(angle: float, lower: float, upper: float) -> tuple[float, float]:
     """The angle turned by 2π into its limits where that is possible, else in (−π, π]; and how far outside it is."""
     angle -= 2 * math.pi * math.ceil((angle - math.pi) / (2 * math.pi))
@@ -41,7 +42,7 @@ def into_limits(angle: float, lower: float, upper: float) -> tuple[float, float]
     return best, least
 
 
-@njit(cache=True)
+@njit()
 def five_joints(lengths: Array, ankle: Array, x: Array, angles: Array) -> None:
     """Write the first five joints of all branches (8, 5) [rad], NaN where a branch has none, not yet inside limits.
 
@@ -83,7 +84,7 @@ def five_joints(lengths: Array, ankle: Array, x: Array, angles: Array) -> None:
                     row[:] = np.nan
 
 
-@njit(cache=True)
+@njit()
 def last_joint(angles: Array, axle: Array) -> float:
     """Ankle roll [rad] that turns the wheel's y to ``axle`` (3,), after five joints (5,)."""
     c0, s0 = math.cos(angles[0]), math.sin(angles[0])
@@ -96,7 +97,7 @@ def last_joint(angles: Array, axle: Array) -> float:
     return math.atan2(sb * along + cb * (ca * up - sa * left), ca * left + sa * up)
 
 
-@njit(cache=True)
+@njit()
 def solve_poses(
     lengths: Array, T_hip_base: Array, Ts_base_wheel: Array, lower: Array, upper: Array, q: Array, valid: NDArray
 ) -> None:
@@ -126,7 +127,7 @@ def solve_poses(
             valid[i, branch] = inside
 
 
-@njit(cache=True)
+@njit()
 def stand_upright(contacts: Array, normals: Array, forward: Array, radius: float, Ts: Array) -> bool:
     """Write poses (n, 4, 4) of wheels that stand on contacts (n, 3); see ``ik.wheel_pose_for_contact``.
 
@@ -155,7 +156,7 @@ def stand_upright(contacts: Array, normals: Array, forward: Array, radius: float
     return True
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def solve_upright(
     lengths: Array,
     radius: float,
@@ -230,7 +231,7 @@ def solve_upright(
             dexterity[i] = manipulability(rotations, origins, radius)
 
 
-@njit(cache=True)
+@njit()
 def head_wheels(
     R_hip_site: Array, normals: Array, azimuth: float, half_turn: bool, lower: Array, upper: Array, q: Array
 ) -> NDArray:
@@ -255,7 +256,7 @@ def head_wheels(
     return done
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def solve_raised(
     lengths: Array, lift: Array, branch: NDArray, lower: Array, upper: Array, q: Array, above: Array
 ) -> None:

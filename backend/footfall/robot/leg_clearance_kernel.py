@@ -4,9 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 from footfall.robot.separation import SCRATCH, apart
@@ -57,7 +58,7 @@ class LegTables(NamedTuple):
     ground_layout: Array
 
 
-@njit(cache=True)
+@njit()
 def leg_is_clear(q: Array, tables: LegTables, mode: int) -> bool:
     """Whether the leg at joint angles q (6,) [rad] is proven to keep every distance that is required of it.
 
@@ -68,7 +69,7 @@ def leg_is_clear(q: Array, tables: LegTables, mode: int) -> bool:
     return keeps_distances(q, poses, np.zeros((PART_COUNT, 7)), tables, mode)
 
 
-@njit(cache=True)
+@njit()
 def leg_stays_clear(q: Array, turns: Array, tables: LegTables, mode: int) -> bool:
     """Whether :func:`leg_is_clear` holds at all angles that differ from q (6,) by at most ``turns`` (6,) ≥ 0 [rad].
 
@@ -80,7 +81,7 @@ def leg_stays_clear(q: Array, turns: Array, tables: LegTables, mode: int) -> boo
     return keeps_distances(q, poses, moved, tables, mode)
 
 
-@njit(cache=True)
+@njit()
 def path_is_clear(qs: Array, tables: LegTables, mode: int) -> NDArray[np.bool_]:
     """Which samples of a path, qs (n, 6), are proven to be clear, (n,); straight lines join them.
 
@@ -114,7 +115,7 @@ def path_is_clear(qs: Array, tables: LegTables, mode: int) -> NDArray[np.bool_]:
     return out
 
 
-@njit(cache=True)
+@njit()
 def _motion(turns: Array, poses: Array, shells: Array, reach: Array, moved: Array) -> None:
     """Write how far any point of each part can move by the joints from the k-th on, (7, 7) [m].
 
@@ -135,7 +136,7 @@ def _motion(turns: Array, poses: Array, shells: Array, reach: Array, moved: Arra
             moved[part, joint] = total
 
 
-@njit(cache=True)
+@njit()
 def keeps_distances(q: Array, poses: Array, moved: Array, tables: LegTables, mode: int) -> bool:
     """Whether every distance is kept with ``moved`` more: of each part by the joints from the k-th on, (7, 7) [m]."""
     for k in range(6):
@@ -167,7 +168,7 @@ def keeps_distances(q: Array, poses: Array, moved: Array, tables: LegTables, mod
     )
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def legs_are_clear(qs: Array, tables: LegTables, mode: int) -> NDArray[np.bool_]:
     """:func:`leg_is_clear` of every row of qs (n, 6)."""
     out = np.empty(qs.shape[0], np.bool_)
@@ -177,7 +178,7 @@ def legs_are_clear(qs: Array, tables: LegTables, mode: int) -> NDArray[np.bool_]
     return out
 
 
-@njit(cache=True)
+@njit()
 def place_leg(q: Array, T_site_hip: Array, lengths: Array, poses: Array) -> None:
     """Write the poses of the seven parts in site, (7, 3, 4)."""
     R, at = np.empty((PART_COUNT, 3, 3)), np.empty((PART_COUNT, 3))
@@ -190,7 +191,7 @@ def place_leg(q: Array, T_site_hip: Array, lengths: Array, poses: Array) -> None
             poses[part, row, 3] = T_site_hip[row, 3] + x * at[part, 0] + y * at[part, 1] + z * at[part, 2]
 
 
-@njit(cache=True)
+@njit()
 def _above_ground(
     poses: Array,
     moved: Array,
@@ -228,7 +229,7 @@ def _above_ground(
     return True
 
 
-@njit(cache=True)
+@njit()
 def _own_parts_apart(poses: Array, moved: Array, shells: Array, points: Array, own: Array, scratch: Array) -> bool:
     for k in range(own.shape[0]):
         a, b = int(own[k, 0]), int(own[k, 1])
@@ -239,7 +240,7 @@ def _own_parts_apart(poses: Array, moved: Array, shells: Array, points: Array, o
     return True
 
 
-@njit(cache=True)
+@njit()
 def _clear_of_frozen(
     poses: Array,
     moved: Array,
@@ -273,7 +274,7 @@ def _clear_of_frozen(
     return True
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def coordinate(poses: Array, part: int, table: Array, row: int, column: int, axis: int) -> float:
     """One site coordinate of the point at ``column`` of a row of a table, in the part's frame."""
     return (
@@ -284,7 +285,7 @@ def coordinate(poses: Array, part: int, table: Array, row: int, column: int, axi
     )
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def within(x: float, y: float, z: float, table: Array, row: int, column: int, more: float) -> bool:
     """Whether a point is nearer than ``more`` to the ball at ``column`` of a row: middle and radius."""
     dx, dy, dz = x - table[row, column], y - table[row, column + 1], z - table[row, column + 2]

@@ -5,9 +5,9 @@ The frames are those of :mod:`footfall.robot.kinematics`, in the leg's hip frame
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.description import PARTS, Leg
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ def leg_lengths(leg: Leg) -> Array:
     return np.array([leg.hip_offset[0], leg.hip_offset[2], leg.thigh, leg.shank, leg.foot])
 
 
-@njit(cache=True)
+@njit()
 def leg_frames(lengths: Array, q: Array, rotations: Array, origins: Array) -> None:
     """Write R_hip_link (7, 3, 3) and the origins (7, 3) [m] of the seven links at angles q (6,) [rad]."""
     c0, s0 = np.cos(q[0]), np.sin(q[0])
@@ -43,7 +43,7 @@ def leg_frames(lengths: Array, q: Array, rotations: Array, origins: Array) -> No
         origins[6, k] = origins[5, k] + lengths[4] * rotations[5, k, 0]
 
 
-@njit(cache=True)
+@njit()
 def _columns(R: Array, xx: float, xy: float, xz: float, yx: float, yy: float, yz: float) -> None:
     """R from its first two columns."""
     R[0, 0], R[1, 0], R[2, 0] = xx, xy, xz
@@ -51,7 +51,7 @@ def _columns(R: Array, xx: float, xy: float, xz: float, yx: float, yy: float, yz
     R[0, 2], R[1, 2], R[2, 2] = xy * yz - xz * yy, xz * yx - xx * yz, xx * yy - xy * yx
 
 
-@njit(cache=True)
+@njit()
 def _turn_x(R: Array, angle: float, out: Array) -> None:
     """out = R Rx(angle)."""
     c, s = np.cos(angle), np.sin(angle)
@@ -60,7 +60,7 @@ def _turn_x(R: Array, angle: float, out: Array) -> None:
         out[k, 0], out[k, 1], out[k, 2] = R[k, 0], c * y + s * z, c * z - s * y
 
 
-@njit(cache=True)
+@njit()
 def _turn_y(R: Array, angle: float, out: Array) -> None:
     """out = R Ry(angle)."""
     c, s = np.cos(angle), np.sin(angle)
@@ -69,7 +69,7 @@ def _turn_y(R: Array, angle: float, out: Array) -> None:
         out[k, 0], out[k, 1], out[k, 2] = c * x - s * z, R[k, 1], s * x + c * z
 
 
-@njit(cache=True)
+@njit()
 def manipulability(rotations: Array, origins: Array, radius: float) -> float:
     """√det(J Jᵀ) [m³] of the 3 × 6 Jacobian of the rim point straight below the wheel's centre.
 
@@ -94,7 +94,7 @@ def manipulability(rotations: Array, origins: Array, radius: float) -> float:
     return np.sqrt(max(det, 0.0))
 
 
-@njit(cache=True)
+@njit()
 def wheel_axles(lengths: Array, qs: Array) -> Array:
     """The wheel's y in the hip frame, (n, 3), at angles (n, 6) [rad]; NaN gives NaN."""
     rotations, origins = np.empty((PART_COUNT, 3, 3)), np.empty((PART_COUNT, 3))

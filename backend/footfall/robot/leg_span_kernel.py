@@ -9,9 +9,9 @@ with v its greatest speed at q and b half of the greatest second derivative anyw
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_clearance_kernel import LegTables, coordinate, within
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH
@@ -30,7 +30,7 @@ WORK = PART_COUNT + 6 * PART_COUNT + 3 * SCRATCH
 """Numbers that the spans need to work in."""
 
 
-@njit(cache=True)
+@njit()
 def span_to_others(
     poses: Array, d: Array, bends: Array, most: float, tables: LegTables, mode: int, work: Array
 ) -> float:
@@ -56,7 +56,7 @@ def span_to_others(
     return h
 
 
-@njit(cache=True)
+@njit()
 def span_of_own_parts(
     poses: Array, d: Array, bends: Array, rates: Array, most: float, tables: LegTables, work: Array
 ) -> float:
@@ -69,7 +69,7 @@ def span_of_own_parts(
     return _span_of_own_parts(poses, twists, bends, rates, most, tables, scratch)
 
 
-@njit(cache=True)
+@njit()
 def line_bends(d: Array, tables: LegTables) -> tuple[Array, Array]:
     """b of each part moved by the joints from the k-th on, and the most speed it ever has, (7, 7) each."""
     bends, rates = np.zeros((PART_COUNT, 7)), np.zeros((PART_COUNT, 7))
@@ -83,7 +83,7 @@ def line_bends(d: Array, tables: LegTables) -> tuple[Array, Array]:
     return bends, rates
 
 
-@njit(cache=True)
+@njit()
 def reached(v: float, b: float, room: float, h: float) -> float:
     """The largest part of h ≥ 0 over which v s + b s² takes no more than ``room`` ≥ 0."""
     if v * h + b * h * h <= room:
@@ -93,7 +93,7 @@ def reached(v: float, b: float, room: float, h: float) -> float:
     return 2.0 * room / (v + math.sqrt(v * v + 4.0 * b * room))
 
 
-@njit(cache=True)
+@njit()
 def _twists(d: Array, poses: Array, twists: Array) -> None:
     """Write how the parts turn and how their origins move per s, (7, 6)."""
     for part in range(PART_COUNT):
@@ -116,7 +116,7 @@ def _twists(d: Array, poses: Array, twists: Array) -> None:
                 own[row] += d[part] * poses[part, row, axis]
 
 
-@njit(cache=True)
+@njit()
 def _speed(twists: Array, poses: Array, shells: Array, reach: Array, part: int, seen_from: int) -> float:
     """v of a part as seen from a part nearer to the hip, or from the hip (−1); see the module."""
     x = coordinate(poses, part, shells, part, CENTER, 0)
@@ -137,7 +137,7 @@ def _speed(twists: Array, poses: Array, shells: Array, reach: Array, part: int, 
     return math.sqrt(vx * vx + vy * vy + vz * vz) + reach[part] * math.sqrt(wx * wx + wy * wy + wz * wz)
 
 
-@njit(cache=True)
+@njit()
 def most_bend(d: Array, lengths: Array, part: int, first: int, far: float) -> tuple[float, float]:
     """b of a point that is ``far`` from the origin of its part at most, moved by the joints from ``first`` on.
 
@@ -162,7 +162,7 @@ def most_bend(d: Array, lengths: Array, part: int, first: int, far: float) -> tu
     return 0.5 * whole, outer
 
 
-@njit(cache=True)
+@njit()
 def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, mode: int) -> float:
     # taken out of their tuple once: each time, a table is counted as used and unused again, which took half of the time
     balls, trees, radii, lift = tables.balls, tables.trees, tables.radii, tables.lift[mode]
@@ -203,7 +203,7 @@ def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, table
     return h
 
 
-@njit(cache=True)
+@njit()
 def _span_of_own_parts(
     poses: Array, twists: Array, bends: Array, rates: Array, h: float, tables: LegTables, scratch: Array
 ) -> float:
@@ -223,7 +223,7 @@ def _span_of_own_parts(
     return h
 
 
-@njit(cache=True)
+@njit()
 def _span_beside_frozen(
     poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, scratch: Array
 ) -> float:

@@ -4,9 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 from footfall.robot.obstacles import NOTHING, SELF, TERRAIN
 
@@ -40,7 +41,7 @@ class Ground(NamedTuple):
     T_site_hip: Array
 
 
-@njit(cache=True)
+@njit()
 def _separated(axis: Array, a: Array, b: Array) -> bool:
     """Whether vertices a and b lie apart along an axis, which need not be of unit length."""
     length = math.sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2])
@@ -57,7 +58,7 @@ def _separated(axis: Array, a: Array, b: Array) -> bool:
     return min(high_a, high_b) - max(low_a, low_b) < _TOUCH * length
 
 
-@njit(cache=True)
+@njit()
 def _overlap(a: Array, normals_a: Array, edges_a: Array, b: Array, normals_b: Array, edges_b: Array) -> bool:
     """Whether two convex bodies share room: no axis of either kind separates them."""
     for k in range(len(normals_a)):
@@ -76,20 +77,20 @@ def _overlap(a: Array, normals_a: Array, edges_a: Array, b: Array, normals_b: Ar
     return True
 
 
-@njit(cache=True)
+@njit()
 def _turned(R: Array, rows: Array, shift: Array, out: Array) -> None:
     for i in range(len(rows)):
         for k in range(3):
             out[i, k] = R[k, 0] * rows[i, 0] + R[k, 1] * rows[i, 1] + R[k, 2] * rows[i, 2] + shift[k]
 
 
-@njit(cache=True)
+@njit()
 def _far(a: Array, b: Array, reach: float) -> bool:
     x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return x * x + y * y + z * z > reach * reach
 
 
-@njit(cache=True)
+@njit()
 def _height(ground: Ground, x: float, y: float) -> float:
     """Height of the surface (terrain.triangulate), NaN where there is none."""
     u, v = (x - ground.x0) / ground.resolution, (y - ground.y0) / ground.resolution
@@ -107,7 +108,7 @@ def _height(ground: Ground, x: float, y: float) -> float:
     return sw + north * (nw - sw) + east * (ne - nw)
 
 
-@njit(cache=True)
+@njit()
 def _ground_near(
     ground: Ground, lift: float, R: Array, center: Array, half: Array, round_wheel: bool, delta: float, size: Array
 ) -> bool:
@@ -144,7 +145,7 @@ def _ground_near(
     return False
 
 
-@njit(cache=True)
+@njit()
 def _hits_ground(
     ground: Ground,
     lift: float,
@@ -179,7 +180,7 @@ def _hits_ground(
     return -1
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def overlaps(
     lengths: Array,
     qs: Array,

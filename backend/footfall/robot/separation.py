@@ -13,9 +13,9 @@ nearest point of a simplex is found by the regions of C. Ericson, *Real-Time Col
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, HALF, LAST, REACH
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ _PROGRESS = 1e-10
 """The search ends when a step could shorten the distance by no more than this share."""
 
 
-@njit(cache=True)
+@njit()
 def apart(
     shells: Array,
     points: Array,
@@ -55,7 +55,7 @@ def apart(
     return apart_by(shells, points, a, poses_a, i, b, poses_b, j, required, required, scratch) >= required
 
 
-@njit(cache=True)
+@njit()
 def apart_by(
     shells: Array,
     points: Array,
@@ -86,7 +86,7 @@ def apart_by(
     return max(faces, _search(shells, points, a, b, enough, required, scratch))
 
 
-@njit(cache=True)
+@njit()
 def least_apart(
     shells: Array,
     points: Array,
@@ -114,7 +114,7 @@ def least_apart(
     return max(balls, faces, _search(shells, points, a, b, enough, 0.0, scratch))
 
 
-@njit(cache=True)
+@njit()
 def _from_middle(
     shells: Array, a: int, poses_a: Array, i: int, b: int, poses_b: Array, j: int, scratch: Array
 ) -> float:
@@ -130,7 +130,7 @@ def _from_middle(
     return square
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _off(shells: Array, b: int, poses_b: Array, j: int, poses_a: Array, i: int, row: int) -> float:
     """One coordinate of the way from the origin of a's pose to the middle of b."""
     return (
@@ -142,7 +142,7 @@ def _off(shells: Array, b: int, poses_b: Array, j: int, poses_a: Array, i: int, 
     )
 
 
-@njit(cache=True)
+@njit()
 def _turn(poses_a: Array, i: int, poses_b: Array, j: int, scratch: Array) -> None:
     """Write the turn from the axes of a to those of b into the first three rows."""
     for k in range(3):
@@ -154,7 +154,7 @@ def _turn(poses_a: Array, i: int, poses_b: Array, j: int, scratch: Array) -> Non
             )
 
 
-@njit(cache=True)
+@njit()
 def _faces_apart(shells: Array, a: int, b: int, required: float, scratch: Array) -> float:
     """How far a face of the boxes around the shells separates them, no more is looked for than ``required``.
 
@@ -185,7 +185,7 @@ def _faces_apart(shells: Array, a: int, b: int, required: float, scratch: Array)
     return best
 
 
-@njit(cache=True)
+@njit()
 def _search(shells: Array, points: Array, a: int, b: int, enough: float, too_near: float, scratch: Array) -> float:
     """The best bound found by a search for separating directions from a to b, from the one that is the simplex.
 
@@ -222,7 +222,7 @@ def _search(shells: Array, points: Array, a: int, b: int, enough: float, too_nea
     return best
 
 
-@njit(cache=True)
+@njit()
 def support(shells: Array, points: Array, i: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point of shell i that is farthest along (x, y, z), in the shell's axes and from its middle."""
     first, last = int(shells[i, FIRST]), int(shells[i, LAST])
@@ -244,7 +244,7 @@ def support(shells: Array, points: Array, i: int, x: float, y: float, z: float) 
     return px, py, pz
 
 
-@njit(cache=True)
+@njit()
 def _nearest_on_segment(s: Array, o: int) -> tuple[int, float, float, float]:
     """Point of the segment s[0], s[1] nearest to the origin; keeps the corners that span it in front."""
     dx, dy, dz = s[o + 1, 0] - s[o, 0], s[o + 1, 1] - s[o, 1], s[o + 1, 2] - s[o, 2]
@@ -259,7 +259,7 @@ def _nearest_on_segment(s: Array, o: int) -> tuple[int, float, float, float]:
     return 2, s[o, 0] + share * dx, s[o, 1] + share * dy, s[o, 2] + share * dz
 
 
-@njit(cache=True)
+@njit()
 def _nearest_on_triangle(s: Array, o: int) -> tuple[int, float, float, float]:
     """Point of the triangle s[0], s[1], s[2] nearest to the origin; keeps the corners that span it in front."""
     abx, aby, abz = s[o + 1, 0] - s[o, 0], s[o + 1, 1] - s[o, 1], s[o + 1, 2] - s[o, 2]
@@ -296,7 +296,7 @@ def _nearest_on_triangle(s: Array, o: int) -> tuple[int, float, float, float]:
     return 3, s[o, 0] + v * abx + w * acx, s[o, 1] + v * aby + w * acy, s[o, 2] + v * abz + w * acz
 
 
-@njit(cache=True)
+@njit()
 def _nearest_on_tetrahedron(s: Array, o: int) -> tuple[int, float, float, float]:
     """Point of the tetrahedron s[0] … s[3] nearest to the origin; s[4] … s[6] are memory to work in.
 
@@ -327,6 +327,6 @@ def _nearest_on_tetrahedron(s: Array, o: int) -> tuple[int, float, float, float]
     return _nearest_on_triangle(s, o)
 
 
-@njit(cache=True, inline="always")
+@njit(inline="always")
 def _move(s: Array, source: int, target: int) -> None:
     s[target, 0], s[target, 1], s[target, 2] = s[source, 0], s[source, 1], s[source, 2]

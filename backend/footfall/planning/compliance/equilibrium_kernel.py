@@ -8,9 +8,9 @@ contact forces change as their arms turn; where a wheel rolls the balance has no
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 
 Array = NDArray[np.float64]
@@ -63,25 +63,25 @@ class Pose(NamedTuple):
     forces: Array
 
 
-@njit(cache=True)
+@njit()
 def _cross(a: Array, b: Array, out: Array) -> None:
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@njit()
 def _dot(a: Array, b: Array) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@njit()
 def _times(M: Array, v: Array, out: Array) -> None:
     for k in range(3):
         out[k] = M[k, 0] * v[0] + M[k, 1] * v[1] + M[k, 2] * v[2]
 
 
-@njit(cache=True)
+@njit()
 def turned(rotvec: Array) -> Array:
     """Rotation matrix (3, 3) of a rotation vector [rad] (Rodrigues)."""
     angle = np.sqrt(_dot(rotvec, rotvec))
@@ -93,7 +93,7 @@ def turned(rotvec: Array) -> Array:
     return R + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
 
 
-@njit(cache=True)
+@njit()
 def leg_in_site(
     body: Body, pose: Pose, leg: int, axes: Array, origins: Array, moments: Array
 ) -> tuple[Array, Array, float]:
@@ -136,7 +136,7 @@ def leg_in_site(
     return R @ rotations[6], hub + hip, mass
 
 
-@njit(cache=True)
+@njit()
 def rolled_rim(body: Body, pose: Pose, leg: int, R_site_wheel: Array) -> Array:
     """Where the rim's centre has rolled to while the wheel turned, (3,); it never leaves its height over the plane."""
     turn = R_site_wheel @ pose.turns[leg].T
@@ -150,7 +150,7 @@ def rolled_rim(body: Body, pose: Pose, leg: int, R_site_wheel: Array) -> Array:
     return pose.rims[leg] + body.rolled * way
 
 
-@njit(cache=True)
+@njit()
 def contact_force(body: Body, pose: Pose, leg: int, R_site_wheel: Array, hub: Array, K: Array) -> bool:
     """Write the ground's force on a wheel into ``pose.forces`` and −d(force)/d(hub) into K (3, 3).
 
@@ -188,7 +188,7 @@ def contact_force(body: Body, pose: Pose, leg: int, R_site_wheel: Array, hub: Ar
     return True
 
 
-@njit(cache=True)
+@njit()
 def _add_load(F: Array, axes: Array, moved: Array, index: NDArray[np.int64], gradient: Array, hessian: Array) -> None:
     """Add the work of a load F (3,) whose arm moves by moved (9, 3) per unit of each turn.
 
@@ -209,7 +209,7 @@ def _add_load(F: Array, axes: Array, moved: Array, index: NDArray[np.int64], gra
                 hessian[index[e], index[d]] -= term
 
 
-@njit(cache=True)
+@njit()
 def unbalanced(
     body: Body, pose: Pose, commanded: Array, gravity: Array, gradient: Array, hessian: Array, hubs: Array, turns: Array
 ) -> None:
@@ -268,7 +268,7 @@ def unbalanced(
         gradient[d] -= mass * gravity[d]
 
 
-@njit(cache=True)
+@njit()
 def settle(body: Body, pose: Pose, commanded_from: Array, commanded: Array, gravity: Array, increments: int) -> float:
     """Move ``pose``, in equilibrium with the set points ``commanded_from``, to that with ``commanded``, by increments.
 

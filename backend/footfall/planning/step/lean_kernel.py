@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 Array = NDArray[np.float64]
 
@@ -16,7 +17,7 @@ _PLACED = 1e-14
 """Change of a pose below which a wheel stays where it was placed."""
 
 
-@njit(cache=True)
+@njit()
 def lean_each(Ts_base_wheel: Array, shares: Array, T_base_hip: Array, foot: float) -> Array:
     """Poses (n, 4, 4) leaned by shares (n,) of 0…1, their centres kept. foot: from ankle to wheel centre [m]."""
     out = Ts_base_wheel.copy()
@@ -25,7 +26,7 @@ def lean_each(Ts_base_wheel: Array, shares: Array, T_base_hip: Array, foot: floa
     return out
 
 
-@njit(cache=True)
+@njit()
 def lean_onto(
     Ts_base_wheel: Array, point: Array, normal: Array, radius: float, T_base_hip: Array, foot: float
 ) -> Array:
@@ -49,7 +50,7 @@ def lean_onto(
     return out
 
 
-@njit(cache=True)
+@njit()
 def _lean(T: Array, share: float, T_base_hip: Array, foot: float, out: Array) -> None:
     """Write the pose T (4, 4) leaned."""
     x, across, turn = np.empty(3), np.empty(3), np.empty((3, 3))

@@ -7,9 +7,9 @@ spare than rounding takes. What is not sure is left to the exact checks of situa
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.leg_span_kernel import (
@@ -55,7 +55,7 @@ class BodyTables(NamedTuple):
     least: float
 
 
-@njit(cache=True)
+@njit()
 def margin_at(poses: Array, body: BodyTables) -> float:
     """Margin of the centre of mass to the nearest half-plane [m]; −inf where there is none.
 
@@ -74,7 +74,7 @@ def margin_at(poses: Array, body: BodyTables) -> float:
     return least
 
 
-@njit(cache=True)
+@njit()
 def is_sure(q: Array, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """Whether the leg is surely allowed at q (6,) [rad]; mode: see leg_clearance_kernel.py."""
     for k in range(6):
@@ -87,7 +87,7 @@ def is_sure(q: Array, clearance: LegTables, body: BodyTables, mode: int) -> bool
     )
 
 
-@njit(cache=True)
+@njit()
 def first_unsure(qs: Array, clearance: LegTables, body: BodyTables, mode: int) -> int:
     """The first row of qs (n, 6) that is not sure, or SURE."""
     for i in range(qs.shape[0]):
@@ -96,7 +96,7 @@ def first_unsure(qs: Array, clearance: LegTables, body: BodyTables, mode: int) -
     return SURE
 
 
-@njit(cache=True)
+@njit()
 def halvings(a: Array, b: Array, epsilon: float) -> int:
     """How often the edge from a to b is halved until no piece changes a coordinate by more than ε."""
     longest = 0.0
@@ -107,7 +107,7 @@ def halvings(a: Array, b: Array, epsilon: float) -> int:
     return int(np.ceil(np.log2(longest / epsilon)))
 
 
-@njit(cache=True)
+@njit()
 def level_is_sure(a: Array, b: Array, level: int, q: Array, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """Whether the configurations that the ``level``-th halving adds between a and b are sure; q (6,): scratch."""
     pieces = 2**level
@@ -119,7 +119,7 @@ def level_is_sure(a: Array, b: Array, level: int, q: Array, clearance: LegTables
     return True
 
 
-@njit(cache=True)
+@njit()
 def edge_is_sure(a: Array, b: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """Whether everything between a and b, both sure, is sure at ε.
 
@@ -168,7 +168,7 @@ def edge_is_sure(a: Array, b: Array, epsilon: float, clearance: LegTables, body:
     return True
 
 
-@njit(cache=True)
+@njit()
 def edges_are_sure(path: Array, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """:func:`edge_is_sure` of every edge between waypoints (n, 6)."""
     sure = True
@@ -177,7 +177,7 @@ def edges_are_sure(path: Array, epsilon: float, clearance: LegTables, body: Body
     return sure
 
 
-@njit(cache=True)
+@njit()
 def balanced_span(poses: Array, d: Array, bend: float, most: float, body: BodyTables) -> float:
     """A half length h ≤ ``most`` with the rover surely balanced at q + s d for every s from −h to h, or UNSURE."""
     if body.offsets.size == 0:
@@ -206,7 +206,7 @@ def balanced_span(poses: Array, d: Array, bend: float, most: float, body: BodyTa
     return h
 
 
-@njit(cache=True)
+@njit()
 def balance_bend(d: Array, lengths: Array, body: BodyTables) -> float:
     """b of the centre of mass along a line; see leg_span_kernel.py."""
     bend = 0.0

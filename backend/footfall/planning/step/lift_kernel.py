@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.chain_kernel import chain_poses
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit()
 def followed(q_bottom: Array, solutions: Array, valid: NDArray[np.bool_], largest: float) -> Array:
     """Postures (k, 6) from ``q_bottom`` on, each the nearest to the last, until none is within ``largest`` [rad].
 
@@ -32,7 +32,7 @@ def followed(q_bottom: Array, solutions: Array, valid: NDArray[np.bool_], larges
     return out
 
 
-@njit(cache=True)
+@njit()
 def nearest_branch(solutions: Array, q: Array) -> int:
     """Which of the solutions (8, 6), NaN where there is none, is nearest to q (6,); 0 if there are none."""
     nearest, least = 0, np.inf
@@ -43,7 +43,7 @@ def nearest_branch(solutions: Array, q: Array) -> int:
     return nearest
 
 
-@njit(cache=True)
+@njit()
 def off_line(placements: Array, axes: NDArray[np.int64], qs: Array, origin: Array, up: Array) -> float:
     """Largest distance of the last link's origin from a line, half way between postures (n, 6) [m].
 
@@ -60,7 +60,7 @@ def off_line(placements: Array, axes: NDArray[np.int64], qs: Array, origin: Arra
     return worst
 
 
-@njit(cache=True)
+@njit()
 def _largest_change(a: Array, b: Array) -> float:
     """Maximum norm of b − a; NaN where a has one."""
     largest = 0.0

@@ -7,9 +7,9 @@ than the nearest so far. Convex links are as far apart as their bound says, so m
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, EXTENT, FIRST, HALF, LAST, REACH
 
@@ -21,7 +21,7 @@ _DEPTH = 1.0
 """How far those boxes go down below the lowest ground of their tile [m]; any would do."""
 
 
-@njit(cache=True)
+@njit()
 def pair_bounds(
     shells: Array,
     points: Array,
@@ -74,7 +74,7 @@ def pair_bounds(
     return out
 
 
-@njit(cache=True)
+@njit()
 def _middle(shells: Array, shell: int, poses: Array, i: int, out: Array) -> None:
     """Write where the middle of a shell is at poses[i]."""
     for row in range(3):
@@ -83,7 +83,7 @@ def _middle(shells: Array, shell: int, poses: Array, i: int, out: Array) -> None
             out[row] += poses[i, row, k] * shells[shell, CENTER + k]
 
 
-@njit(cache=True)
+@njit()
 def ground_bounds(
     shells: Array,
     points: Array,
@@ -163,7 +163,7 @@ def ground_bounds(
     return least, posture, lowest, out
 
 
-@njit(cache=True)
+@njit()
 def ground_depths(
     shells: Array,
     points: Array,
@@ -198,7 +198,7 @@ def ground_depths(
     return out
 
 
-@njit(cache=True)
+@njit()
 def _over_points(
     shells: Array,
     points: Array,
@@ -232,7 +232,7 @@ def _over_points(
     return least if above else np.inf
 
 
-@njit(cache=True)
+@njit()
 def _height(heights: NDArray[np.float32], u: float, v: float) -> float:
     """Height of the triangles at column u and row v, as terrain/ground/surface.py has it; −inf off the grid."""
     if not (0.0 <= u < heights.shape[1] - 1 and 0.0 <= v < heights.shape[0] - 1):
@@ -246,7 +246,7 @@ def _height(heights: NDArray[np.float32], u: float, v: float) -> float:
     return sw + north * (nw - sw) + east * (ne - nw)
 
 
-@njit(cache=True)
+@njit()
 def _boxes_apart(low_a: Array, high_a: Array, low_b: Array, high_b: Array) -> float:
     square = 0.0
     for k in range(3):
@@ -256,7 +256,7 @@ def _boxes_apart(low_a: Array, high_a: Array, low_b: Array, high_b: Array) -> fl
     return math.sqrt(square)
 
 
-@njit(cache=True)
+@njit()
 def _tile_apart(
     shells: Array,
     points: Array,
@@ -325,7 +325,7 @@ def _tile_apart(
     return least
 
 
-@njit(cache=True)
+@njit()
 def _block_apart(
     shells: Array,
     points: Array,
@@ -383,7 +383,7 @@ def _block_apart(
     return least
 
 
-@njit(cache=True)
+@njit()
 def _as_box(shells: Array, box: int, low: Array, high: Array) -> None:
     """Make a row of a table of shells the box between two corners."""
     square = 0.0

@@ -15,9 +15,9 @@ segment passes to the other tree over the bridge.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.planning.step.leg_free_kernel import BodyTables, edge_is_sure, halvings, is_sure, level_is_sure
 from footfall.robot.leg_clearance_kernel import LegTables
 
@@ -97,7 +97,7 @@ def _to_root(trees: Trees, milestone: int) -> list[int]:
     return out
 
 
-@njit(cache=True)
+@njit()
 def grow(
     trees: Trees,
     rng: np.random.Generator,
@@ -126,7 +126,7 @@ def grow(
     return GROWING
 
 
-@njit(cache=True)
+@njit()
 def _expanded(
     trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
 ) -> bool:
@@ -149,7 +149,7 @@ def _expanded(
     return placed
 
 
-@njit(cache=True)
+@njit()
 def _placed_halfway(
     trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
 ) -> bool:
@@ -165,7 +165,7 @@ def _placed_halfway(
     return False
 
 
-@njit(cache=True)
+@njit()
 def _placed_near(
     trees: Trees,
     picked: int,
@@ -188,7 +188,7 @@ def _placed_near(
     return False
 
 
-@njit(cache=True)
+@njit()
 def _pick(trees: Trees, rng: np.random.Generator, side: int) -> int:
     """A milestone of one tree, from a filled cell at random: thinly covered regions are picked more often."""
     filled = 0
@@ -211,7 +211,7 @@ def _pick(trees: Trees, rng: np.random.Generator, side: int) -> int:
     return side  # each tree has its root
 
 
-@njit(cache=True)
+@njit()
 def _enter_cell(trees: Trees, i: int, body: BodyTables) -> None:
     at = 0
     for axis in (trees.numbers[AXIS_A], trees.numbers[AXIS_B]):
@@ -221,7 +221,7 @@ def _enter_cell(trees: Trees, i: int, body: BodyTables) -> None:
     trees.tally[trees.side[i], at] += 1
 
 
-@njit(cache=True)
+@njit()
 def _regrid(trees: Trees, rng: np.random.Generator, body: BodyTables) -> None:
     """Lay the density grid over two other coordinates."""
     a, b = int(rng.random() * 6), int(rng.random() * 5)
@@ -229,14 +229,14 @@ def _regrid(trees: Trees, rng: np.random.Generator, body: BodyTables) -> None:
     _recount(trees, body)
 
 
-@njit(cache=True)
+@njit()
 def _recount(trees: Trees, body: BodyTables) -> None:
     trees.tally[:] = 0
     for i in range(trees.numbers[COUNT]):
         _enter_cell(trees, i, body)
 
 
-@njit(cache=True)
+@njit()
 def _distance(a: Array, b: Array) -> float:
     away = 0.0
     for k in range(a.size):
@@ -244,7 +244,7 @@ def _distance(a: Array, b: Array) -> float:
     return away
 
 
-@njit(cache=True)
+@njit()
 def _connected(trees: Trees, newest: int, epsilon: float, clearance: LegTables, body: BodyTables, mode: int) -> bool:
     """CONNECT-TREES: bridge a milestone to the closest of the other tree, and TEST-PATH."""
     other, least = -1, np.inf
@@ -290,7 +290,7 @@ def _connected(trees: Trees, newest: int, epsilon: float, clearance: LegTables, 
                 return False
 
 
-@njit(cache=True)
+@njit()
 def _hand_over(trees: Trees, blocked: int, newest: int, other: int, bridge_level: int) -> None:
     """Take the segment from ``blocked`` to its parent out; what hangs behind it passes over the bridge."""
     end, beyond = (newest, other) if trees.side[blocked] == trees.side[newest] else (other, newest)

@@ -5,9 +5,9 @@ joint space.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.planning.step.leg_free_kernel import BodyTables, edge_is_sure
 from footfall.robot.leg_clearance_kernel import LegTables
 
@@ -21,7 +21,7 @@ AT_TURNS = 0.5
 """Share of the shortcuts that cut a corner, as far on one side of a waypoint as on the other."""
 
 
-@njit(cache=True)
+@njit()
 def shortened(
     path: Array,
     rng: np.random.Generator,
@@ -69,7 +69,7 @@ def shortened(
     return out[:count].copy()
 
 
-@njit(cache=True)
+@njit()
 def _length(a: Array, b: Array) -> float:
     square = 0.0
     for k in range(a.size):
@@ -77,7 +77,7 @@ def _length(a: Array, b: Array) -> float:
     return np.sqrt(square)
 
 
-@njit(cache=True)
+@njit()
 def _beside_a_turn(path: Array, count: int, rng: np.random.Generator) -> tuple[float, float]:
     """Lengths along a path of two places equally far from a waypoint between its ends."""
     turn = 1 + int(rng.random() * (count - 2))
@@ -88,7 +88,7 @@ def _beside_a_turn(path: Array, count: int, rng: np.random.Generator) -> tuple[f
     return along - away, along + away
 
 
-@njit(cache=True)
+@njit()
 def _place(path: Array, count: int, along: float, out: Array) -> int:
     """Write the point at a length along a path; returns its segment."""
     for i in range(count - 1):
@@ -102,7 +102,7 @@ def _place(path: Array, count: int, along: float, out: Array) -> int:
     return count - 2
 
 
-@njit(cache=True)
+@njit()
 def _without_needless(
     path: Array, count: int, epsilon: float, clearance: LegTables, body: BodyTables, mode: int
 ) -> int:

@@ -1,13 +1,15 @@
 """Compiled: samples brought together by cell and made into one height each; the median of each cell's neighbours."""
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit()
 def by_cell(cell: NDArray[np.int64], cells: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Samples in the order of their cells, and where each cell's begin, (cells + 1,): counting sort."""
     begin = np.zeros(cells + 1, np.int64)
@@ -23,7 +25,7 @@ def by_cell(cell: NDArray[np.int64], cells: int) -> tuple[NDArray[np.int64], NDA
     return order, begin
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(parallel=True, error_model="numpy")
 def fuse_cells(
     order: NDArray[np.int64],
     begin: NDArray[np.int64],
@@ -81,7 +83,7 @@ def fuse_cells(
     return heights, information, count, best
 
 
-@njit(cache=True)
+@njit()
 def _sort(values: NDArray[np.float32], n: int) -> None:
     """The first n in ascending order, in place; for a few dozen at most."""
     for i in range(1, n):
@@ -93,7 +95,7 @@ def _sort(values: NDArray[np.float32], n: int) -> None:
         values[j] = one
 
 
-@njit(cache=True, parallel=True)
+@njit(parallel=True)
 def median_around(
     heights: NDArray[np.float32], radius: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:

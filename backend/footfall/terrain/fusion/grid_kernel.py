@@ -1,13 +1,14 @@
 """Compiled: the cell centres that lie inside the triangles between neighbouring pixels, and what is there."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 Image = NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(error_model="numpy")
 def cover_cells(
     x: Image,
     y: Image,

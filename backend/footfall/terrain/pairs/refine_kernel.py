@@ -1,13 +1,15 @@
 """Compiled: a plane of disparity fitted around every pixel, in one step of reweighted least squares."""
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 Image = NDArray[np.float32]
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(parallel=True, error_model="numpy")
 def fit_planes(
     found: Image,
     error: Image,

@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from footfall.core.compiled import njit
 
 
 def nearest_triangles(
@@ -50,7 +51,7 @@ def _spheres(corners: NDArray[np.float64], first: NDArray[np.int64]) -> tuple[ND
     return centers, radii
 
 
-@njit(cache=True)
+@njit()
 def _search(points, normals, corners, triangle_normals, first, centers, radii, reach, alike, found, at):
     for i in range(points.shape[0]):
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -78,7 +79,7 @@ def _search(points, normals, corners, triangle_normals, first, centers, radii, r
                     at[i, 0], at[i, 1], at[i, 2] = x, y, z
 
 
-@njit(cache=True)
+@njit()
 def _on_triangle(px, py, pz, corners):
     """The nearest point of a triangle, by the regions around it (Ericson, *Real-Time Collision Detection*, 2005,
     §5.1.5)."""

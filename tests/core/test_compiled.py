@@ -1,0 +1,73 @@
+"""Compiled functions are made anew when anything changed that they were compiled with, and only then."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+FILES = {
+    "__init__.py": "",
+    "constants.py": "STEP = 1.0\n",
+    "callee.py": """
+from footfall.core.compiled import njit
+from thing.constants import STEP
+
+@njit()
+def next_after(x):
+    return x + STEP
+""",
+    "caller.py": """
+from footfall.core.compiled import njit
+from thing.callee import (
+    next_after,
+)
+
+@njit()
+def third(x):
+    return next_after(next_after(next_after(x)))
+""",
+    "aside.py": "OTHER = 1\n",
+}
+
+
+@pytest.fixture
+def package(tmp_path):
+    folder = tmp_path / "thing"
+    folder.mkdir()
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def third_of_ten(package):
+    """What a new process answers, and how often it found its code on the disk."""
+    program = "from thing.caller import third; print(third(10.0), sum(third.stats.cache_hits.values()))"  # type: ignore
+    kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
+    answer = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**kept, "PYTHONPATH": str(package.parent)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    value, hits = answer.stdout.split()
+    return float(value), int(hits)
+
+
+def test_unchanged_it_is_kept(package):
+    assert third_of_ten(package) == (13.0, 0)
+    assert third_of_ten(package) == (13.0, 1)
+    (package / "aside.py").write_text("OTHER = 2\n")  # nothing of it is in there
+    assert third_of_ten(package) == (13.0, 1)
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"), [("callee.py", "x + STEP", "x * STEP"), ("constants.py", "STEP = 1.0", "STEP = 2.0")]
+)
+def test_a_change_in_what_it_calls_or_uses_makes_it_anew(package, file, old, new):
+    assert third_of_ten(package) == (13.0, 0)
+    (package / file).write_text(FILES[file].replace(old, new))
+    assert third_of_ten(package) == (10.0 if file == "callee.py" else 16.0, 0)
+    assert third_of_ten(package)[1] == 1
