@@ -166,7 +166,7 @@ def test_answers_do_not_depend_on_how_they_are_asked(athlete):
     posture, T_site_base = standing(athlete, rng)
     whole = clearance_ground(athlete, dem.heights, dem.geometry)
     again = clearance_ground(athlete, np.asarray(dem.heights, float), dem.geometry)
-    assert whole.heights.tobytes() == again.heights.tobytes()
+    assert whole.cells.tobytes() == again.cells.tobytes()
     qs = near(athlete, posture, 3, rng, 3000)
     compiled = LegClearance(athlete, posture, 3, T_site_base, whole, 0.0, RAISED)
     answers = compiled.certified(qs)
@@ -192,7 +192,7 @@ def test_a_cut_out_ground_serves_its_leg_only(athlete):
     hips = [(T_site_base @ leg.T_base_hip)[:2, 3] for leg in athlete.description.legs]
     part = clearance_ground(athlete, dem.heights, dem.geometry, 0.0, hips[2], leg_reach(athlete))
     whole = clearance_ground(athlete, dem.heights, dem.geometry)
-    assert part.heights.size < whole.heights.size
+    assert part.cells.size < whole.cells.size
     qs = np.concatenate([near(athlete, posture, 2, rng, 2000), rng.uniform(*limits(athlete, 2), (2000, 6))])
     a, b = (LegClearance(athlete, posture, 2, T_site_base, g, 0.0, RAISED).certified(qs) for g in (whole, part))
     # coarse tables may begin at another cell

@@ -12,7 +12,7 @@ from footfall.terrain.ground.triangulate import triangulate
 
 
 def needed(tables, k, points):
-    return np.array([needed_height(tables.heights, tables.layout, k, x, y) for x, y in points])
+    return np.array([needed_height(tables.cells, tables.layout, k, x, y) for x, y in points])
 
 
 def rough(rng, rows, cols, resolution, holes=0.0, scale=1.0):
@@ -45,6 +45,33 @@ def test_a_ball_at_the_needed_height_is_clear_and_above(rng, resolution, holes):
     assert empty > 0
 
 
+@pytest.mark.parametrize("resolution", [0.02, 0.05])
+def test_heights_are_those_of_the_definition_in_whatever_order_they_are_asked(rng, resolution):
+    """Against T block by block, of blocks of the grid's own size; see the module."""
+    dem = rough(rng, 30, 24, resolution, 0.1)
+    radii = np.array([9.0, 11.0]) * resolution
+    z, grid = np.asarray(dem.heights, float), dem.geometry
+    corners = np.array([z[:-1, :-1], z[1:, :-1], z[:-1, 1:], z[1:, 1:]])
+    tops = np.where(np.isnan(corners).any(axis=0), -np.inf, corners.max(axis=0))
+    rows, cols = np.indices(tops.shape)
+    asked = rng.integers(-14, 44, (300, 2))
+    for k, radius in enumerate(radii):
+        expected = []
+        for row, col in asked:
+            away = np.hypot(*(np.maximum(np.abs(at - one) - 1, 0) for at, one in ((rows, row), (cols, col))))
+            away *= resolution
+            near = away <= radius
+            rise = np.sqrt(np.maximum(radius**2 - away**2, 0.0))
+            expected.append((tops + rise)[near].max(initial=-np.inf))
+        points = (grid.x0, grid.y0) + resolution * (asked[:, ::-1] + rng.uniform(0.01, 0.99, asked.shape))
+        for order in (slice(None), slice(None, None, -1)):
+            tables = ground_tables(z, grid, radii)
+            assert tables.layout[k, PER_METRE] == pytest.approx(1 / resolution)
+            told = needed(tables, k, points[order])
+            assert told == pytest.approx(expected[order], abs=1e-12)
+            assert np.array_equal(told, needed(tables, k, points[order]))
+
+
 def test_level_ground_is_exact(rng):
     for resolution in (0.01, 0.02, 0.07):
         grid = GridGeometry(x0=-1.0, y0=-1.0, resolution=resolution, rows=60, cols=80)
@@ -72,7 +99,7 @@ def test_ground_cut_out_answers_alike_inside(rng, resolution):
     whole, part = (
         ground_tables(dem.heights, dem.geometry, radii, **circle) for circle in ({}, {"around": around, "within": 0.3})
     )
-    assert part.heights.size < whole.heights.size
+    assert part.cells.size < whole.cells.size
     corner = around + np.array([[0.29, 0.29], [-0.29, 0.29]])
     assert not (needed(part, 1, corner) < needed(whole, 1, corner)).any()  # outside the circle: never too low
     angle, out = rng.uniform(0, 2 * np.pi, 400), 0.3 * np.sqrt(rng.uniform(size=400))
@@ -111,4 +138,4 @@ def test_misuse_is_refused():
     wide = GridGeometry(x0=0.0, y0=0.0, resolution=0.1, rows=900, cols=900)
     with pytest.raises(InvalidInput, match="too large"):
         ground_tables(np.zeros(wide.shape), wide, [0.1])
-    assert ground_tables(np.zeros(wide.shape), wide, [0.1], around=(45.0, 45.0), within=2.0).heights.size < 1e6
+    assert ground_tables(np.zeros(wide.shape), wide, [0.1], around=(45.0, 45.0), within=2.0).cells.size < 1e6

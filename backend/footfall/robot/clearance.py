@@ -162,8 +162,8 @@ class LegClearance:
             lift=np.array([0.0, raise_terrain]),
             reach=_reaches(description, shell_table),
             radii=ground.radii if ground is not None else np.zeros(0),
-            ground=ground.heights if ground is not None else np.zeros(0),
-            ground_layout=ground.layout if ground is not None else np.zeros((0, 6)),
+            ground=ground.cells if ground is not None else np.zeros(0),
+            ground_layout=ground.layout if ground is not None else np.zeros((0, 11)),
         )
 
     def certified(self, qs: ArrayLike, terrain: str = "raised") -> NDArray[np.bool_]:

@@ -28,13 +28,15 @@ from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, mesh_reach, robot_m
 from footfall.robot.depth import overlap
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import GroundHeights, crop, inner_radius
-from footfall.robot.kinematics import leg_link_poses
+from footfall.robot.kinematics import leg_link_poses, link_poses
 from footfall.robot.model import Robot
 from footfall.robot.pairs import Pairs
 from footfall.robot.shapes import merged
 
 GROUND_MODES = ("none", "true", "raised")
 TERRAIN = "terrain"
+_ROUNDING = 1e-6
+"""How much nearer two links may be than the balls around them say [m]."""
 
 
 @value
@@ -148,12 +150,14 @@ def posture_collisions(
     pairs = Pairs(robot.model)
     body = _RobotShapes(robot, pairs, clearance)
     legs = [body.add_leg(leg, first_joint=1 + 6 * leg) for leg in robot.legs]
+    least = robot.description.clearances.other_leg + clearance
+    middles, radii = _balls_around(robot, body.meshes, q)
     for leg, shapes in enumerate(legs):
         body.check_against_chassis(shapes)
-        for other in legs[leg + 1 :]:
-            for a in PARTS:
-                for b in PARTS:
-                    pairs.check(shapes[a], other[b], robot.description.clearances.other_leg + clearance)
+        for other in range(leg + 1, len(legs)):
+            away = np.linalg.norm(middles[leg, :, None] - middles[other], axis=2) - radii[:, None] - radii
+            for a, b in np.argwhere(away <= least + _ROUNDING):
+                pairs.check(shapes[PARTS[a]], legs[other][PARTS[b]], least)
     mounts = [float(np.linalg.norm(leg.T_base_hip[:3, 3])) for leg in robot.description.legs]
     reach = max(mounts) + mesh_reach(robot.description) + body.largest_ground_delta
     ground = _Ground(body, T_site_base, terrain_mesh, T_site_base[:3, 3], reach)
@@ -164,6 +168,21 @@ def posture_collisions(
     pairs.place(data, q)
     found = [Collision(pairs.label(a), pairs.label(b), required, d) for a, b, required, d in pairs.too_close(data)]
     return found + ground.below(data, 0.0)
+
+
+def _balls_around(
+    robot: Robot, meshes: dict[str, Mesh], posture: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Middles (legs, parts, 3) in base and radii (parts,) of balls that hold the legs' links [m]."""
+    corners = [meshes[part].vertices for part in PARTS]
+    middles = [(points.min(axis=0) + points.max(axis=0)) / 2 for points in corners]
+    radii = [np.linalg.norm(points - middle, axis=1).max() for points, middle in zip(corners, middles, strict=True)]
+    poses = link_poses(robot, posture)
+    placed = [
+        [apply(poses[link_name(leg, part)], middle) for part, middle in zip(PARTS, middles, strict=True)]
+        for leg in robot.legs
+    ]
+    return np.array(placed), np.array(radii)
 
 
 class _RobotShapes:

@@ -13,15 +13,20 @@ s_z ≤ M(j), so p_z ≥ T(i) gives p_z − s_z ≥ √(R² − e²): s is at le
 farther than R anyway. So **p_z ≥ T(i) proves that the open ball is clear of the surface and that no surface is above p
 within R**. The tables reach beyond the grid by R on every side; outside them no surface is within R.
 Where there is no surface within R, T is −inf. On level ground T is exact.
+
+A plan asks about a small part of the ground, and working out T of all of it takes longer than most plans. So T of a
+block is worked out when it is first asked for, and kept: what a lookup answers never depends on what was asked before.
 """
 
 import math
+from functools import lru_cache
+from mmap import mmap
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.core.compiled import njit
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 
@@ -33,25 +38,34 @@ _FINE = 0.02
 larger, than _FINE [m] or the grid's own cells; they are the grid's cells times a power of two."""
 
 _MOST_CELLS = 20_000_000
-"""Of all tables together (160 MB): what makes more is refused."""
+"""Of all tables together (160 MB, of which the machine gives what was asked about): what makes more is refused."""
+
+_NOT_YET = 0.0
+"""In place of a T that nobody has asked for; memory that was never written holds it without having been given yet."""
+
+_ZERO = 5e-324
+"""In place of a T of zero: the next larger number."""
 
 
 class GroundTables(NamedTuple):
     """Tables for balls of ``radii`` (k,) ascending [m].
 
-    heights: T of all tables in a row, each by rows from the south-west. layout: (k, 6), columns X to START.
-    region: (3,) x, y and radius of the circle that holds all places asked about [m]; the radius is inf where the
-    tables are of the whole grid. Outside of the circle heights may be inf: nothing is proven there.
+    cells: one array, as each costs time to pass: T of all tables in a row, each by rows from the south-west, _NOT_YET
+    until it is asked for; then M of the blocks of each size, and √(R² − d²) of each radius. layout: (k, 11), columns X
+    to RISES. region: (3,) x, y and radius of the circle that holds all places asked about [m]; the radius is inf where
+    the tables are of the whole grid. Nothing is proven outside of the circle.
     """
 
     radii: Array
-    heights: Array
+    cells: Array
     layout: Array
     region: Array
 
 
-X, Y, PER_METRE, ROWS, COLUMNS, START = range(6)
-"""Columns of a layout: south-west corner of the table [m], cells in a metre, rows, columns, where its heights begin."""
+X, Y, PER_METRE, ROWS, COLUMNS, START, TOPS, TOP_ROWS, TOP_COLUMNS, RISES, PAD = range(11)
+"""Columns of a layout: south-west corner of the table [m], cells in a metre, rows, columns, where its T begin; where M
+of its blocks begin, rows, columns; where its √(R² − d²) begin, 2 PAD + 1 rows of as many with the ball's own block in
+the middle, and −inf where d > R. The table reaches beyond the blocks by PAD on every side."""
 
 
 def ground_tables(
@@ -84,15 +98,30 @@ def ground_tables(
     cells = sum(math.prod(n * 0.5**step + 2 * _CELLS_PER_RADIUS for n in z.shape) for step in steps)
     if cells > _MOST_CELLS:
         raise InvalidInput("this ground is too large for tables; cut out what is needed of it", cells=int(cells))
-    tops = {step: _tops(z.astype(float), step) for step in set(steps)}
-    tables, layout, start = [], [], 0
-    for radius, step in zip(balls, steps, strict=True):
-        pitch = geometry.resolution * 2.0**step
-        table, west, south = _dilated(tops[step], float(radius), pitch, region - (x0, y0, 0.0))
-        layout.append((x0 + west, y0 + south, 1 / pitch, *table.shape, start))
-        tables.append(table.ravel())
-        start += table.size
-    return GroundTables(balls, np.concatenate(tables), np.array(layout, float), region)
+    tops = _tops(z, set(steps))
+    rises = [_rises(float(radius), geometry.resolution * 2.0**step) for radius, step in zip(balls, steps, strict=True)]
+    layout = np.zeros((len(balls), PAD + 1))
+    count = 0
+    for row, step, rise in zip(layout, steps, rises, strict=True):
+        pitch, pad = geometry.resolution * 2.0**step, len(rise) // 2
+        rows, cols = (n + 2 * pad for n in tops[step].shape)
+        row[: START + 1] = x0 - pad * pitch, y0 - pad * pitch, 1 / pitch, rows, cols, count
+        row[TOP_ROWS], row[TOP_COLUMNS], row[PAD] = *tops[step].shape, pad
+        count += rows * cols
+    known: list[Array] = []
+    for step, blocks in tops.items():
+        layout[[other == step for other in steps], TOPS] = count
+        known.append(blocks.ravel())
+        count += blocks.size
+    for row, rise in zip(layout, rises, strict=True):
+        row[RISES] = count
+        known.append(rise.ravel())
+        count += rise.size
+    told = np.concatenate(known)
+    # memory that the machine gives when it is first touched; zeros of numpy may be written beforehand
+    table = np.frombuffer(mmap(-1, 8 * count))
+    table[count - len(told) :] = told
+    return GroundTables(balls, table, layout, region)
 
 
 def _circle(around: ArrayLike, within: float) -> Array:
@@ -119,99 +148,89 @@ def _pitch_step(radius: float, resolution: float) -> int:
     return math.floor(math.log2(max(radius / _CELLS_PER_RADIUS, min(_FINE, resolution)) / resolution))
 
 
-def _tops(heights: Array, step: int) -> Array:
-    """Highest point of the surface over each block of 2^step cells; −inf over holes."""
-    for _ in range(-step):
-        heights = _refined(heights)
+def _tops(heights: NDArray, steps: set[int]) -> dict[int, Array]:
+    """Highest point of the surface over each block of 2^step cells, by step; −inf over holes."""
     if min(heights.shape) < 2:
-        return np.full((1, 1), -np.inf)
-    blocks = np.maximum(
-        np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:])
-    )  # np.maximum gives NaN where either is
-    tops = np.where(np.isnan(blocks), -np.inf, blocks)
-    for _ in range(step):
-        even = np.full([n + n % 2 for n in tops.shape], -np.inf)
-        even[: tops.shape[0], : tops.shape[1]] = tops
-        tops = even.reshape(even.shape[0] // 2, 2, even.shape[1] // 2, 2).max(axis=(1, 3))
+        return dict.fromkeys(steps, np.full((1, 1), -np.inf))
+    tops = {step: _block_tops(_refined(heights, -step)) for step in steps | {0} if step <= 0}
+    for step in range(1, max(steps) + 1):
+        tops[step] = _halved(tops[step - 1])
+    return {step: tops[step] for step in steps}
+
+
+@njit()
+def _block_tops(heights: NDArray) -> Array:
+    rows, cols = heights.shape
+    tops = np.empty((rows - 1, cols - 1))
+    for i in range(rows - 1):
+        for j in range(cols - 1):
+            top, other = max(heights[i, j], heights[i + 1, j + 1]), max(heights[i, j + 1], heights[i + 1, j])
+            holes = np.isnan(heights[i, j] + heights[i + 1, j + 1] + heights[i, j + 1] + heights[i + 1, j])
+            tops[i, j] = -np.inf if holes else max(top, other)
     return tops
 
 
-def _refined(heights: Array) -> Array:
-    """The same surface on a grid of half the spacing."""
-    rows, cols = heights.shape
-    out = np.empty((2 * rows - 1, 2 * cols - 1))
-    out[::2, ::2] = heights
-    out[::2, 1::2] = (heights[:, :-1] + heights[:, 1:]) / 2
-    out[1::2, ::2] = (heights[:-1] + heights[1:]) / 2
-    # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
-    diagonal = (heights[:-1, :-1] + heights[1:, 1:]) / 2
-    other = heights[1:, :-1] + heights[:-1, 1:]
-    out[1::2, 1::2] = np.where(np.isnan(other), np.nan, diagonal)
+@njit()
+def _halved(tops: Array) -> Array:
+    rows, cols = tops.shape
+    out = np.full(((rows + 1) // 2, (cols + 1) // 2), -np.inf)
+    for i in range(rows):
+        for j in range(cols):
+            out[i // 2, j // 2] = max(out[i // 2, j // 2], tops[i, j])
     return out
 
 
-def _dilated(tops: Array, radius: float, pitch: float, region: Array) -> tuple[Array, float, float]:
-    """T on the blocks and as far around them as the ball reaches, or on what of that is in the circle ``region``.
+def _refined(heights: NDArray, times: int) -> NDArray:
+    """The same surface on a grid of half the spacing, so many times over."""
+    for _ in range(times):
+        rows, cols = heights.shape
+        z, out = heights.astype(float), np.empty((2 * rows - 1, 2 * cols - 1))
+        out[::2, ::2] = z
+        out[::2, 1::2] = (z[:, :-1] + z[:, 1:]) / 2
+        out[1::2, ::2] = (z[:-1] + z[1:]) / 2
+        # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
+        diagonal, other = (z[:-1, :-1] + z[1:, 1:]) / 2, z[1:, :-1] + z[:-1, 1:]
+        out[1::2, 1::2] = np.where(np.isnan(other), np.nan, diagonal)
+        heights = out
+    return heights
 
-    Returns it and its south-west corner, x and y from that of the blocks.
-    """
+
+@lru_cache(maxsize=128)
+def _rises(radius: float, pitch: float) -> Array:
+    """√(R² − d²) for blocks as far as the ball reaches; see PAD."""
     pad = int(radius / pitch) + 2
-    # the edge of the table looks as far again, so the source carries the padding twice
-    source = np.pad(tops, 2 * pad, constant_values=-np.inf)
-    away = np.maximum(np.arange(pad + 1) - 1, 0) * pitch
+    away = np.maximum(np.abs(np.arange(-pad, pad + 1)) - 1, 0) * pitch
     square = radius * radius - (away[:, None] ** 2 + away[None, :] ** 2)
-    rise = np.where(square >= 0, np.sqrt(np.maximum(square, 0)), -np.inf)
-    # in cells of the table; one more all around for what rounding does to a place on the circle
-    x, y, within = region / pitch + (pad, pad, 1.0)
-    rows, cols = (count + 2 * pad for count in tops.shape)
-    first_row, last_row = _span(y, within, rows)
-    first_col, last_col = _span(x, within, cols)
-    table = np.full((last_row - first_row, last_col - first_col), np.inf)
-    souths = np.arange(first_row, last_row)
-    past = np.maximum(np.maximum(souths - y, y - (souths + 1)), 0.0)
-    half = np.sqrt(np.maximum(within**2 - past**2, 0.0))
-    spans = np.clip(np.column_stack([np.floor(x - half), np.ceil(x + half)]), first_col, last_col) - first_col
-    _dilate(source[first_row : last_row + 2 * pad, first_col : last_col + 2 * pad], rise, spans.astype(np.int64), table)
-    return table, (first_col - pad) * pitch, (first_row - pad) * pitch
+    return np.where(square >= 0, np.sqrt(np.maximum(square, 0)), -np.inf)
 
 
-def _span(middle: float, half: float, count: int) -> tuple[int, int]:
-    """First and last + 1 of ``count`` cells that come within ``half`` of a place, all [cells]."""
-    if math.isinf(half):
-        return 0, count
-    begin = min(max(math.floor(middle - half), 0), count - 1)
-    return begin, max(min(math.ceil(middle + half), count), begin + 1)
-
-
-@njit(cache=True, parallel=True)
-def _dilate(source: Array, rise: Array, spans: NDArray[np.int64], table: Array) -> None:
-    """table[i, j] = max over (a, b) of source[i + pad ± a, j + pad ± b] + rise[a, b]; a, b run from 0 to pad.
-
-    spans: (rows, 2) first and last + 1 column that is wanted of each row.
-    """
-    pad = rise.shape[0] - 1
-    for row in prange(table.shape[0]):
-        i = np.int64(row) + pad
-        begin, end = spans[row, 0], spans[row, 1]
-        cols = end - begin
-        out = table[row, begin:end]
-        out[:] = -np.inf
-        for a in range(pad + 1):
-            pair = np.maximum(source[i - a, begin : end + 2 * pad], source[i + a, begin : end + 2 * pad])
-            for b in range(pad + 1):
-                up = rise[a, b]
-                if up > -np.inf:
-                    left, right = pair[pad - b : pad - b + cols], pair[pad + b : pad + b + cols]
-                    for j in range(cols):
-                        top = (left[j] if left[j] > right[j] else right[j]) + up
-                        out[j] = top if top > out[j] else out[j]
-
-
-@njit(cache=True)
-def needed_height(heights: Array, layout: Array, k: int, x: float, y: float) -> float:
+@njit()
+def needed_height(cells: Array, layout: Array, k: int, x: float, y: float) -> float:
     """T of the k-th radius at (x, y) in site [m]: from there up, the middle of a ball is clear of the ground."""
-    column = (x - layout[k, X]) * layout[k, PER_METRE]
-    row = (y - layout[k, Y]) * layout[k, PER_METRE]
-    if not (column >= 0.0 and row >= 0.0 and column < layout[k, COLUMNS] and row < layout[k, ROWS]):
+    x, y = (x - layout[k, X]) * layout[k, PER_METRE], (y - layout[k, Y]) * layout[k, PER_METRE]
+    if not (x >= 0.0 and y >= 0.0 and x < layout[k, COLUMNS] and y < layout[k, ROWS]):
         return -np.inf
-    return heights[int(layout[k, START]) + int(row) * int(layout[k, COLUMNS]) + int(column)]
+    row, column = int(y), int(x)
+    at = int(layout[k, START]) + row * int(layout[k, COLUMNS]) + column
+    if cells[at] == _NOT_YET:
+        height = _highest(cells, layout[k], row, column)
+        cells[at] = height if height != 0.0 else _ZERO
+    return cells[at]
+
+
+# without NaN, and whichever zero it is, the largest of many is found by several at a time
+@njit(fastmath={"nnan", "nsz"})
+def _highest(cells: Array, layout: Array, row: int, column: int) -> float:
+    """T of one cell: the largest of M + √(R² − d²)."""
+    pad, rows, cols = int(layout[PAD]), int(layout[TOP_ROWS]), int(layout[TOP_COLUMNS])
+    tops, rises = int(layout[TOPS]), int(layout[RISES])
+    highest = -np.inf
+    # blocks from pad south and west of the cell's own to pad north and east of it, of those there are
+    south, west = row - 2 * pad, column - 2 * pad
+    first, last = max(west, 0), min(column + 1, cols)
+    for block in range(max(south, 0), min(row + 1, rows)):
+        top = cells[tops + block * cols + first : tops + block * cols + last]
+        rise = cells[rises + (block - south) * (2 * pad + 1) + first - west :]
+        for j in range(top.size):
+            highest = max(highest, top[j] + rise[j])
+    return highest

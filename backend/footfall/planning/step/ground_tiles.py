@@ -13,6 +13,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.compiled import njit
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
@@ -40,14 +41,9 @@ class GroundTiles:
         # tiles begin at multiples of BLOCKS of the whole map, so that crops of one map share them
         rows = list(_beginnings(grid.rows, round(grid.y0 / grid.resolution)))
         cols = list(_beginnings(grid.cols, round(grid.x0 / grid.resolution)))
-        windows = [(r0, r1, c0, c1) for r0, r1 in rows for c0, c1 in cols]
-        self.windows = np.array(windows, np.int64).reshape(-1, 4)
-        low, high = [], []
-        for r0, r1, c0, c1 in windows:
-            window = self.heights[r0 : r1 + 1, c0 : c1 + 1]
-            low.append((grid.x0 + c0 * grid.resolution, grid.y0 + r0 * grid.resolution, float(window.min())))
-            high.append((grid.x0 + c1 * grid.resolution, grid.y0 + r1 * grid.resolution, float(window.max())))
-        self._low, self._high = np.array(low).reshape(-1, 3), np.array(high).reshape(-1, 3)
+        self.windows = np.array([(*row, *col) for row in rows for col in cols], np.int64).reshape(-1, 4)
+        ends = self.corner + grid.resolution * self.windows[:, [2, 0, 3, 1]].reshape(-1, 2, 2)
+        self._low, self._high = np.dstack([ends, _extremes(self.heights, self.windows)]).swapaxes(0, 1)
         self.boxes = np.hstack([self._low, self._high])
 
     def distances(self, low: Array, high: Array) -> Array:
@@ -74,6 +70,16 @@ def _beginnings(count: int, first: int) -> Iterator[tuple[int, int]]:
         end = min(begin + BLOCKS - (first + begin) % BLOCKS, count - 1)
         yield begin, end
         begin = end
+
+
+@njit()
+def _extremes(heights: NDArray[np.float32], windows: NDArray[np.int64]) -> Array:
+    """Least and greatest height in each window, (tiles, 2)."""
+    out = np.empty((len(windows), 2))
+    for k in range(len(windows)):
+        window = heights[windows[k, 0] : windows[k, 1] + 1, windows[k, 2] : windows[k, 3] + 1]
+        out[k] = window.min(), window.max()
+    return out
 
 
 @lru_cache(maxsize=160)
