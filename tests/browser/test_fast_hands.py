@@ -77,3 +77,26 @@ def test_nothing_is_planned_where_what_was_chosen_just_before_is_refused(console
     # once more: now it is the chosen one that is meant, and in sight
     press(console, "Plan step")
     until(lambda: len(plans(quiet)) > len(before), "the plan", 90)
+
+
+def test_commands_are_made_of_the_plan_that_was_asked_for_just_before(console: Page, quiet: Running) -> None:
+    before, old = plans(quiet), held(quiet)["sequence"]
+    console.evaluate(LATE, ["POST", "/plans"])  # the page does not even know its job yet
+    typed(console, -0.5, 1.74)
+    console.keyboard.press("p")
+    console.keyboard.press("s")
+    until(lambda: held(quiet)["sequence"] != old, "the commands", 90)
+    assert len(plans(quiet)) == len(before) + 1
+    plan = held(quiet, "/sessions/current/plans/current")
+    assert (plan["footfall"]["x"], plan["footfall"]["y"]) == (-0.5, 1.74)
+    assert not held(quiet)["commands_of_another_plan"]
+
+
+def test_no_commands_are_made_where_the_plan_asked_for_just_before_is_refused(console: Page, quiet: Running) -> None:
+    old = held(quiet)["sequence"]
+    assert held(quiet)["plan"]["status"] == "found"
+    console.evaluate(REFUSED.replace("/footfalls", "/plans").replace('{ leg: 99, x: 0, y: 0 }', "{ leg: 99 }"))
+    console.keyboard.press("p")
+    console.keyboard.press("s")
+    expect(console.locator("#toast")).to_contain_text("Nothing was made", timeout=SLOW)
+    assert held(quiet)["sequence"] == old

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { get, post, put, request } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { answered } from "../planning.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 
@@ -25,6 +26,7 @@ export function start() {
 }
 
 const ask = () => attempt(async () => {
+  await answered();
   await post(`/sessions/current/plans/${known.plan.digest}/alternatives`, {});
 });
 

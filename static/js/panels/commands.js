@@ -5,6 +5,7 @@ import { choices } from "../choices.js";
 import { act } from "../acts.js";
 import { $, attempt, element } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
+import { answered, awaited } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
 import { kept } from "./conn.js";
 import { choose, chosenRow, onChoice } from "./row.js";
@@ -17,7 +18,7 @@ export function start() {
   act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
   act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? "" : "Arm the commands first.") });
-  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
+  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
   $("import-file").addEventListener("change", importFile);
@@ -33,7 +34,10 @@ async function offerFormats() {
   $("export-format").replaceChildren(...formats.map(({ format, title }) => element("option", { value: format, textContent: title })));
 }
 
-const make = () => attempt(() => post("/sessions/current/sequences", {}, once()));
+const make = () => attempt(async () => {
+  await answered();
+  await post("/sessions/current/sequences", {}, once());
+});
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
   const path = `${ROOT}/sequences/${known.sequence.digest}/export?format=${format}`;

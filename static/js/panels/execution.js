@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { get, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { answered } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { balance } from "./ground.js";
@@ -60,6 +61,7 @@ function settings() {
 }
 
 const order = () => attempt(async () => {
+  await answered();
   await post("/sessions/current/executions", { plan: known.summary.plan.digest, settings: settings() });
 });
 

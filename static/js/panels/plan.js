@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { get, post, request } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element, fixed, toast } from "../dom.js";
+import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import * as alternatives from "./alternatives.js";
@@ -45,12 +46,12 @@ function settings() {
   return chosen;
 }
 
-const plan = () => attempt(async () => {
+const plan = () => askForPlan(async () => {
   await Promise.all([settled(), inHand(), through.settled()]); // what is being chosen, moved or typed is meant
   const chosen = known.summary.footfall;
   await freeze();
   const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };
-  await post("/sessions/current/plans", order);
+  return post("/sessions/current/plans", order);
 });
 
 function runningJob() {
