@@ -95,7 +95,7 @@ def test_commands_are_made_of_the_plan_that_was_asked_for_just_before(console: P
 def test_no_commands_are_made_where_the_plan_asked_for_just_before_is_refused(console: Page, quiet: Running) -> None:
     old = held(quiet)["sequence"]
     assert held(quiet)["plan"]["status"] == "found"
-    console.evaluate(REFUSED.replace("/footfalls", "/plans").replace('{ leg: 99, x: 0, y: 0 }', "{ leg: 99 }"))
+    console.evaluate(REFUSED.replace("/footfalls", "/plans").replace("{ leg: 99, x: 0, y: 0 }", "{ leg: 99 }"))
     console.keyboard.press("p")
     console.keyboard.press("s")
     expect(console.locator("#toast")).to_contain_text("Nothing was made", timeout=SLOW)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.settings import SIDES, require_cone
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]

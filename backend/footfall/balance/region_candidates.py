@@ -20,7 +20,7 @@ from footfall.balance.region import equilibrium_region, frame, region_margins, r
 from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
 from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNFINISHED, start
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.errors import FootFallError, InvalidInput
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ of mass then is: they are the costs. All lengths are local: from ``center``, in 
 import numpy as np
 
 from footfall.balance.simplex import OPTIMAL, improve, start
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 ROWS = 5
 

@@ -20,7 +20,7 @@ R. G. Bland, "New finite pivoting rules for the simplex method", Mathematics of 
 
 import numpy as np
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 OPTIMAL, INFEASIBLE, UNBOUNDED, UNFINISHED = 0, 1, 2, 3
 

@@ -4,7 +4,7 @@ import numpy as np
 from numba import prange
 
 from footfall.balance.foot_pairs import MOST_FEET, NONE
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 COINCIDENT = 1e-9
 """Feet nearer to each other than this share of the stance's size count as one place."""

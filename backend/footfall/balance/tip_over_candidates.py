@@ -7,7 +7,7 @@ from numba import prange
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.support import MOST_FEET
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.errors import InvalidInput
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numba import prange
 
 from footfall.balance.cones import fill_facets
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL, UNBOUNDED, UNFINISHED, improve, prices, start
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 _SMALLEST_PIVOT = 1e-9
 _LEFT_OVER = 1e-7

@@ -8,7 +8,7 @@ and no sum crosses one, so the numbers don't depend on how many threads share th
 import numpy as np
 from numba import prange
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 TILE_ROWS, TILE_COLS = 32, 256
 """A tile and the margin of its window stay in the second-level cache."""

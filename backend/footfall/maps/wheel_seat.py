@@ -12,7 +12,7 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.errors import InvalidInput
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 

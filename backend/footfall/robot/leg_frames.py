@@ -7,7 +7,7 @@ The frames are those of :mod:`footfall.robot.kinematics`, in the leg's hip frame
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.description import PARTS, Leg
 
 Array = NDArray[np.float64]

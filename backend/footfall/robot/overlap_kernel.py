@@ -7,7 +7,7 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 from footfall.robot.obstacles import NOTHING, SELF, TERRAIN
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.shells import CENTER, DISC, EXTENT, FIRST, HALF, LAST, REACH
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.core.frames import transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance

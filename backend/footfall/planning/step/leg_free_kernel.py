@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.leg_clearance_kernel import LegTables, keeps_distances, place_leg
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.leg_span_kernel import (

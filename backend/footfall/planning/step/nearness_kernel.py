@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.robot.separation import SCRATCH, least_apart
 from footfall.robot.shells import CENTER, EXTENT, FIRST, HALF, LAST, REACH
 

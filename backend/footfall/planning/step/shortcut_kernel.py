@@ -7,7 +7,7 @@ joint space.
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from footfall.planning.step.leg_free_kernel import BodyTables, edge_is_sure
 from footfall.robot.leg_clearance_kernel import LegTables
 

@@ -4,7 +4,7 @@ import numpy as np
 from numba import prange
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 
 Image = NDArray[np.float64]
 

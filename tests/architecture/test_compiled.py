@@ -10,7 +10,7 @@ FILES = {
     "__init__.py": "",
     "constants.py": "STEP = 1.0\n",
     "callee.py": """
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from thing.constants import STEP
 
 @njit()
@@ -18,7 +18,7 @@ def next_after(x):
     return x + STEP
 """,
     "caller.py": """
-from footfall.core.compiled import njit
+from footfall.compiled import njit
 from thing.callee import (
     next_after,
 )
