@@ -15,7 +15,7 @@ from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.ground import Nearby, Refused, nearby
-from footfall.planning.step.told_collision import depth_of, in_words, missed_by
+from footfall.planning.step.told_collision import in_words, worst
 from footfall.robot.collision import CollisionScene
 from footfall.robot.kinematics import leg_wheel_pose
 from footfall.robot.model import Robot
@@ -140,37 +140,41 @@ def _collisions(
     """ways: postures (n, legs × 6) of the row, and those with what it asks for beyond it, which must be clear of the
     rover, not of the ground.
     """
-    own = slice(6 * scene.leg, 6 * scene.leg + 6)
     postures, asked = ways
+    begins = _first_hits(scene, postures, asked)
+    for rule in ("self-collision", "terrain-collision"):
+        if rule not in begins:
+            yield RuleResult(rule, row, True, np.nan, "m", f"clear at {len(postures)} samples")
+            continue
+        end = len(asked if rule == "self-collision" else postures)
+        looks = np.unique(np.linspace(begins[rule], end - 1, LOOKS).astype(int))
+        terrain = "none" if rule == "self-collision" else "true"
+        own = slice(6 * scene.leg, 6 * scene.leg + 6)
+        hits = {i: scene.contacts(asked[i][own], terrain=terrain) for i in looks}
+        first = f"first at {begins[rule] / (len(asked) - 1):.0%} of the row"
+        if not any(hits.values()):
+            yield RuleResult(rule, row, False, np.nan, "m", f"a clearance is just missed, {first}")
+            continue
+        met = {i: worst(hits[i], robot, ground.dem, asked[i], passage.T_before) for i in looks if hits[i]}
+        at = max(met, key=lambda i: met[i].missed)
+        text = f"{in_words(met[at], robot, met[at].hit.link_b)} at {at / (len(asked) - 1):.0%} of the row, {first}"
+        yield RuleResult(rule, row, False, -met[at].missed, "m", text)
+
+
+def _first_hits(scene: CollisionScene, postures: Array, asked: Array) -> dict[str, int]:
+    """Rule that is broken → the first sample at which it is."""
+    own = slice(6 * scene.leg, 6 * scene.leg + 6)
     hit: dict[str, int] = {}
     for index, q in enumerate(postures):
         if scene.collides(q[own], terrain="true"):
             rule = "self-collision" if scene.collides(q[own], terrain="none") else "terrain-collision"
             hit.setdefault(rule, index)
             if len(hit) == 2:
-                break
-    beyond = range(len(postures), len(asked))
-    if "self-collision" not in hit and (met := [i for i in beyond if scene.collides(asked[i][own], terrain="none")]):
-        hit["self-collision"] = met[0]
-    for rule in ("self-collision", "terrain-collision"):
-        if rule not in hit:
-            yield RuleResult(rule, row, True, np.nan, "m", f"clear at {len(postures)} samples")
-            continue
-        shares = np.arange(len(asked)) / (len(asked) - 1)
-        end = len(asked if rule == "self-collision" else postures)
-        looks = np.unique(np.linspace(hit[rule], end - 1, LOOKS).astype(int))
-        terrain = "none" if rule == "self-collision" else "true"
-        met = [(one, i) for i in looks for one in scene.contacts(asked[i][own], terrain=terrain)]
-        begins = f"first at {shares[hit[rule]]:.0%} of the row"
-        if not met:
-            yield RuleResult(rule, row, False, np.nan, "m", f"a clearance is just missed, {begins}")
-            continue
-        depths = [depth_of(one, robot, ground.dem, asked[i], passage.T_before) for one, i in met]
-        missed = [missed_by(one, depth, robot) for (one, _), depth in zip(met, depths, strict=True)]
-        worst = int(np.argmax(missed))
-        one, i = met[worst]
-        text = f"{in_words(one, depths[worst], robot, one.link_b)} at {shares[i]:.0%} of the row, {begins}"
-        yield RuleResult(rule, row, False, -missed[worst], "m", text)
+                return hit
+    for index in range(len(postures), len(asked)):
+        if "self-collision" not in hit and scene.collides(asked[index][own], terrain="none"):
+            hit["self-collision"] = index
+    return hit
 
 
 def _drag(

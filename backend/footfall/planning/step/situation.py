@@ -12,7 +12,7 @@ from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
-from footfall.planning.step.told_collision import depth_of, in_words, missed_by
+from footfall.planning.step.told_collision import in_words, worst
 from footfall.robot.collision import TERRAIN, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
@@ -98,13 +98,11 @@ class Situation:
         hits = self._scene.contacts(q, NO_GROUND)
         hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)
         if hits:
-            placed = self.robot, self.ground.dem, self.posture(q), self.T_site_base
-            sizes = [depth_of(hit, *placed, self._lift[terrain]) for hit in hits]
-            worst = int(np.argmax([missed_by(hit, size, self.robot) for hit, size in zip(hits, sizes, strict=True)]))
-            what = hits[worst].link_b
+            met = worst(hits, self.robot, self.ground.dem, self.posture(q), self.T_site_base, self._lift[terrain])
+            what = met.hit.link_b
             if what == TERRAIN and terrain == RAISED:
                 what = f"the terrain raised by {self.settings.raise_terrain:.2f} m"
-            return in_words(hits[worst], sizes[worst], self.robot, what)
+            return in_words(met, self.robot, what)
         margin = self.margin(q)
         if margin < self.settings.least_margin:
             kind = "conservative support polygon" if self.settings.conservative else "support polygon"

@@ -1,5 +1,7 @@
 """By how much a link is in what it collides with, and that in words: for reports, after a collision was found."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from footfall.core.frames import apply
@@ -16,11 +18,30 @@ SPACING = 0.01
 """How densely the link's surface is compared with the ground [m]."""
 
 
-def depth_of(hit: Collision, robot: Robot, dem: Dem, posture: Array, T_site_base: Array, lift: float = 0.0) -> float:
-    """How deep the rover at a posture (legs × 6,) [rad] is in what it collides with [m]; negative: how far from it.
+class Met(NamedTuple):
+    """A collision. depth: how deep the rover is in what it hits [m]; negative: how far from it. missed: by how much the
+    distance is less than what is required [m]."""
+
+    hit: Collision
+    depth: float
+    missed: float
+
+
+def worst(hits: list[Collision], robot: Robot, dem: Dem, posture: Array, T_site_base: Array, lift: float = 0.0) -> Met:
+    """Of what the rover collides with at a posture (legs × 6,) [rad], at least one, what misses most that is required.
 
     lift: by how much the ground is raised [m].
     """
+    found = []
+    for hit in hits:
+        depth = _depth(hit, robot, dem, posture, T_site_base, lift)
+        # a wheel that touches needs no distance but may sink
+        missed = depth + (hit.required or -robot.description.clearances.wheel_sink)
+        found.append(Met(hit, depth, missed))
+    return max(found, key=lambda one: one.missed)
+
+
+def _depth(hit: Collision, robot: Robot, dem: Dem, posture: Array, T_site_base: Array, lift: float) -> float:
     if hit.distance != 0:
         return -hit.distance
     if hit.link_b != TERRAIN:
@@ -28,14 +49,9 @@ def depth_of(hit: Collision, robot: Robot, dem: Dem, posture: Array, T_site_base
     return _sunk(robot, dem, posture, T_site_base, hit.link_a, lift)
 
 
-def missed_by(hit: Collision, depth: float, robot: Robot) -> float:
-    """By how much the distance of two things is less than what is required [m]."""
-    # a wheel that touches needs no distance but may sink
-    return depth + (hit.required or -robot.description.clearances.wheel_sink)
-
-
-def in_words(hit: Collision, depth: float, robot: Robot, what: str) -> str:
+def in_words(met: Met, robot: Robot, what: str) -> str:
     """What a link collides with, and by how much. what: the name of the other thing."""
+    hit, depth = met.hit, met.depth
     needed = f"{hit.required:.3f} m must stay clear"
     if hit.distance < 0:
         return f"{hit.link_a} is {depth:.3f} m below {what}"
