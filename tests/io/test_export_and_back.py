@@ -85,7 +85,7 @@ BAD = {
         ('"type": "check"', '"type": "fire"'): r"steps\[1\] is of type 'fire'; FootFall knows command, text",
         ("4.25", "true"): r"steps\[3\], duration must be a number, not a truth value",
         ("swing", "&#55296;"): r"steps\[3\] has an entity that is no character",
-        ('"steps": [', '"advancement": {}, "steps": ['): "two members of one name",
+        ('"steps": [', '"advancement": {}, "steps": ['): "is given twice",
     },
 }
 

@@ -121,7 +121,7 @@ def changed(change):
 BAD_JSON = {
     "": "it is no JSON",
     "[" * 100_000: "it is no JSON",
-    '{"format": "footfall-sequence", "format": 1}': "two members of one name",
+    '{"format": "footfall-sequence", "format": 1}': "is given twice",
     changed(lambda d: d.update(format="other")): "its format must be 'footfall-sequence'",
     changed(lambda d: d.update(version=2)): "reads version 1",
     changed(lambda d: d.pop("start")): "the file lacks 'start'",

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Response
 
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.jsonable import jsonable
-from footfall.api.door.strict_json import StrictRoute
+from footfall.api.door.json_bodies import StrictRoute
 
 BINARY = {"type": "string", "contentMediaType": "application/octet-stream"}
 _TOLD: dict[str, dict[str, str]] = {"application/json": {"type": "object"}}
@@ -18,7 +18,7 @@ _TOLD: dict[str, dict[str, str]] = {"application/json": {"type": "object"}}
 class Routes(APIRouter):
     """Like APIRouter, but results go through :func:`jsonable`; what a route returns is told by its return type.
 
-    JSON bodies are read by :mod:`footfall.api.door.strict_json`.
+    JSON bodies are read by :mod:`footfall.api.door.json_bodies`.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -1,6 +1,5 @@
 """Strict reading of JSON objects from outside: every field present, of its type, finite; nothing beside them."""
 
-import json
 import math
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTelemetry
-from footfall.core.surrogates import lone_surrogate_in
+from footfall.core.strict_json import read_json
 
 FAULTS = (
     "not-json",
@@ -40,15 +39,11 @@ def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
     finite: False lets those through, for :class:`Fields` to refuse where they are read.
     """
     try:
-        parsed = json.loads(text, parse_constant=_no_constant if finite else float, object_pairs_hook=_unique)
+        parsed = read_json(text, _no_constant if finite else float)
     except (ValueError, RecursionError) as err:
         raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}", fault="not-json") from err
     if not isinstance(parsed, dict):
         raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}", fault="not-json")
-    halved = lone_surrogate_in(parsed)
-    if halved is not None:
-        told = f"a text has a lone surrogate, half a character that UTF-8 can't hold: {halved}"
-        raise InvalidTelemetry(told, text=halved, fault="not-json")
     return parsed
 
 
@@ -56,18 +51,6 @@ def _no_constant(name: str) -> Any:
     raise InvalidTelemetry(
         f"{name} is no number of the rover link; numbers are finite", number=name, fault="not-finite"
     )
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    out = dict(pairs)
-    if len(out) != len(pairs):
-        names = [name for name, _ in pairs]
-        raise InvalidTelemetry(
-            "a name is given twice in one object",
-            names=sorted({n for n in names if names.count(n) > 1}),
-            fault="not-json",
-        )
-    return out
 
 
 class Fields:

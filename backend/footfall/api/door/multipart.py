@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from starlette.datastructures import FormData
 
 from footfall.api.bodies.schemas import Strictly
-from footfall.api.door.strict_json import read_json
 from footfall.api.routing import BINARY
 from footfall.core.errors import InvalidInput
+from footfall.core.strict_json import read_json
 from footfall.core.surrogates import has_lone_surrogate
 
 _M = TypeVar("_M", bound=Strictly)

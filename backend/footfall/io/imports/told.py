@@ -1,6 +1,5 @@
 """What a file tells of a sequence, and strict reading of its parts: no booleans for numbers, nothing missing."""
 
-import json
 import math
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
-from footfall.core.surrogates import lone_surrogate_in
+from footfall.core.strict_json import read_json
 from footfall.sequence.commands import Command
 
 Array = NDArray[np.float64]
@@ -39,13 +38,9 @@ def text_of(data: bytes) -> str:
 def json_of(text: str) -> Any:
     """JSON without NaN, two members of one name, and lone surrogates. Raises InvalidSequence."""
     try:
-        found = json.loads(text, parse_constant=_constant, object_pairs_hook=_members)
+        return read_json(text, _constant)
     except (ValueError, RecursionError) as error:
         raise InvalidSequence(f"it is no JSON: {error}") from error
-    halved = lone_surrogate_in(found)
-    if halved is not None:
-        raise InvalidSequence(f"a text has a lone surrogate, half a character that UTF-8 can't hold: {halved}")
-    return found
 
 
 def member(document: Any, name: str, where: str) -> Any:
@@ -153,10 +148,3 @@ def _kind(item: Any) -> str:
 
 def _constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is no number of JSON")
-
-
-def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        raise ValueError("an object has two members of one name")
-    return found
