@@ -18,7 +18,8 @@ MARKS = "/suggested/marks"
 
 @dataclass(frozen=True)
 class Marker:
-    """point: site frame (3,) [m]; text: its rank, best 1, and its score."""
+    """point: site frame (3,) [m]; text: its rank, best 1; the page lists the scores, which would cover each
+    other here."""
 
     point: NDArray[np.float64]
     text: str
@@ -27,7 +28,7 @@ class Marker:
 def markers(suggestions: Suggestions) -> tuple[Marker, ...]:
     """Best first; where the height is unknown there is no place to draw one."""
     return tuple(
-        Marker(np.array([one.x, one.y, one.z + OVER_GROUND]), f"{rank}: {100 * one.score:.0f} of 100")
+        Marker(np.array([one.x, one.y, one.z + OVER_GROUND]), f"{rank}")
         for rank, one in enumerate(suggestions.footfalls, 1)
         if one.z is not None
     )

@@ -15,7 +15,8 @@ within R**. The tables reach beyond the grid by R on every side; outside them no
 Where there is no surface within R, T is −inf. On level ground T is exact.
 
 A plan asks about a small part of the ground, and working out T of all of it takes longer than most plans. So T of a
-block is worked out when it is first asked for, and kept: what a lookup answers never depends on what was asked before.
+block is worked out when it is first asked for, and kept: what a lookup answers never depends on what was asked before,
+and threads that ask at once write the same.
 """
 
 import math
