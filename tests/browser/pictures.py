@@ -19,7 +19,8 @@ MOST_BYTES, MOST_IN_ALL = 120_000, 1_500_000
 
 
 class Picture(NamedTuple):
-    """name: in docs/images, without its ending; file: of tests/browser; test: its function; look: what it calls it.
+    """name: in docs/images, without its ending; file: of tests/browser; test: in it, with its case; look: its own
+    name for it.
 
     part: left, top, right, bottom of what is kept of it; None: all.
     """
@@ -42,7 +43,7 @@ class Picture(NamedTuple):
 
 
 SIDE, SCENE = (851, 93, 1280, 720), (0, 93, 851, 645)
-_STEP = "test_page.py", "test_the_first_step_of_the_readme"
+_STEP = "test_page.py", "test_the_first_step_of_the_readme[True]"
 
 PICTURES = (
     Picture("page", *_STEP, "4-planned"),

@@ -2,12 +2,15 @@
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from tests.browser.pictures import IMAGES, MOST_BYTES, MOST_IN_ALL, PICTURES, Picture
+from tests.browser.pictures import tests as named
 
 ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"!\[([^\]]*)\]\(([^)\s]+\.png)\)")
@@ -32,7 +35,9 @@ def test_every_picture_that_is_shown_is_there_and_every_one_there_is_shown():
 @pytest.mark.parametrize("picture", PICTURES, ids=lambda picture: picture.name)
 def test_a_test_makes_it(picture: Picture):
     tree = ast.parse((ROOT / "tests" / "browser" / picture.file).read_text())
-    tests = [one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name == picture.test]
+    tests = [
+        one for one in tree.body if isinstance(one, ast.FunctionDef) and one.name == picture.test.partition("[")[0]
+    ]
     assert len(tests) == 1, f"{picture.file} has no {picture.test}"
     looks = {
         argument.value
@@ -42,6 +47,15 @@ def test_a_test_makes_it(picture: Picture):
         if isinstance(argument, ast.Constant)
     }
     assert picture.look in looks
+
+
+def test_pytest_knows_the_tests_that_are_listed():
+    """A case that is added to one changes the name of its picture, too."""
+    asked = [*named()]
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", *asked]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert found.returncode == 0, found.stdout + found.stderr
+    assert {line for line in found.stdout.splitlines() if "::" in line} == set(asked)
 
 
 def test_they_are_small_and_say_in_words_what_they_show():
