@@ -1,12 +1,9 @@
 """The composition root: sessions, API, page, scene and the simulated rover put together, and served."""
 
 import contextlib
-import io
-import logging
 import signal
 import socket
 import sys
-import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,12 +31,7 @@ from footfall_ui.listening import Tls, address_of, front_of, listen, require_saf
 from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
-from footfall_ui.viser_door import SceneDoor, closed_door, open_viser
-
-_log = logging.getLogger(__name__)
-
-FOLLOW_PERIOD = 0.2
-"""How often the scene looks whether another session has become current [s]."""
+from footfall_ui.scene_server import SceneServer
 
 
 class _Page(StaticFiles):
@@ -63,15 +55,17 @@ def create_app(
 ) -> FastAPI:
     """The whole application over ``sessions``, which stay the caller's to close.
 
-    scene: start viser; where that fails, the app works without it and says why.
+    scene: draw one; where that fails, the app works without it and says why.
     rover: a simulated rover to report on; starting and closing it is the caller's as well.
     static: folder of the page, by default the one that ships with FootFall.
     accounts: who may come in, the caller's to close; None: whoever reaches it may do everything.
     front: how it is reached. sign_on: the provider of an organisation's accounts; None: local accounts only.
     """
-    door, close_scene = _open_scene(sessions) if scene else (closed_door("it was switched off"), _nothing)
+    drawn = SceneServer(sessions) if scene else None
+    proxy = SceneProxy(drawn)
 
     def parts() -> dict[str, Any]:
+        door = proxy.door
         return {
             "scene": {"available": door.port is not None, "reason": door.reason, "url": "/scene/"},
             "simulated_rover": None if rover is None else rover.as_dict(),
@@ -83,56 +77,14 @@ def create_app(
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         await proxy.close()
-        close_scene()
+        if drawn is not None:
+            drawn.close()
 
-    proxy = SceneProxy(door)
     app.router.lifespan_context = lifespan
     app.include_router(proxy.router)
     # the page alone: compressed, what the interface answers would tell of secrets in it by its size
     app.mount("/", GZipMiddleware(_Page(directory=static or static_folder(), html=True), compresslevel=6), name="page")
     return app
-
-
-def _nothing() -> None:
-    """There is no scene to close."""
-
-
-def _open_scene(sessions: Sessions) -> tuple[SceneDoor, Callable[[], None]]:
-    try:
-        from footfall_ui.scene import Scene
-
-        server, door = open_viser()
-    except Exception as error:  # whatever it is: the operator can work without the scene
-        _log.exception("the 3-D scene could not start")
-        return closed_door(f"{type(error).__name__}: {error}"), _nothing
-    try:
-        drawn = Scene(server, door.visitors)
-    except Exception as error:
-        _log.exception("the 3-D scene could not start")
-        server.stop()
-        return closed_door(f"{type(error).__name__}: {error}"), _nothing
-
-    ended = threading.Event()
-
-    def follow() -> None:
-        shown = None
-        while not ended.wait(FOLLOW_PERIOD):
-            live = sessions.current
-            if live is not None and live is not shown:
-                shown = live
-                drawn.follow(live)
-
-    follower = threading.Thread(target=follow, name="scene-follower", daemon=True)
-    follower.start()
-
-    def close() -> None:
-        ended.set()
-        follower.join()
-        drawn.close()
-        with contextlib.redirect_stdout(io.StringIO()):
-            server.stop()
-
-    return door, close
 
 
 class Server(uvicorn.Server):

@@ -18,7 +18,8 @@ from footfall.api.auth.roles import authorise
 from footfall.api.auth.who import identity_of
 from footfall.session.access.identity import Role
 from footfall_ui.scene_policy import scene_policy
-from footfall_ui.viser_door import SECRET_HEADER, SceneDoor
+from footfall_ui.scene_server import SceneServer
+from footfall_ui.viser_door import SECRET_HEADER, SceneDoor, closed_door
 
 _PASSED_UP = ("accept", "accept-encoding", "if-none-match")
 _PASSED_DOWN = ("content-type", "content-encoding", "content-length", "etag")
@@ -27,18 +28,22 @@ _PASSED_DOWN = ("content-type", "content-encoding", "content-length", "etag")
 class SceneProxy:
     """Routes under ``/scene/``; :meth:`close` when the server ends."""
 
-    def __init__(self, door: SceneDoor) -> None:
-        self._door = door
-        self._policy = "" if door.port is None else scene_policy()
-        self._client = httpx.AsyncClient(
-            base_url=f"http://127.0.0.1:{door.port or 0}", headers={SECRET_HEADER: door.secret}, trust_env=False
-        )
+    def __init__(self, scene: SceneServer | None) -> None:
+        """scene: what is drawn, the caller's to close; None: nothing."""
+        self._scene = scene
+        self._policy = "" if scene is None else scene_policy()
+        self._client = httpx.AsyncClient(trust_env=False)
         self.router = APIRouter(include_in_schema=False, dependencies=[Depends(authorise)])
         self.router.add_api_route("/scene", self._to_folder)
         self.router.add_api_route("/scene/{path:path}", self._page)
         # viser's page connects to its own address without the last slash
         self.router.add_api_websocket_route("/scene", self._messages)
         self.router.add_api_websocket_route("/scene/", self._messages)
+
+    @property
+    def door(self) -> SceneDoor:
+        """Where the scene is at present."""
+        return closed_door("it was switched off") if self._scene is None else self._scene.door
 
     async def close(self) -> None:
         """Let go of the connections to viser."""
@@ -48,39 +53,50 @@ class SceneProxy:
         return RedirectResponse(f"/scene/?{request.url.query}" if request.url.query else "/scene/")
 
     async def _page(self, path: str, request: Request) -> Response:
-        if self._door.port is None:
-            return HTMLResponse(_NO_SCENE.format(reason=escape(self._door.reason)), status_code=503)
+        door = self.door
+        if door.port is None:
+            return HTMLResponse(_NO_SCENE.format(reason=escape(door.reason)), status_code=503)
         headers = {name: request.headers[name] for name in _PASSED_UP if name in request.headers}
+        headers[SECRET_HEADER] = door.secret
         try:
             answer = await self._client.send(
-                self._client.build_request("GET", f"/{path}", headers=headers), stream=True
+                self._client.build_request("GET", f"http://127.0.0.1:{door.port}/{path}", headers=headers), stream=True
             )
         except httpx.HTTPError as error:
+            if isinstance(error, httpx.ConnectError):
+                self._gone(door)
             return HTMLResponse(_NO_SCENE.format(reason=escape(str(error))), status_code=502)
         passed = {name: answer.headers[name] for name in _PASSED_DOWN if name in answer.headers}
         passed["content-security-policy"] = self._policy
         return StreamingResponse(_body(answer), answer.status_code, passed)
 
     async def _messages(self, socket: WebSocket) -> None:
-        if self._door.port is None:
+        door = self.door
+        if door.port is None:
             await socket.close(1013, "the scene could not start")
             return
         try:
             async with connect(
-                f"ws://127.0.0.1:{self._door.port}/",
+                f"ws://127.0.0.1:{door.port}/",
                 subprotocols=[Subprotocol(one) for one in socket.scope["subprotocols"]],
-                additional_headers={SECRET_HEADER: self._door.secret},
+                additional_headers={SECRET_HEADER: door.secret},
                 compression=None,
                 max_size=None,
                 proxy=None,
             ) as viser:
                 await socket.accept(viser.subprotocol)
                 who = identity_of(socket)
-                with self._door.visitors.entered(viser.local_address[1], who):
+                with door.visitors.entered(viser.local_address[1], who):
                     await _both_ways(socket, viser, who.role >= Role.PLANNER)
-        except (OSError, TimeoutError, WebSocketException):
+        except (OSError, TimeoutError, WebSocketException) as error:
+            if isinstance(error, ConnectionRefusedError):
+                self._gone(door)
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await socket.close(1013, "the scene does not answer")
+
+    def _gone(self, door: SceneDoor) -> None:
+        if self._scene is not None:
+            self._scene.gone(door)
 
 
 async def _body(answer: httpx.Response) -> AsyncIterator[bytes]:

@@ -8,12 +8,14 @@ import { subscribe } from "./store.js";
 
 const GOES_ON = "Commands, telemetry and stop go on without it.";
 const LOOK_PERIOD = 20000; // ms
+const RETURN_PERIOD = 5000; // ms, while it is gone
 
 // viser's own panel (floating, or docked in a narrow frame) and notices are hidden: the page has its own, and they would
 // cover the ground.
 const STYLE = "[data-floating-window], .mantine-Notifications-root, .mantine-Paper-root:has(.mantine-ScrollArea-root) { display: none !important; }";
 
 let wanted = true;
+let gone = false; // its server, as far as is known
 let lookedAt = 0;
 let answeredAt = 0; // ms since 1970
 
@@ -30,7 +32,8 @@ export function startScene() {
 async function load() {
   note("The scene is loading.");
   const reason = await unavailable();
-  if (reason) note(`The scene can't be shown: ${reason}. ${GOES_ON}`, true);
+  gone = Boolean(reason);
+  if (gone) note(`The scene can't be shown: ${reason}. ${GOES_ON}`, true);
   // ?fixedDpr=0.5 keeps software rendering bearable; viser reads it from the frame's address.
   else $("scene").src = `/scene/${location.search}`;
 }
@@ -38,7 +41,8 @@ async function load() {
 async function unavailable() {
   try {
     const { scene } = await get("/info");
-    return scene?.available === false ? scene.reason || "the server has none" : "";
+    if (scene?.available === false) return scene.reason || "the server has none";
+    return (await answers("/scene/")) ? "" : "it does not answer";
   } catch (error) {
     return error.message;
   }
@@ -53,12 +57,19 @@ function loaded() {
   note("");
 }
 
-// The frame can't tell that its server has gone; asking for the page that it shows can.
+// The frame can't tell that its server has gone; asking for the page that it shows can. The server opens the scene anew.
 async function look() {
-  if (!wanted || $("scene-note").textContent || performance.now() - lookedAt < LOOK_PERIOD) return;
+  const period = gone ? RETURN_PERIOD : LOOK_PERIOD;
+  if (!wanted || ($("scene-note").textContent && !gone) || performance.now() - lookedAt < period) return;
   lookedAt = performance.now();
-  if (await answers("/scene/")) answeredAt = Date.now();
-  else if (!$("scene-note").textContent) note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later. ${GOES_ON}`, true);
+  const reason = await unavailable();
+  if (!reason) {
+    answeredAt = Date.now();
+    if (gone) await load();
+  } else if (!$("scene-note").textContent) {
+    gone = true;
+    note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later. ${GOES_ON}`, true);
+  }
 }
 
 // The page behind an address is large: its head is enough.

@@ -6,12 +6,14 @@ import sys
 import httpx
 import pytest
 import viser
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+import footfall_ui.scene_server
 from footfall_ui.viser_door import open_viser
-from tests.support.server import running_server
+from tests.support.drawing import Drawing
+from tests.support.server import running_server, until
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
@@ -85,3 +87,39 @@ def test_a_scene_that_fails_does_not_take_the_server_with_it(tmp_path, monkeypat
         assert scene["available"] is False
         assert "no more ports" in scene["reason"]
         assert "no more ports" in httpx.get(running.url + "/scene/", trust_env=False).text
+
+
+def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch):
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+
+    def drawn(server):
+        return set(server.scene._handle_from_node_name)
+
+    with running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running:
+        until(lambda: len(drawn(drawing.servers[0])) > 10, "the first scene")
+        url = "ws" + running.url.removeprefix("http") + "/scene"
+        with running.client() as client:
+
+            def available():
+                return client.get("/info").json()["scene"]["available"]
+
+            # found out by a page that is asked for
+            drawing.servers[0].stop()
+            assert httpx.get(running.url + "/scene/", trust_env=False).status_code == 502
+            until(lambda: len(drawing.servers) == 2 and available(), "the second scene")
+            assert httpx.get(running.url + "/scene/", trust_env=False).status_code == 200
+            # by one that wants its messages; and again, where it could not be opened at once
+            drawing.servers[1].stop()
+            drawing.refused = True
+            with pytest.raises(InvalidStatus, match="403"):
+                connect(url, subprotocols=[PROTOCOL], proxy=None, origin=Origin(running.url))
+            until(lambda: not available(), "the failed try")
+            assert "no more ports" in client.get("/info").json()["scene"]["reason"]
+            drawing.refused = False
+            until(available, "the third scene")
+        with connect(url, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=Origin(running.url)) as socket:
+            assert isinstance(socket.recv(timeout=10), bytes)
+        before = drawn(drawing.servers[0])
+        assert len(before) > 10
+        until(lambda: drawn(drawing.servers[2]) >= before, "all of it drawn again")

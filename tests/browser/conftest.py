@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+import footfall_ui.scene_server
 from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
+from tests.support.drawing import Drawing
 from tests.support.server import Running, running_server, until
 
 FLAT = ["--disable-gpu"]
@@ -46,6 +48,14 @@ def scene(request: pytest.FixtureRequest) -> bool:
 def chromium(chromiums: Callable[[bool], Browser], scene: bool) -> Browser:
     """The one that draws the scene, where the test is marked so."""
     return chromiums(scene)
+
+
+@pytest.fixture
+def drawing(monkeypatch: pytest.MonkeyPatch) -> Drawing:
+    """What draws the scene of the test's server; to be asked for before that server."""
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+    return drawing
 
 
 @pytest.fixture

@@ -9,9 +9,8 @@ import viser
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, FloatRect, Page, expect
 
-import footfall_ui.app
 from footfall.core.frames import rotation_from_quat_wxyz
-from footfall_ui.viser_door import SceneDoor, open_viser
+from tests.support.drawing import Drawing
 from tests.support.page_steps import SLOW, held
 from tests.support.server import Running, running_server, until
 
@@ -21,18 +20,10 @@ SIZE = 0.6
 
 
 @pytest.fixture
-def drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Running, viser.ViserServer]]:
+def drawn(tmp_path: Path, drawing: Drawing) -> Iterator[tuple[Running, viser.ViserServer]]:
     """A server with the rock-step sample, without a rover; and the viser server that draws it."""
-    opened: list[viser.ViserServer] = []
-
-    def opening() -> tuple[viser.ViserServer, SceneDoor]:
-        server, door = open_viser()
-        opened.append(server)
-        return server, door
-
-    monkeypatch.setattr(footfall_ui.app, "open_viser", opening)
     with running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running:
-        yield running, opened[0]
+        yield running, drawing.servers[0]
 
 
 @pytest.fixture

@@ -1,65 +1,40 @@
-"""The process that draws the scene ends while the rover is worked: everything else goes on, and the page says so."""
+"""What draws the scene ends while the rover is worked: all else goes on, the page says so, and it is drawn again."""
 
 import re
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
-import viser
 from playwright.sync_api import Browser, Page, expect
 
-import footfall_ui.app
-from footfall_ui.viser_door import SceneDoor, open_viser
+from tests.support.drawing import Drawing
 from tests.support.page_steps import SLOW, held, press
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, until
 
 pytestmark = pytest.mark.scene
 
 
 @pytest.fixture
-def drawing(monkeypatch: pytest.MonkeyPatch) -> list[viser.ViserServer]:
-    """What draws the scene of the test's server, once it has started."""
-    opened: list[viser.ViserServer] = []
-
-    def opening() -> tuple[viser.ViserServer, SceneDoor]:
-        server, door = open_viser()
-        opened.append(server)
-        return server, door
-
-    monkeypatch.setattr(footfall_ui.app, "open_viser", opening)
-    return opened
-
-
-@pytest.fixture
-def served(drawing: list[viser.ViserServer], tmp_path: Path) -> Iterator[Running]:
-    with running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running:
-        running.rover.start()
-        current = running.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry", 60)
-        yield running
-
-
-@pytest.fixture
-def page(chromium: Browser, served: Running) -> Iterator[Page]:
-    """The operator's page with its scene; that requests for the scene fail is what the test is about."""
+def page(chromium: Browser, drawing: Drawing, served: Running) -> Iterator[Page]:
+    """The operator's page with its scene; that requests for the scene fail is what the tests are about."""
     context = chromium.new_context(viewport={"width": 1280, "height": 720})
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.goto(f"{served.url}/?fixedDpr=0.5")
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
+    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    until(lambda: drawing.servers[0].get_clients(), "the scene's page", 60)
     yield page
     context.close()
     assert not faults
 
 
 def test_commands_telemetry_and_stop_outlive_the_scene(
-    page: Page, served: Running, drawing: list[viser.ViserServer], look: Callable[[str], None]
+    page: Page, served: Running, drawing: Drawing, look: Callable[[str], None]
 ) -> None:
     note = page.locator("#scene-note")
-    expect(note).to_be_hidden(timeout=SLOW)
-    until(lambda: drawing[0].get_clients(), "the scene's page", 60)
-    drawing[0].stop()
+    drawing.refused = True
+    drawing.servers[0].stop()
     expect(note).to_contain_text(
         re.compile(r"does not answer any more: its picture is of \d\d:\d\d:\d\d UTC"), timeout=SLOW
     )
@@ -68,6 +43,8 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     expect(page.locator("#scene")).to_have_css("filter", "grayscale(1) brightness(0.35)")
     expect(page.get_by_role("button", name="Load the scene again")).to_be_visible()
     look("gone")
+    page.get_by_role("button", name="Load the scene again").click()
+    expect(note).to_contain_text("can't be shown: OSError: no more ports")
 
     live = served.sessions.current
     assert live is not None
@@ -84,3 +61,23 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
     assert held(served)["stop"]["acknowledged"]
     look("stopped")
+
+
+def test_the_scene_comes_back_by_itself(page: Page, drawing: Drawing, look: Callable[[str], None]) -> None:
+    first = drawing.servers[0]
+    drawn = set(first.scene._handle_from_node_name)
+    assert len(drawn) > 10
+    # a short end: viser's own page comes in again
+    first.stop()
+    until(lambda: len(drawing.servers) == 2 and drawing.servers[1].get_clients(), "the page in the second scene", 60)
+    until(lambda: set(drawing.servers[1].scene._handle_from_node_name) >= drawn, "all of it drawn again", 60)
+    # a long one: the page has said that it is gone, and loads it again
+    drawing.refused = True
+    drawing.servers[1].stop()
+    expect(page.locator("#scene-note")).to_contain_text("does not answer any more", timeout=SLOW)
+    drawing.refused = False
+    until(lambda: len(drawing.servers) == 3 and drawing.servers[2].get_clients(), "the page in the third scene", 90)
+    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#scene")).to_have_css("filter", "none")
+    until(lambda: set(drawing.servers[2].scene._handle_from_node_name) >= drawn, "all of it drawn again", 60)
+    look("back")
