@@ -1,5 +1,8 @@
 """Shared by all tests: fixed hypothesis profile, the default robot, optional shared data."""
 
+import threading
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +10,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 SEED = 20081
+KEPT = ("asyncio-portal", "AnyIO worker thread")
+"""Threads that schemathesis keeps for its process; they only wait."""
 
 settings.register_profile(
     "footfall",
@@ -25,6 +30,18 @@ def pytest_report_header() -> str:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files that take minutes come first: begun last, they would keep one core busy while the others idle."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_thread_outlives_its_file() -> Iterator[None]:
+    """What a file starts, it ends: a server left behind takes time from all that follows, and its keepalive draws from
+    ``random``, which Hypothesis refuses in the middle of another file's example."""
+    before = set(threading.enumerate())
+    yield
+    end = time.monotonic() + 10.0
+    while left := [one for one in threading.enumerate() if one not in before and not one.name.startswith(KEPT)]:
+        assert time.monotonic() < end, f"left running: {[one.name for one in left]}"
+        left[0].join(timeout=0.5)
 
 
 @pytest.fixture

@@ -41,7 +41,7 @@ def ground(plain):
         yield client
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def rover_server(tmp_path_factory):
     """A running server with a simulated rover, for the whole job."""
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=_prepare) as running:
@@ -56,7 +56,7 @@ def _stand(sessions: Sessions) -> None:
     live.set_state(stand(live.robot, dem))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def standing_server(tmp_path_factory):
     """A running server whose current session has gentle waves and a state that stands on them; no rover."""
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=_stand) as running:
