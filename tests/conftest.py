@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 SEED = 20081
-KEPT = ("asyncio-portal", "AnyIO worker thread")
-"""Threads that schemathesis keeps for its process; they only wait."""
+KEPT = ("asyncio-portal", "AnyIO worker thread", "asyncio_")
+"""Threads that schemathesis and Playwright keep for their process; they only wait."""
 
 settings.register_profile(
     "footfall",
