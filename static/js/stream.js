@@ -12,6 +12,7 @@ const OVER = ["done", "failed", "cancelled"];
 
 let fetching = null; // the promise of the summary that is on its way
 let again = false;
+let newer = {}; // what was told since the summary that is on its way was asked for
 
 // Messages come in bursts; one summary at a time, and one more if something came meanwhile. Whoever waits for this
 // has a summary that was asked for after the call.
@@ -27,6 +28,7 @@ export function refresh() {
 async function fetchAll() {
   while (again) {
     again = false;
+    newer = {};
     const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
     if (known.summary && summary.id !== known.summary.id) {
       location.reload(); // another session: every panel starts anew
@@ -34,8 +36,20 @@ async function fetchAll() {
     }
     known.heardAt = performance.now();
     await refreshProducts(summary).catch((error) => toast(error.message));
-    known.summary = Object.assign(summary, { heardAt: known.heardAt });
+    known.summary = Object.assign(summary, newer, { heardAt: known.heardAt });
     takeJobs(summary.jobs);
+  }
+  changed();
+}
+
+// A part of the summary came by itself: it counts more than a summary that was asked for before.
+export function tell(part) {
+  if (!known.summary) return;
+  known.summary = { ...known.summary, ...part };
+  known.heardAt = performance.now();
+  if (fetching) {
+    newer = { ...newer, ...part };
+    again = true;
   }
   changed();
 }
@@ -87,22 +101,9 @@ function listen() {
 
 // "link", "session" and "preview" say only that the summary has changed.
 const take = {
-  // A hand on the ghost's slider sends dozens a second: no summary for each of them.
-  view(view) {
-    if (!known.summary) return;
-    known.summary = { ...known.summary, view };
-    known.heardAt = performance.now();
-    if (fetching) again = true; // the one on its way may have an older view
-    changed();
-  },
-  // moved by somebody: dozens a second, and nothing else has changed
-  hand(hand) {
-    if (!known.summary) return;
-    known.summary = { ...known.summary, hand };
-    known.heardAt = performance.now();
-    if (fetching) again = true; // the one on its way may be older
-    changed();
-  },
+  // A hand on the ghost's slider, or on what is moved, sends dozens a second: no summary for each of them.
+  view: (view) => tell({ view }),
+  hand: (hand) => tell({ hand }),
   event({ type, payload }) {
     if (type === "link_fault") toast(`Rover link: ${payload.source === "rover" ? "the rover says: " : ""}${payload.reason}`);
     if (type === "log_repaired" || type === "clock_jumped") toast(`Record: ${payload.text}`);

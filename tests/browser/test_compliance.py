@@ -92,7 +92,9 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     low = replace(there, posture=knees[int(np.argmin(hubs))])
     marked = console.locator("#clearances td.doubt")
     until(lambda: rover.tell(low, done.commanded[at]) and marked.count() == 1, "the mark")
-    assert marked.evaluate("cell => getComputedStyle(cell, '::before').content") == '"▲ "'
+    # found and looked at in one go: the table is drawn anew with the rover's next word
+    sign = "() => getComputedStyle(document.querySelector('#clearances td.doubt'), '::before').content"
+    assert console.evaluate(sign) == '"▲ "'
     expect(note).to_contain_text(f"Leg {done.leg} is lower than predicted, by more than the uncertainty.")
     # in sight also where commands are sent from
     console.keyboard.press("8")

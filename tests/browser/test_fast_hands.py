@@ -2,6 +2,7 @@
 
 import json
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.page_steps import SLOW, held, press
@@ -100,3 +101,19 @@ def test_no_commands_are_made_where_the_plan_asked_for_just_before_is_refused(co
     console.keyboard.press("s")
     expect(console.locator("#toast")).to_contain_text("Nothing was made", timeout=SLOW)
     assert held(quiet)["sequence"] == old
+
+
+def test_what_was_taken_in_hand_stays_in_it_when_an_older_summary_comes_late(console: Page, quiet: Running) -> None:
+    console.locator("#h-footfall").click()
+    console.locator("#panel-what-if summary").click()
+    console.evaluate(LATE, ["GET", "/sessions/current"])
+    with console.expect_request("**/api/v1/sessions/current"):
+        pass  # asked for before anything is in hand
+    console.locator("#hand-chassis").click()
+    expect(console.locator("#hand-title")).to_have_text("In hand: chassis")
+    console.wait_for_timeout(3500)  # it has come, and the next one has not
+    console.keyboard.press("Shift+PageDown")
+    console.keyboard.press("Enter")
+    until(lambda: held(quiet)["what_if"], "the what-if")
+    cell = held(quiet)["terrain"]["resolution"]
+    assert held(quiet)["what_if"]["dz"] == pytest.approx(-10 * cell)

@@ -7,7 +7,7 @@ import { $, attempt, element } from "../dom.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
-import { refresh } from "../stream.js";
+import { refresh, tell } from "../stream.js";
 import { whoIs } from "../who.js";
 import { computeMaps } from "./ground.js";
 
@@ -58,16 +58,11 @@ function next() {
 
 export const take = (thing) => attempt(async () => {
   await settled();
-  hear((await put("/sessions/current/hand", thing)).hand);
+  tell({ hand: (await put("/sessions/current/hand", thing)).hand });
   taken = thing;
   draw(known);
   $("hand").focus({ preventScroll: true }); // Enter is its own there, not that of the button that was pressed
 });
-
-function hear(told) {
-  known.summary = { ...known.summary, hand: told };
-  draw(known);
-}
 
 function heard(event) {
   if (!taken || event.target.closest?.("input, [role=radiogroup], #picture")) return false;
@@ -97,7 +92,7 @@ function send() {
       const place = wanted;
       const { hand: told } = await put("/sessions/current/hand", { ...taken, place });
       if (wanted === place) wanted = null;
-      if (taken) hear(told);
+      if (taken) tell({ hand: told });
     }
   }).finally(() => {
     sending = null;
@@ -112,7 +107,7 @@ export async function settled() {
   if (!taken || !hand()?.moved) return;
   const { what } = taken;
   try {
-    hear((await post("/sessions/current/hand/commit", {})).hand);
+    tell({ hand: (await post("/sessions/current/hand/commit", {})).hand });
   } catch (error) {
     await refresh();
     if (!hand()?.refused) throw error; // that is read out where it is in hand
@@ -127,7 +122,7 @@ const putBack = () => attempt(async () => {
   wanted = null;
   taken = null;
   await sending;
-  hear((await request("DELETE", "/sessions/current/hand")).body.hand);
+  tell({ hand: (await request("DELETE", "/sessions/current/hand")).body.hand });
 });
 
 function draw({ summary }) {
