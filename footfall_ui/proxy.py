@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from footfall.api.auth.roles import authorise
-from footfall.api.auth.who import identity_of
+from footfall.api.auth.who import identity_of, paged
 from footfall.session.access.identity import Role
 from footfall_ui.scene_policy import scene_policy
 from footfall_ui.scene_server import SceneServer
@@ -85,7 +85,7 @@ class SceneProxy:
                 proxy=None,
             ) as viser:
                 await socket.accept(viser.subprotocol)
-                who = identity_of(socket)
+                who = paged(identity_of(socket), socket.query_params.get("page", ""))
                 with door.visitors.entered(viser.local_address[1], who):
                     await _both_ways(socket, viser, who.role >= Role.PLANNER)
         except (OSError, TimeoutError, WebSocketException) as error:

@@ -9,7 +9,7 @@ import viser
 from footfall.session.access.identity import LOCAL, Identity
 
 PAGE = "scene"
-"""What the scene's frame is called where acts name their page."""
+"""What a scene is called where acts name their page, and it does not say which page it is in."""
 
 
 class Visitors:
@@ -21,7 +21,7 @@ class Visitors:
     @contextmanager
     def entered(self, port: int, who: Identity) -> Iterator[None]:
         """While that connection lasts."""
-        self._by_port[port] = replace(who, page=PAGE)
+        self._by_port[port] = who if who.page else replace(who, page=PAGE)
         try:
             yield
         finally:

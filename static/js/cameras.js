@@ -20,7 +20,7 @@ export const chosenPairs = () => {
   return ticked.length === pairs().length ? [] : ticked;
 };
 
-export const notBuildable = () => (pairs().length && !pairs().some(isTicked) ? "No camera pair is ticked for it: see Images." : "");
+export const notBuildable = () => (!known.summary?.snapshot ? "There are no images yet: take images first." : pairs().length && !pairs().some(isTicked) ? "No camera pair is ticked for it: see Images." : "");
 
 // What the choice is, in words; "" where all pairs are used.
 export const choiceText = () => {

@@ -24,6 +24,7 @@ export function age(seconds) {
 }
 
 let hiding = 0;
+$("toast")?.addEventListener("click", () => { $("toast").hidden = true; });
 export function toast(text) {
   const box = $("toast");
   box.textContent = text;

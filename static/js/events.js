@@ -7,6 +7,7 @@ import { subscribe } from "./store.js";
 export const events = []; // oldest first
 
 const listeners = [];
+const rows = new Map(); // id of a command → its row, from 0
 let fetching = false;
 
 export function startEvents() {
@@ -24,6 +25,7 @@ async function read() {
     do {
       page = await get(`/sessions/current/log?since=${events.length - 1}`);
       events.push(...page.events);
+      for (const { type, payload } of page.events) if (type === "command_sent") rows.set(payload.id, payload.row);
       if (page.events.length) listeners.forEach((listener) => listener(page.events));
     } while (page.next);
   } finally {
@@ -31,12 +33,22 @@ async function read() {
   }
 }
 
+// States of a command as operators call them; the record's own words are those of the rover link.
+export const COMMAND_WORDS = { sent: "released", received: "acknowledged", refused: "failed", unsent: "not sent" };
+
+// A text that turns the direction of writing turns its own, not that of what stands behind it.
+export const alone = (text) => (/[\u202a-\u202e\u2066-\u2069]/.test(text) ? `\u2068${text}\u2069` : text);
+
 // One line for a person: the type, and what of the payload tells this event from its like.
 export function describe({ type, payload }) {
+  const state = type.startsWith("command_") ? type.slice("command_".length) : "";
+  if (state && rows.has(payload.id)) {
+    return `row ${rows.get(payload.id) + 1} ${COMMAND_WORDS[state] ?? state}${payload.reason ? `: ${alone(payload.reason)}` : ""}`;
+  }
   const leg = typeof payload.leg === "number" ? `leg ${payload.leg}` : "";
   const row = typeof payload.row === "number" ? `row ${payload.row + 1}` : "";
   const what = [payload.kind, leg, row, payload.status, payload.text, payload.name, payload.format, payload.state, payload.reason];
-  const words = what.filter((one) => typeof one === "string" && one && !/^[0-9a-f]{32}$/.test(one));
+  const words = what.filter((one) => typeof one === "string" && one && !/^[0-9a-f]{32}$/.test(one)).map(alone);
   const named = type === "product" ? [] : [type.replaceAll("_", " ")];
   const who = typeof payload.by?.name === "string" && payload.by.name !== "local" ? [`by ${payload.by.name}`] : [];
   return [...named, ...new Set(words.map((one) => one.replaceAll("_", " "))), ...who].join(", ");
@@ -71,4 +83,11 @@ const DONE = {
 // What somebody did, as "… chose a footfall for leg 3" goes on; "" of what nobody did.
 export const saidOf = ({ type, payload }) => (DONE[type] && typeof payload.by?.name === "string" ? DONE[type](payload) : "");
 
+// UTC, as everywhere on the page.
 export const clock = (time) => new Date(time * 1000).toISOString().slice(11, 19);
+
+// With the day where that was not today.
+export function when(time) {
+  const day = (at) => new Date(at * 1000).toISOString().slice(0, 10);
+  return day(time) === day(Date.now() / 1000) ? clock(time) : `${day(time).slice(5)} ${clock(time)}`;
+}

@@ -37,8 +37,9 @@ import * as telemetry from "./panels/telemetry.js";
 import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
 import * as whatIf from "./panels/whatif.js";
+import * as work from "./panels/work.js";
 
-const PANELS = [ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

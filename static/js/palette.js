@@ -59,7 +59,9 @@ export function fit(typed, name) {
 function draw() {
   const typed = $("palette-input").value;
   const named = listed().filter((one, i, all) => !one.quiet && all.findIndex(({ text }) => text === one.text) === i);
+  // of what fits alike, what can be done comes first
   found = named.map((one) => [fit(typed, one.text), one]).filter(([score]) => score !== null)
+    .map(([score, one]) => [score + (one.refusal() ? 0.5 : 0), one])
     .sort(([a], [b]) => a - b).slice(0, SHOWN).map(([, one]) => one);
   $("palette-list").replaceChildren(...found.map((one, i) => {
     const against = one.refusal();

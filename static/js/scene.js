@@ -1,7 +1,7 @@
 // The scene in its frame. It may be switched off, fail, or die: the rest of the page does not need it, and says so.
 
 import { act } from "./acts.js";
-import { get } from "./api.js";
+import { PAGE, get } from "./api.js";
 import { $, element } from "./dom.js";
 import { clock } from "./events.js";
 import { subscribe } from "./store.js";
@@ -34,8 +34,15 @@ async function load() {
   const reason = await unavailable();
   gone = Boolean(reason);
   if (gone) note(`The scene can't be shown: ${reason}. ${GOES_ON}`, true);
-  // ?fixedDpr=0.5 keeps software rendering bearable; viser reads it from the frame's address.
-  else $("scene").src = `/scene/${location.search}`;
+  else $("scene").src = `/scene/?${options()}`;
+}
+
+// As viser reads them from its address: those of this page (?fixedDpr=0.5 keeps software rendering bearable), and where
+// it connects to. That names this page: what is done in its scene is done by it.
+function options() {
+  const made = new URLSearchParams(location.search);
+  made.set("websocket", `${location.origin.replace(/^http/, "ws")}/scene?page=${PAGE}`);
+  return made;
 }
 
 async function unavailable() {

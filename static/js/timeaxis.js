@@ -3,11 +3,12 @@
 
 const LONGEST = 20; // s, to which a pause is cut
 const LEAST = 3; // s, as which no time at all is drawn
+const QUICK = 0.1; // s, the same of events that come by the dozen
 
-// times: of the events, in their order, the last one being the end of the line.
-export function timeAxis(times) {
+// times: of the events, in their order, the last one being the end of the line. quick: whether each is one of many alike.
+export function timeAxis(times, quick) {
   const at = [0];
-  for (let i = 1; i < times.length; i += 1) at.push(at[i - 1] + Math.min(Math.max(times[i] - times[i - 1], LEAST), LONGEST));
+  for (let i = 1; i < times.length; i += 1) at.push(at[i - 1] + Math.min(Math.max(times[i] - times[i - 1], quick[i] ? QUICK : LEAST), LONGEST));
   const whole = at.at(-1) || 1;
   const between = (knots, others, wanted) => {
     let [low, high] = [0, knots.length - 1];

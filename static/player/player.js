@@ -74,7 +74,8 @@ function choose(index) {
     ? `Found. The wheel travels ${fixed(figures.length, 2)} m in ${fixed(figures.duration, 1)} s; least clearance ${fixed(figures.clearance)} m, least margin of balance ${fixed(figures.margin)} m.`
     : `No plan (${plan.status.replaceAll("_", " ")}): ${plan.reason}`;
   $("checks").tBodies[0].replaceChildren(...plan.checks.map((check) => row(
-    element("td", check.name, check.holds ? "yes" : "no"), element("td", check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}`))));
+    element("td", check.name, mark(check)), element("td", check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}`), element("td", check.where))));
+  $("beside").parentElement.hidden = !plan.swing;
   const map = story.maps[plan.map];
   $("above-text").textContent = `From above: east to the right, north up. ${map ? `Ground: ${map.title}.` : "No map of this leg was made."} White: the wheel's way; cross: the chosen footfall.`;
   $("legend").replaceChildren(...(map?.legend ?? []).map(({ text, rgb }) => {
@@ -91,6 +92,12 @@ function choose(index) {
     image.src = `data:image/png;base64,${map.png}`;
   }
   draw();
+}
+
+// Ground that nobody has seen is no reason against a plan, and none for it either.
+function mark({ name, holds, where }) {
+  if (!holds) return "no";
+  return name === "unknown ground under the path" && where !== "none" ? "doubt" : "yes";
 }
 
 function play() {

@@ -99,9 +99,9 @@ def _handles(batch):
 
 
 @contextlib.contextmanager
-def scene_of(server, name):
+def scene_of(server, name, page=""):
     running, tokens = server
-    url = "ws" + running.url.removeprefix("http") + "/scene"
+    url = "ws" + running.url.removeprefix("http") + f"/scene?page={page}"
     options = {"subprotocols": [PROTOCOL], "proxy": None, "max_size": None, "origin": Origin(running.url)}
     with connect(url, additional_headers=tokens[name], **options) as socket:
         yield ScenePage(socket)
@@ -156,6 +156,20 @@ def test_a_drag_is_heard_by_all_and_chosen_when_it_is_let_go(server):
         assert bob.get(f"{HERE}/log").json()["events"][-1]["payload"]["by"]["name"] == "bob"
         # what is in hand goes back with it
         assert bob.get(f"{HERE}/hand").json()["hand"]["place"] == list(START)
+
+
+def test_what_a_page_drags_in_its_own_scene_it_sets_itself(server):
+    with client_of(server, "ada") as client, scene_of(server, "ada", "ada-1") as scene:
+        client.headers["FootFall-Page"] = "ada-1"
+        client.put(f"{HERE}/hand", json={"what": "footfall"}).raise_for_status()
+        until(lambda: scene.has("footfall"), "the handle")
+        scene.drag(at(START[0] + 0.05, START[1]))
+        until(lambda: client.get(f"{HERE}/hand").json()["hand"]["moved"], "the drag")
+        assert client.get(f"{HERE}/hand").json()["hand"]["by"]["page"] == "ada-1"
+        client.post(f"{HERE}/hand/commit").raise_for_status()
+        assert client.get(HERE).json()["footfall"]["x"] == pytest.approx(START[0] + 0.05)
+        client.post(f"{HERE}/undo", json={}).raise_for_status()
+        client.delete(f"{HERE}/hand").raise_for_status()
 
 
 def test_the_chassis_is_dragged_and_turned_and_refused_with_the_reason(server):

@@ -41,7 +41,7 @@ def test_light_time_faults_and_the_way_of_a_stop_are_shown(page: Page, plain: Ru
         rover.send("no json")
         for frame in moving_frames(3):
             rover.send(encode(frame))
-        expect(link).to_have_text(re.compile(r"old \+ 1\.5 s on the way, 1 faults"), timeout=15_000)
+        expect(link).to_have_text(re.compile(r"old \+ 1\.5 s on the way, 1 fault$"), timeout=15_000)
         expect(link).to_have_attribute("title", re.compile("not-json: 1"))
         page.locator("#stop").click()
         reaches = re.compile(r"reaches the rover in \d\.\d s, acknowledgement in \d\.\d s at the earliest")

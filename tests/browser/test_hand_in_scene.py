@@ -98,6 +98,9 @@ def test_the_footfall_is_dragged_along_the_ground(
     assert chosen["y"] == pytest.approx(y, abs=1e-6)
     made = held(running, "/sessions/current/log")["events"][before["events"] :]
     assert [event["type"] for event in made] == ["footfall_chosen"]
+    # what is done in the scene is done by the page around it
+    assert made[0]["payload"]["by"]["page"] == page.evaluate("sessionStorage.getItem('footfall-page')")
+    assert page.locator("#others").text_content() == ""
     look("let-go")
     # on the page, the same goes back
     page.locator("#h-footfall").click()

@@ -186,6 +186,7 @@ def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) 
     reason = held(quiet)["plan"]["reason"]
     assert "leg" in reason
     expect(console.locator("#plan-answer")).to_contain_text(reason)
+    expect(console.locator("#job-said")).to_have_text(f"no plan: {reason}")
     expect(console.get_by_role("button", name="Make sequence")).to_be_disabled()
     look("refused")
 
@@ -227,16 +228,44 @@ def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
     look("lost")
 
 
-def test_long_work_can_be_cancelled(console: Page, quiet: Running) -> None:
+def test_long_work_is_in_sight_wherever_and_can_be_cancelled(console: Page, quiet: Running, look: Keep) -> None:
     before = held(quiet)["dem"]
-    console.get_by_role("button", name="Build terrain", exact=True).click()
+    console.keyboard.press("9")  # nothing of the ground is shown there
+    console.keyboard.press("t")
     cancel = console.get_by_role("button", name="Cancel", exact=True)
     expect(cancel).to_be_visible(timeout=SLOW)
+    expect(console.locator("#job-text")).to_contain_text("terrain: ")
+    look("running")
     console.keyboard.press("x")
     until(lambda: held(quiet)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
     assert held(quiet)["jobs"][-1]["state"] == "cancelled"
     expect(cancel).to_be_hidden(timeout=SLOW)
     assert held(quiet)["dem"] == before
+    expect(console.locator("#job-said")).to_have_text("terrain: cancelled")
+    # how it ended leads to where it is told
+    console.locator("#job-said").click()
+    expect(console.locator("#h-ground")).to_be_focused()
+
+
+def test_images_that_are_asked_for_are_waited_for_in_sight(page: Page, served: Running) -> None:
+    before = held(served)["snapshot"]
+    page.keyboard.press("i")
+    expect(page.locator("#job-text")).to_contain_text("images: waiting")
+    expect(page.locator("#job-cancel")).to_be_hidden()
+    changed(served, "snapshot", before)
+    expect(page.locator("#job-said")).to_have_text("images: here", timeout=SLOW)
+    # a plan of the ground before is still the plan; what was cleared since makes it one of older ground
+    expect(page.locator("#status-match")).to_have_text("plan starts where the rover is", timeout=SLOW)
+    page.keyboard.press("c")
+    expect(page.locator("#status-match")).to_have_text("planned on older ground", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_attribute("data-state", "warn")
+    # no footfall is judged on that ground: neither green nor red
+    page.locator("#footfall-x").fill("3.2")
+    page.locator("#footfall-y").fill("3.2")
+    page.get_by_role("button", name="Choose", exact=True).click()
+    said = page.locator("#footfall-answer p").first
+    expect(said).to_contain_text("Not judged yet: leg 2 at (3.200, 3.200", timeout=SLOW)
+    expect(said).to_have_class("doubt")
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (1024, 768), (820, 1100)])

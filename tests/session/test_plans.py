@@ -18,6 +18,7 @@ from footfall.session.log.fold import fold_all
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
+from tests.support.chassis_ground import wavy
 
 
 @pytest.fixture
@@ -118,6 +119,25 @@ def stands(session, frame_of, number, posture):
     frame = frame_of(number)
     state = replace(frame.state, posture=posture, time=float(number))
     session.take_telemetry(TelemetryFrame(number, state, posture))
+
+
+@pytest.mark.parametrize("made", [False, True])
+def test_ground_that_was_changed_since_is_told_beside_the_match(planned, frame_of, made):
+    planned.rover_connected(lambda text: None)
+    stands(planned, frame_of, 0, planned.get(planned.state.plan).plan.waypoints[0])
+    if made:
+        planned.make_sequence()
+    match = planned.plan_matches_rover()
+    assert (match["ok"], match["older_ground"]) == (True, False)
+    planned.load_terrain(wavy(half=2.0), "another")
+    match = planned.plan_matches_rover()
+    assert (match["ok"], match["older_ground"]) == (True, True)
+    if made:
+        with pytest.raises(CommandRefused) as caught:
+            planned.arm()
+        assert caught.value.details["check"] == "terrain"
+    planned.undo_terrain()
+    assert planned.plan_matches_rover()["older_ground"] is False
 
 
 @pytest.mark.parametrize("what", ["plan", "sequence"])

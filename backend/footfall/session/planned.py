@@ -18,9 +18,13 @@ class PlannedSession(CommandedSession):
     """
 
     def plan_matches_rover(self) -> dict[str, Any]:
-        """Whether the rover stands where what was planned last starts; ok is None where that can't be told."""
+        """Whether the rover stands where what was planned last starts; ok is None where that can't be told.
+
+        older_ground: whether it was planned on other ground than is there now, where the gate refuses it.
+        """
         state, frame = self.state, self.frame
         start, age = self._start_of(state), self.link.age
+        older = start is not None and self._ground_of(state) != state.dem
         unknown = ""
         if start is None:
             unknown = "there is no plan yet"
@@ -31,7 +35,7 @@ class PlannedSession(CommandedSession):
         elif age > STALE_AFTER:
             unknown = f"the latest telemetry is {age:.1f} s old"
         if unknown or start is None or frame is None:
-            return {"ok": None, "joint": None, "difference": None, "reason": unknown}
+            return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
         joint, difference = worst_joint(posture, frame.state, self.description.joint_names)
         moved = pose_difference(T_site_base, frame.state.T_site_base)
@@ -40,8 +44,9 @@ class PlannedSession(CommandedSession):
         elif moved > POSE_TOLERANCE:
             reason = f"the chassis has moved by {moved:.3f} m since the plan was made"
         else:
-            return {"ok": True, "joint": joint, "difference": difference, "reason": ""}
-        return {"ok": False, "joint": joint, "difference": difference, "reason": reason}
+            reason = ""
+        told = {"joint": joint, "difference": difference, "reason": reason, "older_ground": older}
+        return {"ok": not reason, **told}
 
     @property
     def played(self) -> str | None:
@@ -75,6 +80,12 @@ class PlannedSession(CommandedSession):
         if source is not None and source.kind == "plan":
             return behind != state.plan
         return state.plan is not None and self.played == state.plan
+
+    def _ground_of(self, state: SessionState) -> str | None:
+        """Digest of the terrain that what was planned last was planned on."""
+        if state.sequence is not None and not self.commands_of_another_plan:
+            return self._planned_on(state.sequence)
+        return None if state.plan is None else state.products[state.plan].parents["dem"]
 
     def _start_of(self, state: SessionState) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Posture and T_site_base where what was planned last starts: by its commands, or the plan without them."""

@@ -88,6 +88,7 @@ const lapsed = (summary, sequence) =>
 function notArmable() {
   if (!known.sequence) return "There is no sequence yet.";
   if (!known.sequence.valid) return "A rule does not hold: see the list.";
+  if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
   return known.summary?.gate?.state === "sending" ? "A sequence is being sent already." : kept();
 }
 
@@ -96,9 +97,11 @@ function draw({ summary, sequence }) {
   if (summary.undo) $("undo").title = `Undo: ${toldChoice(summary.undo)} (Ctrl+Z)`;
   if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
   if (armed && lapsed(summary, sequence)) armed = null;
+  const sending = summary.gate?.state === "sending";
+  $("arm-state").dataset.state = armed || (sending && summary.gate.waiting) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
-    : summary.gate?.state === "sending" ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1}` : "not armed";
+    : sending ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}` : "not armed";
   drawTable(summary, sequence);
 }
 
@@ -156,7 +159,7 @@ function tableRow(command, row, broken, state) {
     element("td", { textContent: command.leg ?? (command.joints ? "all" : "–") }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
-    element("td", { className: mine.length ? "no" : "yes", textContent: mine.map((rule) => rule.text).join(" ") }),
+    element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
     element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
     element("td", {}, element("button", {
       type: "button", textContent: "✕", ariaLabel: `Delete row ${row + 1}`, onclick: () => edit({ kind: "delete", row }),

@@ -33,7 +33,7 @@ function draw({ summary }) {
   }
   $("footfall-answer").replaceChildren(
     element("p", {
-      className: answer.acceptable ? "yes" : "no",
+      className: { true: "yes", false: "no", null: "doubt" }[answer.acceptable],
       textContent: `${answer.footing ?? "Not judged yet"}: leg ${answer.leg} at (${fixed(answer.x)}, ${fixed(answer.y)}, ${fixed(answer.z)}) m`
         + (answer.margin === null ? "" : `, margin ${fixed(answer.margin)} m`)
         + (answer.slope === null ? "" : `, slope ${fixed((answer.slope * 180) / Math.PI, 1)}°`),

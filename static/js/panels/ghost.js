@@ -97,11 +97,16 @@ function toRow(by) {
   endOf(by > 0 ? row + (inside || now === 0 ? 0 : 1) : row - 1);
 }
 
+function sayPlaying(which) {
+  playing = which;
+  $("ghost-play").textContent = playing ? "❚❚" : "▶";
+  $("ghost-play").ariaLabel = playing ? "Pause the ghost" : "Play the ghost";
+}
+
 function toggle() {
   if ($("scrub").disabled) return;
   if (playing) {
-    playing = 0;
-    $("ghost-play").textContent = "▶";
+    sayPlaying(0);
     return;
   }
   const way = pace();
@@ -110,8 +115,7 @@ function toggle() {
   const before = rate ? (from ? shownTime(way) : 0) / rate : from * PLAY_SECONDS;
   const begin = performance.now() - before * 1000;
   const mine = begin;
-  playing = mine;
-  $("ghost-play").textContent = "❚❚";
+  sayPlaying(mine);
   const frame = () => {
     if (playing !== mine) return;
     const passed = (performance.now() - begin) / 1000;

@@ -11,6 +11,7 @@ import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import { showPair } from "./images.js";
 import { weights } from "./suggest.js";
+import { awaitImages } from "./work.js";
 
 const OLD_GROUND = 3600; // s: what was seen longer ago is marked
 
@@ -31,9 +32,9 @@ export function start() {
   );
   $("terrain-file").addEventListener("change", loadFile);
   known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
-  act({ key: "I", text: "Take images", button: "take-images", run: takeImages });
+  act({ key: "I", text: "Take images", button: "take-images", run: takeImages, refusal: () => (known.summary?.link.connected ? "" : "No rover is connected.") });
   act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
-  act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps });
+  act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet: build it or load a file.") });
   act({
     key: "U", text: "Undo the latest change of the terrain", button: "undo-terrain", run: undoTerrain,
     refusal: () => (known.summary?.can_undo_terrain ? "" : "The terrain has not been changed."),
@@ -43,7 +44,10 @@ export function start() {
   subscribe(draw);
 }
 
-const takeImages = () => attempt(() => post("/sessions/current/images", {}));
+const takeImages = () => attempt(async () => {
+  await post("/sessions/current/images", {});
+  awaitImages();
+});
 const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images", settings: { pairs: chosenPairs() } }));
 
 const undoTerrain = () => attempt(() => post("/sessions/current/terrains/undo", {}));

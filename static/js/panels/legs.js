@@ -44,10 +44,11 @@ function row(leg, force, weight, most, frame, summary) {
   return element("tr", { className: chosen ? "current" : "" },
     element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}` }),
     element("td", { textContent: state }),
-    element("td", {}, bar(force / most), element("span", { textContent: `${fixed(force, 0)}, ${fixed(100 * share, 0)} %` })),
+    element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(`${fixed(100 * share, 0)} %`, 5)),
     element("td", { className: worst.share >= 1 ? "no" : worst.share >= HIGH ? "doubt" : "" },
       bar(worst.share, worst.share >= 1 ? "bad" : worst.share >= HIGH ? "warn" : "good"),
-      element("span", { textContent: `${fixed(100 * worst.share, 0)} % ${worst.joint}`, title: `${fixed(worst.torque, 0)} of ${fixed(worst.limit, 0)} N·m` })),
+      number(`${fixed(100 * worst.share, 0)} %`, 5),
+      element("span", { textContent: ` ${worst.joint}`, title: `${fixed(worst.torque, 0)} of ${fixed(worst.limit, 0)} N·m` })),
     element("td", { textContent: toFootfall(leg, frame, summary), title: `from the hip; the leg is ${fixed(known.robot.leg_lengths[leg], 2)} m long` }));
 }
 
@@ -76,6 +77,13 @@ function toFootfall(leg, { T_site_base: T }, summary) {
   const hip = [0, 1, 2].map((i) => T[i][3] + [0, 1, 2].reduce((sum, j) => sum + T[i][j] * hips[leg][j][3], 0));
   const away = Math.hypot(hip[0] - answer.x, hip[1] - answer.y, hip[2] - answer.z);
   return `${away > lengths[leg] ? "✕" : "✓"} ${fixed(away, 2)} m`;
+}
+
+// As wide whatever it is: what stands beside it must not move.
+function number(text, digits) {
+  const made = element("span", { className: "num", textContent: text });
+  made.style.minWidth = `${digits}ch`;
+  return made;
 }
 
 function bar(share, state = "") {

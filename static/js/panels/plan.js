@@ -1,9 +1,9 @@
-// Plan: ask for it, follow it, cancel it, and read which checks held and by how much.
+// Plan: ask for it, and read which checks held and by how much.
 
 import { act } from "../acts.js";
-import { get, post, request } from "../api.js";
+import { get, post } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, element, fixed, toast } from "../dom.js";
+import { $, attempt, element, fixed } from "../dom.js";
 import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -18,7 +18,6 @@ export function start() {
   $("planner").addEventListener("change", describe);
   act({ text: "Settings of the plan as delivered", button: "plan-defaults", run: fill });
   act({ key: "P", text: "Plan the step", button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first: click on the ground.") });
-  act({ key: "X", text: "Cancel the running job", button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No job is running.") });
   subscribe(draw);
   through.start();
   alternatives.start();
@@ -54,30 +53,17 @@ const plan = () => askForPlan(async () => {
   return post("/sessions/current/plans", order);
 });
 
-function runningJob() {
-  const alive = (job) => job.state === "queued" || job.state === "running";
-  return [...known.jobs.values()].filter(alive).at(-1);
-}
-
-const cancel = () => attempt(async () => {
-  const job = runningJob();
-  if (job) await request("DELETE", `/jobs/${job.id}`);
-});
-
-let told = null; // ids of the failed jobs that were told, or had failed before this page opened
+let drawn; // the answer that is shown, null for none
 
 function draw({ summary, plan: result }) {
   if (!summary) return;
-  const job = runningJob();
-  $("job").hidden = !job;
-  if (job) {
-    $("job-progress").value = job.fraction;
-    $("job-text").textContent = `${job.kind}: ${job.text || job.state}`;
-  }
-  drawFailure();
+  const doubt = result ? outdated(summary, result) : "";
+  $("plan-doubt").hidden = !doubt;
+  $("plan-doubt").textContent = doubt;
+  if (result === drawn) return;
+  drawn = result;
   const answer = $("plan-answer");
   if (!result) {
-    $("plan-doubt").hidden = true;
     answer.className = "hint";
     answer.textContent = "No plan yet: choose a footfall, then plan the step.";
     $("checks").hidden = true;
@@ -85,13 +71,10 @@ function draw({ summary, plan: result }) {
     return;
   }
   const found = result.status === "found";
-  const doubt = outdated(summary, result);
   answer.className = found ? "yes" : "no";
   answer.textContent = found
     ? `Found by ${result.plan.planner}: ${result.plan.waypoints.length} waypoints. ${result.reason}`
     : `No plan (${result.status.replaceAll("_", " ")}): ${result.reason}`;
-  $("plan-doubt").hidden = !doubt;
-  $("plan-doubt").textContent = doubt;
   $("checks").hidden = result.checks.length === 0;
   $("checks").tBodies[0].replaceChildren(
     ...result.checks.map((check) =>
@@ -106,7 +89,7 @@ function draw({ summary, plan: result }) {
 }
 
 // Ground that nobody has seen is no reason against a plan, and none for it either.
-function mark({ name, holds, where }) {
+export function mark({ name, holds, where }) {
   if (!holds) return "no";
   return name === "unknown ground under the path" && where !== "none" ? "doubt" : "yes";
 }
@@ -120,15 +103,4 @@ function outdated(summary, { footfall, provenance }) {
   if (provenance.parents.dem !== summary.dem) return "This answer is for an older terrain.";
   if (provenance.parents.state !== summary.state) return "This answer is for an older state of the rover.";
   return "";
-}
-
-// A failed job is told once; cancelled ones were the operator's wish.
-function drawFailure() {
-  const failed = [...known.jobs.values()].filter((job) => job.state === "failed");
-  told ??= new Set(failed.map((job) => job.id));
-  for (const job of failed) {
-    if (told.has(job.id)) continue;
-    told.add(job.id);
-    toast(`${job.kind} failed: ${job.error?.message ?? "no reason was given"}`);
-  }
 }

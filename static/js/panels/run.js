@@ -3,12 +3,10 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt } from "../dom.js";
+import { COMMAND_WORDS as WORDS } from "../events.js";
 import { refresh } from "../stream.js";
 import { known, subscribe } from "../store.js";
 import { kept } from "./conn.js";
-
-// As operators call them; the record's own words are those of the rover link.
-const WORDS = { sent: "released", received: "acknowledged", refused: "failed", unsent: "not sent" };
 
 export function start() {
   act({ text: "Send the next row", button: "run-next", held: true, run: () => steer("next"), refusal: () => idle() || kept() || (gate().waiting ? "" : "The present row is still under way.") });

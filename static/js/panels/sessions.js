@@ -70,7 +70,7 @@ function draw() {
 }
 
 function row(one, current) {
-  const when = one.created === null ? "" : new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " ");
+  const when = one.created === null ? "" : new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " ") + " UTC";
   const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${one.name}` }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
   if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
   const button = (text, run, disabled = false) => {

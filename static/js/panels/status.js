@@ -84,13 +84,13 @@ function drawLink(summary, frame) {
   } else if (!frame) {
     mark("status-link", "warn", "no telemetry yet");
   } else {
-    const counted = ["gaps", "late", "restarts", "faults"].filter((one) => link[one]).map((one) => `, ${link[one]} ${one}`);
+    const counted = ["gaps", "late", "restarts", "faults"].filter((one) => link[one]).map((one) => `, ${link[one]} ${link[one] === 1 ? one.replace(/s$/, "") : one}`);
     mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${light}${counted.join("")}`);
   }
   $("status-link").title = linkDetails(link);
   // what the rover was when it was last heard is not what it is
   const fresh = frame && isFresh(summary, frame);
-  mark("status-mode", frame && !fresh ? "stale" : "none", !frame ? "–" : fresh ? frame.mode : `was ${frame.mode}`);
+  mark("status-mode", !frame ? "none" : fresh ? MODES[frame.mode] ?? "none" : "stale", !frame ? "–" : fresh ? frame.mode : `was ${frame.mode}`);
 }
 
 function linkDetails({ fault, faults, faults_by_kind: kinds, light_time: light }) {
@@ -110,6 +110,8 @@ function onItsWay(summary, type) {
     + `acknowledgement in ${age(message.answer_in_s - passed)} at the earliest`;
 }
 
+const MODES = { moving: "busy", stopped: "bad", fault: "bad" };
+
 const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
 
 export function telemetryAge(frame) {
@@ -119,11 +121,31 @@ export function telemetryAge(frame) {
 function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;
   if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
-  else if (summary.gate.state === "sending") mark("status-match", "warn", `${summary.gate.waiting ? "waiting before" : "executing"} row ${(summary.gate.row ?? 0) + 1}${wayOf(summary)}`);
+  else if (summary.gate.state === "sending") drawRun(summary);
+  else if (summary.plan.digest && summary.plan.status !== "found" && summary.commands_of_another_plan) mark("status-match", "warn", "the plan was refused");
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
+  else if (match.ok && match.older_ground) mark("status-match", "warn", "planned on older ground");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
   else if (carriedOut(summary)) mark("status-match", "good", "carried out: every row is done");
-  else mark("status-match", "bad", match.reason);
+  else {
+    mark("status-match", "bad", off(match));
+    $("status-match").title = match.reason;
+  }
+}
+
+// In few words; all of them show where the bar is pointed at.
+function off({ joint, difference, reason }) {
+  if (!reason.startsWith(joint)) return reason;
+  const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [null, "", joint];
+  const degrees = (difference * 180) / Math.PI;
+  return `leg ${leg} ${name.replaceAll("_", " ")} ${degrees < 0 ? "−" : "+"}${Math.abs(degrees).toFixed(1)}° off the start`;
+}
+
+// What is meant to happen is no warning; what waits for somebody is one.
+function drawRun(summary) {
+  const { waiting, row } = summary.gate;
+  const of = summary.run ? ` of ${summary.run.rows.length}` : "";
+  mark("status-match", waiting ? "warn" : "busy", `${waiting ? "waiting before" : "executing"} row ${(row ?? 0) + 1}${of}${wayOf(summary)}`);
 }
 
 const carriedOut = ({ run, sequence, commands_of_another_plan: other }) => !other && sequence !== null && run?.sequence === sequence && run.rows.length > 0 && run.rows.every((row) => row.state === "done");
@@ -145,6 +167,7 @@ function drawStop(summary, frame) {
   const standing = frame?.mode === "stopped";
   button.dataset.sent = String(Boolean(sent) || latched);
   $("stop-clear").hidden = !standsStopped({ summary, frame });
+  $("stop-state").className = sent || latched || standing ? "in-force" : "";
   $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(summary, latched, acknowledged, standing);
 }
 
@@ -152,7 +175,7 @@ function stopText(summary, latched, acknowledged, standing) {
   if (!latched) {
     return standing ? "The rover is STOPPED; clear the stop to move it." : "Stop request. Not a safety-rated stop.";
   }
-  if (acknowledged) return "STOPPED: sent and acknowledged by the rover. Not a safety-rated stop.";
+  if (acknowledged) return "STOPPED, acknowledged by the rover.";
   const way = onItsWay(summary, "stop");
   if (way) return `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;
   return summary.link.connected

@@ -4,6 +4,7 @@ import uPlot from "../../vendor/uplot/uPlot.esm.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, element, fixed } from "../dom.js";
+import { clock } from "../events.js";
 import { isShown, reveal } from "../layout.js";
 import { channelsOf, heardFrom, QUANTITIES, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
@@ -64,8 +65,8 @@ function draw({ frame }) {
   const silent = data[0].length ? end - data[0].at(-1) : Infinity;
   $("plot-note").className = silent > STALE_AFTER ? "doubt" : "";
   $("plot-note").textContent = !frame ? "No telemetry yet: no rover is connected."
-    : held ? "Held: new telemetry is kept and shown when you go on."
-      : silent > STALE_AFTER ? "Stale: nothing was heard in the hatched part." : "";
+    : held ? "Held: what comes is kept for when you go on."
+      : silent > STALE_AFTER ? "Stale: nothing heard where it is hatched." : "";
   $("plot").hidden = $("plot-series").hidden = !frame;
   if (!frame) return;
   build(quantity, channels);
@@ -101,7 +102,7 @@ function build(quantity, channels) {
     width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { show: false } },
     scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
-    axes: [{ ...axis, size: 28 }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
+    axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
     series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: LINES[i % LINES.length][0], dash: LINES[i % LINES.length][1], width: 1.5 }))],
     hooks: { drawAxes: [hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));

@@ -4,9 +4,10 @@ import { ROOT, get, once, post } from "../api.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, age, attempt, element, fixed } from "../dom.js";
-import { clock, describe, events, subscribeToEvents } from "../events.js";
+import { describe, events, subscribeToEvents, when as dated } from "../events.js";
 import { known } from "../store.js";
 import { timeAxis } from "../timeaxis.js";
+import { mark as markOf } from "./plan.js";
 
 // kind → sign, colour, height on the line (0 top … 2)
 const SIGNS = {
@@ -43,7 +44,7 @@ export function start() {
 }
 
 function lay() {
-  axis = timeAxis(events.map(({ time }) => time));
+  axis = timeAxis(events.map(({ time }) => time), events.map(({ type }) => type.startsWith("command_")));
   $("timeline-scrub").disabled = events.length === 0;
   if (now) {
     toNow();
@@ -63,7 +64,8 @@ function signOf({ type, payload }) {
   if (type === "choice_undone" || type === "sequence_undone") return SIGNS.undone;
   if (type === "choice_redone" || type === "sequence_redone") return SIGNS.redone;
   if (type === "note") return SIGNS.note;
-  if (type.startsWith("command_")) return SIGNS.command;
+  if (type === "command_sent") return SIGNS.command;
+  if (type === "command_refused" || type === "command_unknown") return SIGNS.fault;
   if (type.startsWith("stop_")) return SIGNS.stop;
   return /fault|lost|failed/.test(type) ? SIGNS.fault : null;
 }
@@ -95,7 +97,7 @@ function read(index) {
   at = index;
   const event = events[index];
   const when = now ? "Now. Latest:" : event && `Past, ${age(Math.max(0, Date.now() / 1000 - event.time))} ago:`;
-  $("timeline-text").textContent = event ? `${when} ${clock(event.time)} ${describe(event)}` : "No events yet.";
+  $("timeline-text").textContent = event ? `${when} ${dated(event.time)} ${describe(event)}` : "No events yet.";
   $("timeline-text").dataset.state = now ? "none" : "warn";
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
   $("timeline-text").title = $("timeline-text").textContent;
@@ -142,7 +144,7 @@ const show = (event) => attempt(async () => {
   const body = type === "note" ? [element("p", { textContent: payload.text })]
     : type === "snapshot_taken" ? snapshot(payload)
       : answer(await get(`/sessions/current/${payload.kind}s/${payload.digest}`));
-  $("shown-title").textContent = `${clock(event.time)} ${describe(event)}`;
+  $("shown-title").textContent = `${dated(event.time)} ${describe(event)}`;
   $("shown-body").replaceChildren(...body);
   $("shown").show();
   $("shown").focus();
@@ -155,7 +157,7 @@ const snapshot = ({ digest, pairs }) => [element("ul", { className: "thumbs" }, 
 const answer = ({ status, reason, checks }) => [
   element("p", { className: status === "found" ? "yes" : "no", textContent: `${status.replaceAll("_", " ")}. ${reason}` }),
   element("table", {}, element("caption", { textContent: "Checks" }), element("tbody", {}, ...checks.map((check) => element("tr", {},
-    element("td", { className: check.holds ? "yes" : "no", textContent: check.name }),
+    element("td", { className: markOf(check), textContent: check.name }),
     element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
     element("td", { textContent: check.where }))))),
 ];

@@ -1,7 +1,7 @@
 """What a page that plays a session without a server has to know, as plain JSON."""
 
 import base64
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -27,6 +27,7 @@ Get = Callable[[str], Value]
 def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any]:
     """See the module's docstring. events: all of the session; get: its values by digest."""
     state = fold_all(events)
+    rows = {e.payload["id"]: e.payload["row"] for e in events if e.type == "command_sent"}
     plans, maps = [], {}
     for event in events:
         if event.type == "product" and event.payload["kind"] == "plan":
@@ -41,17 +42,29 @@ def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any
         "robot": state.robot_name,
         "software": SOFTWARE_VERSION,
         "wheel_radius": robot.wheel_radius,
-        "events": [{"seq": e.seq, "time": e.time, "text": _words(e)} for e in events],
+        "events": [{"seq": e.seq, "time": e.time, "text": _words(e, rows)} for e in events],
         "plans": plans,
         "maps": maps,
         "sequence": None if state.sequence is None else _sequence(get(state.sequence)),
-        "commands": [{"row": c.row, "run": c.run, "state": c.state, "reason": c.reason} for c in state.commands],
+        "commands": [
+            {"row": c.row, "run": c.run, "state": _STATES.get(c.state, c.state), "reason": c.reason}
+            for c in state.commands
+            if c.run == state.runs and c.sequence == state.sequence
+        ],
     }
 
 
-def _words(event: Event) -> str:
-    """The event for a person; digests are for machines."""
+_STATES = {"sent": "released", "received": "acknowledged", "refused": "failed"}
+"""States of a command as operators call them."""
+
+
+def _words(event: Event, rows: Mapping[str, int]) -> str:
+    """The event for a person; digests are for machines. rows: of the commands, by their ids."""
     payload = event.payload
+    state = event.type.removeprefix("command_")
+    if state != event.type and payload.get("id") in rows:
+        reason = f": {payload['reason']}" if payload.get("reason") else ""
+        return f"row {rows[payload['id']] + 1} {_STATES.get(state, state)}{reason}"
     told = [payload.get(name) for name in ("kind", "status", "text", "name", "format", "state", "reason")]
     words = [text for text in told if isinstance(text, str) and text and not _is_digest(text)]
     for name, first in (("leg", 0), ("row", 1)):
@@ -73,7 +86,10 @@ def _plan(event: Event, get: Get, robot: Robot) -> dict[str, Any]:
         "footfall": [result.footfall.x, result.footfall.y],
         "status": result.status.value,
         "reason": result.reason,
-        "checks": [{"name": c.name, "holds": c.holds, "margin": c.margin, "unit": c.unit} for c in result.checks],
+        "checks": [
+            {"name": c.name, "holds": c.holds, "margin": c.margin, "unit": c.unit, "where": c.where}
+            for c in result.checks
+        ],
         "figures": plan_figures(robot, result),
         "swing": None,
         "map": None,

@@ -1,0 +1,105 @@
+// Work: what is being made, by how much it is done, and how the latest ended; in sight whichever work areas are.
+
+import { act } from "../acts.js";
+import { request } from "../api.js";
+import { $, attempt, toast } from "../dom.js";
+import { reveal } from "../layout.js";
+import { known, subscribe } from "../store.js";
+
+const LONG = 30; // s after which images that have not come are doubted
+const PATIENCE = 3000; // ms for the answer of a plan that has ended
+const GROUND = ["images", "terrain", "photographs", "blend", "clear", "maps"];
+const COMMANDS = ["sequence", "edit", "import"];
+const WHERE = { plan: "plan", execution: "execution", check: "sessions" };
+
+let followed = null; // the job that was under way last, as long as how it ended is not told
+let seen = 0; // when it was last seen under way, performance.now()
+let asked = null; // {before, since}: images that were asked for, and the snapshot that there was
+let told = null; // ids of the failed jobs that were told, or had failed before this page opened
+let ended = ""; // what the latest work that ended was
+
+export function start() {
+  act({ key: "X", text: "Cancel the running job", button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No job is running.") });
+  act({ text: "Go to what ended last", button: "job-said", run: () => reveal(areaOf(ended)), refusal: () => (ended ? "" : "Nothing has ended yet.") });
+  subscribe(draw);
+}
+
+// Images are on their way from the rover: no job, but as much to wait for.
+export function awaitImages() {
+  asked = { before: known.summary.snapshot, since: performance.now() };
+  draw(known);
+}
+
+const areaOf = (kind) => WHERE[kind] ?? (GROUND.includes(kind) ? "ground" : COMMANDS.includes(kind) ? "commands" : "footfall");
+
+const underWay = () => [...known.jobs.values()].filter(({ state }) => state === "queued" || state === "running");
+const runningJob = () => underWay().at(-1);
+
+const cancel = () => attempt(async () => {
+  const job = runningJob();
+  if (job) await request("DELETE", `/jobs/${job.id}`);
+});
+
+const NAMES = { maps: "colours", sequence: "commands", execution: "sag", what_if: "what-if", body_move: "move of the chassis", shift: "shift of the chassis" };
+const named = (kind) => NAMES[kind] ?? kind.replaceAll("_", " ");
+
+function draw({ summary }) {
+  if (!summary) return;
+  tellFailures();
+  const job = runningJob();
+  if (asked && summary.snapshot !== asked.before) {
+    asked = null;
+    if (!job) say("images", "yes", "images: here");
+  }
+  if (job) [followed, seen, ended] = [job.id, performance.now(), ""];
+  else if (followed && tellEnd(known.jobs.get(followed))) followed = null;
+  $("job").hidden = !job && !asked;
+  $("job-said").hidden = Boolean(job || asked) || !ended;
+  if (job) show(`${named(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}`, job.fraction);
+  else if (asked) {
+    const passed = (performance.now() - asked.since) / 1000;
+    show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
+  }
+}
+
+// share: null where nobody knows how much is left.
+function show(text, share, late = false) {
+  if (share === null) $("job-progress").removeAttribute("value");
+  else $("job-progress").value = share;
+  $("job-text").className = late ? "doubt" : "";
+  $("job-text").textContent = $("job-text").title = text;
+  $("job-cancel").hidden = share === null;
+}
+
+// Whether it was told: what a plan came to is known with the plan.
+function tellEnd(job) {
+  if (!job) return true;
+  const [kind, state] = [job.kind, job.state];
+  if (state === "failed") say(kind, "no", `${named(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+  else if (state === "cancelled") say(kind, "", `${named(kind)}: cancelled`);
+  else if (kind === "plan" && known.plan?.digest === job.result) {
+    if (known.plan.status === "found") say(kind, "yes", "plan: found");
+    else say(kind, "no", `no plan: ${known.plan.reason}`);
+  } else if (COMMANDS.includes(kind) && known.sequence?.digest === job.result) {
+    if (known.sequence.valid) say(kind, "yes", "commands: every rule holds");
+    else say(kind, "no", "commands: a rule does not hold");
+  } else if ((kind === "plan" || COMMANDS.includes(kind)) && performance.now() - seen < PATIENCE) return false;
+  else say(kind, GROUND.includes(kind) ? "yes" : "", `${named(kind)}: done`); // of others it is not known here what they found
+  return true;
+}
+
+function say(kind, className, text) {
+  ended = kind;
+  Object.assign($("job-said-text"), { className, textContent: text, title: text });
+}
+
+// A failed job is told once; cancelled ones were the operator's wish.
+function tellFailures() {
+  const failed = [...known.jobs.values()].filter((job) => job.state === "failed");
+  told ??= new Set(failed.map((job) => job.id));
+  for (const job of failed) {
+    if (told.has(job.id)) continue;
+    told.add(job.id);
+    toast(`${named(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+  }
+}
