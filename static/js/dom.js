@@ -33,6 +33,11 @@ export function toast(text) {
   hiding = setTimeout(() => { box.hidden = true; }, 12000);
 }
 
+// What was asked for is answered: the request for it goes, whatever else is said by now stays.
+export function untoast(text) {
+  if ($("toast").textContent === text) $("toast").hidden = true;
+}
+
 // Runs an act of the operator; what goes wrong is said, never swallowed.
 export async function attempt(act) {
   try {

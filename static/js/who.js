@@ -4,7 +4,7 @@ import { PAGE } from "./api.js";
 import { known } from "./store.js";
 
 const SCENE = "scene"; // what acts in the scene's frame name as their page
-const LOCAL = "local"; // everybody on a server without accounts
+export const LOCAL = "local"; // everybody on a server without accounts
 
 export const isThisPage = (who) => who.page === PAGE;
 

@@ -75,7 +75,7 @@ def test_a_page_without_its_scene_goes_on(console: Page, quiet: Running, look: K
     expect(console.locator("#scene-note")).to_contain_text("it was switched off. Commands, telemetry and stop go on")
     look("none")
     # a scene that comes, and dies
-    console.route("**/scene/", lambda route: route.fulfill(content_type="text/html", body="<canvas></canvas>"))
+    console.route(re.compile(r"/scene/(\?.*)?$"), lambda route: route.fulfill(content_type="text/html", body="<canvas></canvas>"))
     console.route("**/info", lambda route: route.fulfill(json={"scene": {"available": True, "reason": ""}}))
     console.get_by_role("button", name="Load the scene again").click()
     expect(console.locator("#scene-note")).to_be_hidden()

@@ -2,13 +2,14 @@
 
 import { act } from "../acts.js";
 import { PAGE, post } from "../api.js";
-import { $, attempt, toast } from "../dom.js";
+import { $, attempt, toast, untoast } from "../dom.js";
 import { refresh } from "../stream.js";
+import { LOCAL } from "../who.js";
 import { known, subscribe } from "../store.js";
 
 const HEARTBEAT = 15_000; // ms; the server waits for six of them
 
-let asked = ""; // whose request has been told
+let asked = ""; // the request that was told
 
 export function start() {
   act({ text: "Take the conn", button: "conn-take", run: () => ask("take"), refusal: () => (holder() ? "Somebody holds it." : "") });
@@ -36,7 +37,13 @@ const ask = (what) => attempt(async () => {
 });
 
 // Two pages of one account are told apart by where they are.
-const name = (who) => (who.page === PAGE ? "this page" : `${who.name} (${who.client || "on the server"}${who.page ? `, page ${who.page.slice(0, 4)}` : ""})`);
+function name(who, short = false) {
+  const page = who.page ? `page ${who.page.slice(0, 4)}` : "";
+  if (who.page === PAGE) return "this page";
+  if (who.name === LOCAL) return !page ? "a program" : short ? "another page" : `another ${page}`;
+  if (short) return who.name;
+  return `${who.name} (${[who.client || "on the server", page].filter(Boolean).join(", ")})`;
+}
 
 function draw({ summary }) {
   if (!summary) return;
@@ -44,14 +51,17 @@ function draw({ summary }) {
   const asks = request && mine();
   const status = $("status-conn");
   status.dataset.state = asks ? "warn" : mine() ? "good" : "none";
-  status.textContent = !holder() ? "nobody" : asks ? `${name(request.by)} asks for it` : name(holder());
-  status.title = status.textContent;
+  const told = (short) => (!holder() ? "nobody" : asks ? `${name(request.by, short)} asks for it` : name(holder(), short));
+  status.textContent = told(true);
+  status.title = told(false);
   $("conn-text").textContent = text(request);
   for (const [id, shown] of [["take", !holder()], ["release", mine()], ["request", holder() && !mine()], ["grant", asks], ["deny", asks]]) {
     $(`conn-${id}`).hidden = !shown;
   }
-  if (asks && asked !== JSON.stringify(request.by)) toast(`${name(request.by)} asks for the conn: grant it or keep it in the Commands panel.`);
-  asked = asks ? JSON.stringify(request.by) : "";
+  const asking = asks ? `${name(request.by)} asks for the conn: grant it or keep it in the Commands panel.` : "";
+  if (asking !== asked && asking) toast(asking);
+  else if (asking !== asked) untoast(asked);
+  asked = asking;
 }
 
 function text(request) {

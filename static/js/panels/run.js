@@ -36,8 +36,10 @@ export function rowStates(summary, sequence) {
   return new Map(summary.run.rows.map((one) => [one.row, { state: one.state, text: said(one), times: told(one.times) }]));
 }
 
+const WAITING = ["queued", "unsent"]; // since the run began or ended, all alike
+
 const said = ({ state, reason, times }) =>
-  `${WORDS[state] ?? state} ${clock(times[state])}${reason && state !== "unsent" ? `: ${reason}` : ""}`;
+  `${WORDS[state] ?? state}${WAITING.includes(state) ? "" : ` ${clock(times[state])}`}${reason && state !== "unsent" ? `: ${reason}` : ""}`;
 
 const told = (times) => Object.entries(times).map(([state, at]) => `${WORDS[state] ?? state} ${clock(at)}`).join("\n");
 

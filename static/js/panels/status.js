@@ -138,7 +138,7 @@ function off({ joint, difference, reason }) {
   if (!reason.startsWith(joint)) return reason;
   const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [null, "", joint];
   const degrees = (difference * 180) / Math.PI;
-  return `leg ${leg} ${name.replaceAll("_", " ")} ${degrees < 0 ? "−" : "+"}${Math.abs(degrees).toFixed(1)}° off the start`;
+  return `leg ${leg} ${name.replaceAll("_", " ")} off ${degrees < 0 ? "−" : "+"}${Math.abs(degrees).toFixed(1)}°`;
 }
 
 // What is meant to happen is no warning; what waits for somebody is one.
@@ -157,7 +157,7 @@ function wayOf(summary) {
 
 const STOP_TEXT = {
   sending: "Stop request is being sent…",
-  failed: "STOP NOT CONFIRMED: the server did not answer, the page goes on asking. Use another way to stop the rover.",
+  failed: "STOP NOT CONFIRMED: no answer, still asking. Use another way to stop the rover.",
 };
 
 function drawStop(summary, frame) {
