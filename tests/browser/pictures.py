@@ -67,6 +67,19 @@ PICTURES = (
         "stopped",
         (0, 0, 1280, 58),
     ),
+    Picture(
+        "conn",
+        "test_conn.py",
+        "test_the_conn_is_seen_requested_granted_and_kept_over_a_reload",
+        "asked",
+    ),
+    Picture(
+        "far",
+        "test_far_rover.py",
+        "test_light_time_faults_and_the_way_of_a_stop_are_shown",
+        "stop-on-its-way",
+        (0, 0, 1280, 58),
+    ),
     Picture("timeline", "test_console.py", "test_the_timeline_leads_back_to_what_was_planned_and_takes_notes", "plan"),
     Picture("player", "test_console.py", "test_an_exported_page_plays_without_a_server", "player"),
 )

@@ -1,6 +1,6 @@
 """Two pages, one rover: who holds the conn, handing it on, sending step by step, and a stop from either page."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -63,8 +63,11 @@ def row(page: Page, number: int) -> Locator:
     return page.locator("#commands tbody tr").nth(number)
 
 
-def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(pages: tuple[Page, Page]) -> None:
+def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(
+    pages: tuple[Page, Page], look_at: Callable[[Page, str], None]
+) -> None:
     first, second = pages
+    first.keyboard.press("8")
     expect(first.locator("#status-conn")).to_have_text("nobody", timeout=SLOW)
     press(first, "Arm")
     expect(first.locator("#status-conn")).to_have_text("this page", timeout=SLOW)
@@ -75,6 +78,7 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(pages: tuple[
     press(second, "Request conn")
     expect(first.locator("#status-conn")).to_contain_text("asks for it", timeout=SLOW)
     expect(first.locator("#toast")).to_contain_text("asks for the conn", timeout=SLOW)
+    look_at(first, "asked")
     press(first, "Grant")
     expect(first.locator("#toast")).to_be_hidden(timeout=SLOW)  # it is answered
     expect(second.locator("#status-conn")).to_have_text("this page", timeout=SLOW)

@@ -58,6 +58,9 @@ def test_the_palette_does_what_can_be_done_and_says_why_not(console: Page, quiet
     look("refused")
     console.keyboard.press("Enter")
     expect(console.locator("#palette")).to_be_visible()
+    console.locator("#palette-input").fill("timeline: ")  # of what fits alike, what can be done comes first
+    expect(first).to_contain_text("Timeline: event")
+    expect(first).not_to_have_attribute("aria-disabled", "true")
     console.locator("#palette-input").fill("no such act")
     expect(console.locator("#palette-note")).to_have_text("No act has such a name.")
     console.keyboard.press("Escape")
@@ -75,7 +78,9 @@ def test_a_page_without_its_scene_goes_on(console: Page, quiet: Running, look: K
     expect(console.locator("#scene-note")).to_contain_text("it was switched off. Commands, telemetry and stop go on")
     look("none")
     # a scene that comes, and dies
-    console.route(re.compile(r"/scene/(\?.*)?$"), lambda route: route.fulfill(content_type="text/html", body="<canvas></canvas>"))
+    console.route(
+        re.compile(r"/scene/(\?.*)?$"), lambda route: route.fulfill(content_type="text/html", body="<canvas></canvas>")
+    )
     console.route("**/info", lambda route: route.fulfill(json={"scene": {"available": True, "reason": ""}}))
     console.get_by_role("button", name="Load the scene again").click()
     expect(console.locator("#scene-note")).to_be_hidden()
@@ -109,10 +114,13 @@ def test_legs_show_load_and_the_joint_that_is_nearest_its_limit(
     hip = state.T_site_base @ athlete.description.legs[2].T_base_hip[:, 3]
     away = np.linalg.norm(hip[:3] - [footfall["x"], footfall["y"], footfall["z"]])
     expect(rows.nth(2)).to_contain_text(f"✓ {away:.2f}")
+    edges = "all => all.map(one => one.getBoundingClientRect().x)"
+    before = console.locator("#legs-table th").evaluate_all(edges)
     posture = state.posture.copy()
     posture[6 * 1] += 0.05
     say(quiet, 2, wheel_forces=forces, joint_torques=torques, posture=posture)
     expect(rows.nth(1)).to_contain_text("in air, moves")
+    assert console.locator("#legs-table th").evaluate_all(edges) == before  # nothing jumps while the rover moves
     look("legs")
 
 
@@ -212,6 +220,7 @@ def test_sessions_are_compared_and_checked(console: Page, quiet: Running, look: 
 def test_an_exported_page_plays_without_a_server(
     chromium: Browser, quiet: Running, tmp_path: Path, look_at: Callable[[Page, str], None]
 ) -> None:
+    current(quiet).add_note("without_a_space" * 40)
     current(quiet).add_note(HOSTILE)
     with quiet.client() as client:
         session = client.get("/sessions/current").json()
@@ -229,6 +238,11 @@ def test_an_exported_page_plays_without_a_server(
     expect(page.locator("#events li")).to_have_count(session["events"])
     expect(page.locator("#events li").last).to_contain_text(HOSTILE)
     expect(page.locator("#checks tbody tr")).to_have_count(len(plan["checks"]))
+    for row, check in zip(page.locator("#checks tbody tr").all(), plan["checks"], strict=True):
+        expect(row.locator("td").last).to_have_text(check["where"])
+    assert page.evaluate(
+        "[...document.querySelectorAll('#events, main')].every(one => one.scrollWidth <= one.clientWidth)"
+    )
     expect(page.locator("#commands tbody tr")).to_have_count(len(held(quiet, "/sequences/current")["commands"]))
     before = page.locator("#beside").evaluate("canvas => canvas.toDataURL()")
     page.locator("#scrub").fill("500")

@@ -1,7 +1,7 @@
 """What the status bar says of a rover that is far, of one that only talks, and of one that talks wrongly."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -32,7 +32,9 @@ def page(chromium: Browser, plain: Running) -> Iterator[Page]:
     context.close()
 
 
-def test_light_time_faults_and_the_way_of_a_stop_are_shown(page: Page, plain: Running) -> None:
+def test_light_time_faults_and_the_way_of_a_stop_are_shown(
+    page: Page, plain: Running, look: Callable[[str], None]
+) -> None:
     plain.sessions.set_light_time(LightTime(telemetry=1.5, commands=2.0))
     url = "ws" + plain.api.removeprefix("http") + "/rover"
     link, stop = page.locator("#status-link"), page.locator("#stop-state")
@@ -46,6 +48,10 @@ def test_light_time_faults_and_the_way_of_a_stop_are_shown(page: Page, plain: Ru
         page.locator("#stop").click()
         reaches = re.compile(r"reaches the rover in \d\.\d s, acknowledgement in \d\.\d s at the earliest")
         expect(stop).to_have_text(reaches, timeout=5_000)
+        box = stop.bounding_box()
+        assert box is not None
+        assert (box["y"] >= 0, box["y"] + box["height"] <= 58) == (True, True), "the bar cuts it off"
+        look("stop-on-its-way")
         expect(stop).to_have_text(re.compile(r"should be there, acknowledgement in"), timeout=5_000)
         expect(stop).to_have_text(re.compile("NOT YET ACKNOWLEDGED by the rover"), timeout=5_000)
 
