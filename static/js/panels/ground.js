@@ -45,8 +45,9 @@ export function start() {
 }
 
 const takeImages = () => attempt(async () => {
+  const before = known.summary.snapshot;
   await post("/sessions/current/images", {});
-  awaitImages();
+  awaitImages(before);
 });
 const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { source: "images", settings: { pairs: chosenPairs() } }));
 

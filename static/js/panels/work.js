@@ -7,6 +7,7 @@ import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 
 const LONG = 30; // s after which images that have not come are doubted
+const GIVEN_UP = 600; // s
 const PATIENCE = 3000; // ms for the answer of a plan that has ended
 const GROUND = ["images", "terrain", "photographs", "blend", "clear", "maps"];
 const COMMANDS = ["sequence", "edit", "import"];
@@ -24,9 +25,9 @@ export function start() {
   subscribe(draw);
 }
 
-// Images are on their way from the rover: no job, but as much to wait for.
-export function awaitImages() {
-  asked = { before: known.summary.snapshot, since: performance.now() };
+// Images are on their way from the rover: no job, but as much to wait for. before: the snapshot when they were asked for.
+export function awaitImages(before) {
+  asked = { before, since: performance.now() };
   draw(known);
 }
 
@@ -47,19 +48,21 @@ function draw({ summary }) {
   if (!summary) return;
   tellFailures();
   const job = runningJob();
-  if (asked && summary.snapshot !== asked.before) {
-    asked = null;
-    if (!job) say("images", "yes", "images: here");
-  }
+  const passed = asked ? (performance.now() - asked.since) / 1000 : 0;
+  if (asked && summary.snapshot !== asked.before) arrived("yes", "images: here");
+  else if (asked && !summary.link.connected) arrived("no", "images: the link was lost before they came");
+  else if (passed > GIVEN_UP) arrived("no", "images: none came");
   if (job) [followed, seen, ended] = [job.id, performance.now(), ""];
   else if (followed && tellEnd(known.jobs.get(followed))) followed = null;
   $("job").hidden = !job && !asked;
   $("job-said").hidden = Boolean(job || asked) || !ended;
   if (job) show(`${named(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}`, job.fraction);
-  else if (asked) {
-    const passed = (performance.now() - asked.since) / 1000;
-    show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
-  }
+  else if (asked) show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
+}
+
+function arrived(className, text) {
+  asked = null;
+  if (!runningJob()) say("images", className, text);
 }
 
 // share: null where nobody knows how much is left.
