@@ -24,7 +24,6 @@ from footfall.robot.ik import contact_point
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.store import read_session
-from footfall.session.telling import AGAIN_AFTER
 from footfall.telemetry.link import PATH
 from footfall.terrain.generate import plane
 
@@ -230,8 +229,6 @@ class Soak:
             self.rover.end()
             until(lambda: not script.linked(), "the loss of the link")
             self.rover.start(self.link.url)
-        elif kind == "link":
-            time.sleep(2 * AGAIN_AFTER)  # the rover refuses commands until it was told what the line had lost
         until(script.linked, "the rover's link")
         if kind in ("worker", "hang"):
             script.plan()

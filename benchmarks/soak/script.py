@@ -33,10 +33,12 @@ class Moved(Interrupted):
 
 
 class Stale(Interrupted):
-    """The gate refused because of the latest telemetry: too old (a busy machine), or from before a stop was cleared."""
+    """The gate refused because of what the rover said last: too old (a busy machine), from before a stop was cleared,
+    or not yet that it has heard of the epoch.
+    """
 
 
-REFUSED = {"start": Moved, "terrain": Moved, "telemetry": Stale, "mode": Stale}
+REFUSED = {"start": Moved, "terrain": Moved, "telemetry": Stale, "mode": Stale, "epoch": Stale}
 """Check of the gate → what its refusal is here."""
 
 
@@ -153,9 +155,10 @@ class Script:
         )
 
     def linked(self) -> bool:
-        """Whether a rover is there whose telemetry is fresh."""
-        link = self._get(SESSION)["link"]
-        return link["connected"] and link["age_s"] is not None and link["age_s"] < 0.5
+        """Whether a rover is there whose telemetry is fresh, and which has confirmed the epoch: it may be commanded."""
+        summary = self._get(SESSION)
+        link, known = summary["link"], summary["gate"]["epoch_known"]
+        return link["connected"] and known and link["age_s"] is not None and link["age_s"] < 0.5
 
     def stop_in_force(self) -> bool:
         """Whether one is."""

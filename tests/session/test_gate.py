@@ -11,6 +11,7 @@ from footfall.session.access.identity import Identity, Role
 from footfall.session.gate import lease
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
+from footfall.telemetry.link import HelloMessage
 from tests.support.server import until
 
 MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
@@ -215,6 +216,31 @@ def test_no_row_goes_on_stale_telemetry(ready, down, monkeypatch):
     ready.take_acknowledgement(ids[0], "done")
     assert commands(down) == ids[:1]
     assert ready.run["outcome"] == "link_lost"
+
+
+def test_nothing_is_armed_or_sent_before_the_rover_has_confirmed_the_epoch(ready, down, frame_of):
+    token = ready.arm(who=MARY)["token"]
+    ready.rover_disconnected()
+    down.clear()
+    hello = HelloMessage(ready.robot.name, 6, id="greeting", epoch=None)
+    ready.rover_connected(lambda text: down.append(json.loads(text)), hello)
+    ready.take_telemetry(frame_of(1, time=1.0))
+    error = refused("epoch", ready.arm, who=MARY)
+    assert (error.details["epoch"], error.details["confirmed"]) == (ready.epoch, 0)
+    refused("epoch", ready.send, token, who=MARY)
+    assert not ready.gate["epoch_known"]
+    ready.take_epoch("another greeting", ready.epoch)
+    refused("epoch", ready.arm, who=MARY)
+    assert down == [{"type": "epoch", "id": "greeting", "epoch": ready.epoch}]
+    ready.take_epoch("greeting", ready.epoch)
+    begun(ready)
+    ready.stop(who=MARY)
+    ready.take_stop_acknowledgement()
+    ready.clear_stop(MARY)
+    refused("epoch", ready.arm, who=MARY)
+    assert [one["type"] for one in down] == ["epoch", "command", "stop", "epoch", "clear_stop"]
+    ready.take_epoch("greeting", ready.epoch)
+    begun(ready)
 
 
 def test_the_number_of_the_conn_goes_on_after_a_restart(sessions, ready):

@@ -104,6 +104,7 @@ class World(RuleBasedStateMachine):
         # messages down are numbered: which commands each makes too late, and which those are that the rover has heard
         self.said, self.too_late, self.never = 0, {}, set()
         self.stopped_at, self.greetings, self.answered, self.sent_before = 0, 0, False, frozenset()
+        self.confirmed = 0  # the newest epoch that the rover on this connection is known to have heard
         self.connected, self.heard_at, self.frame = False, None, None
         # what there is, and what of it the latest telemetry told
         self.about: dict[str, Any] = dict(AS_PLANNED)
@@ -133,8 +134,9 @@ class World(RuleBasedStateMachine):
         self.said += 1
         given_up = {one.id for one in self.state.commands if one.state == "unknown"}
         match decode(text):
-            case CommandMessage(id=command_id):
+            case CommandMessage(id=command_id, epoch=epoch):
                 self.released(command_id)
+                assert epoch == self.gate.gate.epoch <= self.confirmed, "sent before the rover confirmed the epoch"
                 self.too_late[self.said] = given_up
             case StopMessage():
                 self.too_late[self.said] = {*self.sent}
@@ -243,16 +245,19 @@ class World(RuleBasedStateMachine):
     def arm(self, who):
         may = self.may(who)
         open_ = not self.gate.gate.stopped and self.gate.gate.run is None
+        known, refused = self.confirmed >= self.gate.gate.epoch, ""
         try:
             token = self.gate.arm("d" * 32, SEQUENCE, self.facts(), JOINTS, who)["token"]
             assert may
             assert open_
             assert self.as_planned()
+            assert known
             self.tokens[token] = (self.now, self.number + (self.holder is None))
-        except Conflict:
-            pass
+        except Conflict as err:
+            refused = err.details["check"]
         except OSError:
             assert self.disk_full
+        assert refused != "epoch" or not known, "refused though the rover had confirmed the epoch"
         if may and open_:
             self.take(who)
 
@@ -277,6 +282,7 @@ class World(RuleBasedStateMachine):
         assert good
         assert runs is None
         assert self.as_planned(), "sent though it was planned with something else"
+        assert self.confirmed >= self.gate.gate.epoch, "begun before the rover confirmed the epoch"
         self.used.add(token)
 
     @rule(who=person, act=st.sampled_from(["hold", "resume", "next", "next", "abort"]))
@@ -298,6 +304,7 @@ class World(RuleBasedStateMachine):
         assert may
         if act in ("resume", "next") and waits is not None:
             assert self.as_planned(), "gone on with though something had changed"
+            assert self.confirmed >= self.gate.gate.epoch, "gone on with before the rover confirmed the epoch"
 
     @rule(who=person)
     def stop(self, who):
@@ -397,6 +404,8 @@ class World(RuleBasedStateMachine):
         match decode(text):
             case CommandMessage() as message:
                 self.up += self.rover.command(message)
+                if isinstance(said_last := self.up[-1], AckMessage) and said_last.state == "outdated":
+                    self.up.append(EpochMessage(message.id, self.rover.epoch or 0))
             case QueryMessage(id=command_id):
                 self.up.append(self.rover.became(command_id))
             case EpochMessage(id=greeting, epoch=epoch):
@@ -423,6 +432,8 @@ class World(RuleBasedStateMachine):
         if fate == "is lost":
             return
         if isinstance(said, EpochMessage):
+            if said.id == f"hello {self.greetings}":
+                self.confirmed = max(self.confirmed, said.epoch)
             self.gate.epoch_heard(said.id, said.epoch)
         elif not isinstance(said, AckMessage):
             self.gate.stop_acknowledged(said)
@@ -439,6 +450,8 @@ class World(RuleBasedStateMachine):
         if not self.connected:
             self.connect()
         for _ in range(rows):
+            if not self.gate.gate.epoch_known:
+                self.wait(1.1, looks=True)  # it may have been lost: told again
             self.telemetry()
             while self.down:
                 self.downlink(0, "arrives")
@@ -522,10 +535,49 @@ class World(RuleBasedStateMachine):
         self.connected = True
         self.greetings += 1
         greeting, self.sent_before = f"hello {self.greetings}", frozenset(self.sent)
-        self.answered = False
+        self.answered, self.confirmed = False, 0
         self.rover.greets(greeting)
         epoch = self.gate.connected(HelloMessage("r", 6, id=greeting, epoch=self.rover.epoch))
         self.record_anyway("link_connected", {"epoch": epoch})
+
+    @precondition(lambda self: self.rover.epoch is not None)
+    @rule(later=st.integers(1, 3))
+    def another_session_tells_the_rover(self, later):
+        """Of an epoch beyond those of this one."""
+        self.rover.hear_epoch("of another session", max(self.rover.epoch or 0, self.gate.gate.epoch) + later)
+
+    @precondition(lambda self: self.connected)
+    @rule(who=person, steps=st.booleans())
+    def another_session_between_rows(self, who, steps):
+        """The ground hears of that while a row is out: the next one waits, and goes on when the rover has confirmed."""
+        self.send_at_once(who, steps, reach=False)
+        while self.down:
+            self.downlink(0, "arrives")
+        if self.rover.epoch is not None:
+            self.another_session_tells_the_rover(2)
+            self.up.insert(0, EpochMessage("asked by nobody", self.rover.epoch))
+        self.arrive()
+        while self.up:
+            self.uplink(0, "arrives")
+        who = self.holder or who
+        self.steer(who, "next")
+        self.all_goes_well(1)
+        self.steer(who, "resume")
+
+    @precondition(lambda self: self.connected)
+    @rule(who=person, steps=st.booleans())
+    def sent_too_soon(self, who, steps):
+        """A rover comes back, and somebody is quicker than its answer."""
+        who = self.made_ready(who)
+        self.disconnect()
+        self.connect()
+        self.telemetry()
+        sent = len(self.sent)
+        self.arm(who)
+        if self.tokens:
+            self.send_armed(0, who, steps)
+        assert len(self.sent) == sent, "sent to a rover that has not answered"
+        self.all_goes_well(1)
 
     @precondition(lambda self: self.sent)
     @rule()

@@ -17,7 +17,7 @@ from footfall.session.access.identity import Identity
 from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
-from footfall.session.gate.machine import ARMED_FOR
+from footfall.session.gate.machine import ARMED_FOR, HOLDS
 from footfall.session.gate.runs import Run, command_id
 from footfall.session.log.fold import SessionState
 from footfall.session.rover.link import RoverLink
@@ -267,7 +267,7 @@ class Commanding:
         run, hindered = self.gate.claim(number, self._fresh)
         if run is None:
             waits = self.gate.run
-            if hindered == "conn" and waits is not None:
+            if hindered in HOLDS and waits is not None:
                 held = {"run": number, "row": waits.row, "reason": waits.why, "by": None, "conn": self.gate.conn_number}
                 self._record_anyway("run_held", held)
             elif hindered == "telemetry":

@@ -1,7 +1,8 @@
 """What the rover has to know whatever is sent: the stop, its clearing, the epoch. Told again until it has answered.
 
 A new epoch makes what is on its way too late. One begins with every rover that comes, every stop, and every command
-that is given up. The rover learns it by a message of its own, which answers its hello, and with stops and commands.
+that is given up. The rover learns it by a message of its own, which answers its hello and follows a stop, and which it
+confirms.
 """
 
 import contextlib
@@ -35,17 +36,18 @@ class Telling:
         self._clear_at: float | None = None
 
     def rover_came(self, hello: HelloMessage | None) -> bool:
-        """Another epoch begins for it. Whether a stop is in force. hello: None: it can't be told of epochs.
+        """Another epoch begins for it. Whether a stop is in force. hello: None: it is not told of epochs.
 
         The time of day makes the epoch later than those of other sessions, also where neither the rover nor this
         session knows of them.
         """
         known = 0 if hello is None else hello.epoch or 0
-        stopped = self._gate.rover_changed(max(known, int(time.time())))
+        stopped = self._gate.rover_changed(max(known, int(time.time())), told=hello is not None)
         self._greeting = None if hello is None else hello.id
         if stopped:
             self.stop()
-        self.epoch()
+        else:
+            self.epoch()
         return stopped
 
     def epoch_heard(self, about: str, epoch: int) -> bool:
@@ -63,9 +65,11 @@ class Telling:
             self._send(EpochMessage(self._greeting, self._gate.epoch))
 
     def stop(self) -> bool:
-        """Stop; whether it went to a rover."""
+        """Stop; whether it went to a rover. That it knows the epoch of the stop has to be confirmed by itself."""
         self._stop_at, self._clear_at = self._clock(), None
-        return self._send(StopMessage(self._gate.stop_id, self._gate.epoch))
+        reached = self._send(StopMessage(self._gate.stop_id, self._gate.epoch))
+        self.epoch()
+        return reached
 
     def clear(self) -> None:
         """The stop is cleared."""

@@ -80,11 +80,13 @@ class RobotNamed(TypedDict):
 
 
 class GateAnswer(TypedDict):
-    """The command gate, and whether stop is latched."""
+    """The command gate, and whether stop is latched. Nothing is armed before the rover has confirmed the `epoch`."""
 
     state: str
     stopped: bool
     stop_acknowledged: bool
+    epoch: int
+    epoch_known: bool
     run: int | None
     row: int | None
     sequence: DigestText | None

@@ -85,7 +85,7 @@ class Gate:
     def claim(self, number: int, fresh: bool) -> tuple[Run | None, str]:
         """The row of run ``number`` that is due, for whoever will release it; or None and what hinders it, if anything.
 
-        fresh: of the telemetry. Hindrances: "conn" (then the run waits), "telemetry", "stop".
+        fresh: of the telemetry. Hindrances: "conn", "epoch" (then the run waits), "telemetry", "stop".
         """
         with self._guard:
             self._state, run, hindered = machine.claim(self._state, number, self._clock(), fresh)
@@ -184,13 +184,13 @@ class Gate:
             transmit()
             return True
 
-    def rover_changed(self, beyond: int = 0) -> bool:
+    def rover_changed(self, beyond: int = 0, told: bool = True) -> bool:
         """A rover has come to the link, which has acknowledged no stop yet. Whether a stop is in force.
 
-        beyond: the epoch that begins with it is a later one than this.
+        beyond: the epoch that begins with it is a later one than this. told: it is told of it, and has to confirm it.
         """
         with self._guard:
-            self._state = machine.rover_came(self._state, beyond)
+            self._state = machine.rover_came(self._state, beyond, told)
             return self._state.stop.stopped
 
     def new_epoch(self) -> None:
@@ -211,8 +211,8 @@ class Gate:
 
     @property
     def epoch_known(self) -> bool:
-        """Whether the rover on the link has confirmed the present epoch."""
-        return self._state.heard >= self._state.epoch
+        """Whether the rover on the link has confirmed the present epoch, or is not told of it."""
+        return machine.epoch_known(self._state)
 
     def stop_acknowledged(self, stop_id: str | None = None) -> bool:
         """The rover stands: whether that is news. ``stop_id``: of which stop; one that was cleared since is none."""

@@ -11,7 +11,8 @@ number of the conn that they began with: under another one nothing goes. Beside 
 it is set nothing is armed, begun or released. Every refusal is a CommandRefused that names its ``check``.
 
 Every row goes in the epoch of its moment. A stop, a rover that comes, and a row that is given up begin a new one; the
-rover carries nothing out that is of an older one than it has heard of. Epochs only grow.
+rover carries nothing out that is of an older one than it has heard of. Epochs only grow. Nothing is armed, begun, gone
+on with or released before the rover has confirmed the present one: it would refuse what it is sent.
 """
 
 import secrets
@@ -53,13 +54,14 @@ class Latch:
 class State:
     """runs: number of the latest run. done: what became of the conn in the latest input.
 
-    epoch: of what goes to the rover now. heard: the newest that the rover on the link has confirmed.
+    epoch: of what goes to the rover now. heard: the newest that the rover on the link has confirmed; None where it is
+    not told of epochs.
     """
 
     conn: Conn = field(default_factory=Conn)
     runs: int = 0
     epoch: int = 0
-    heard: int = 0
+    heard: int | None = 0
     stop: Latch = field(default_factory=Latch)
     armed: Armed | None = None
     run: Run | None = None
@@ -95,6 +97,7 @@ def admitted(state: State, who: Identity, now: float) -> State:
 def arm(state: State, who: Identity, digest: str, token: str, now: float) -> State:
     """Arm a sequence that was found fit; a newer arming replaces an older one."""
     state = admitted(state, who, now)
+    _require_epoch_known(state)
     return replace(state, armed=Armed(token, digest, now + ARMED_FOR, state.conn.number))
 
 
@@ -117,6 +120,7 @@ def begin(state: State, who: Identity, token: str, sequence: Sequence, now: floa
     _require_open(state)
     digest = armed_sequence(state, token, now)
     state = conn(state, "heartbeat", who, now)
+    _require_epoch_known(state)
     run = Run(state.runs + 1, digest, sequence, who, state.conn.number)
     if step_by_step:
         run = replace(run, going=False, why=STEP_BY_STEP)
@@ -124,28 +128,36 @@ def begin(state: State, who: Identity, token: str, sequence: Sequence, now: floa
 
 
 def hindrance(state: State, now: float, fresh: bool) -> str:
-    """What keeps rows from going: "stop", "conn", "telemetry", or ""."""
+    """What keeps rows from going: "stop", "conn", "telemetry", "epoch", or ""."""
     run = state.run
     if state.stop.stopped or run is None or run.aborted:
         return "stop"
     present, _ = lease.passed(state.conn, now)
     if present.holder is None or present.number != run.fence:
         return "conn"
-    return "" if fresh else "telemetry"
+    if not fresh:
+        return "telemetry"
+    return "" if epoch_known(state) else "epoch"
+
+
+HOLDS = {
+    "conn": "the conn was lost or changed hands; whoever holds it may go on or abort",
+    "epoch": "another epoch has begun, which the rover has not confirmed yet; go on once it has",
+}
+"""Hindrances over which a run waits, and what it says then."""
 
 
 def claim(state: State, number: int, now: float, fresh: bool) -> tuple[State, Run | None, str]:
     """Whoever will release the row that is due claims it: nobody else gets it. The run, or None and what hinders it.
 
-    Without the conn the run waits for a holder.
+    Without the conn the run waits for a holder, and in an epoch that the rover has not confirmed for whoever goes on.
     """
     run = state.run
     if run is None or run.number != number or run.phase != "due":
         return state, None, ""
     hindered = hindrance(state, now, fresh)
-    if hindered == "conn":
-        held = run.held("the conn was lost or changed hands; whoever holds it may go on or abort")
-        return replace(state, run=held), None, hindered
+    if hindered in HOLDS:
+        return replace(state, run=run.held(HOLDS[hindered])), None, hindered
     if hindered:
         return state, None, hindered
     claimed = replace(run, phase="claimed")
@@ -199,6 +211,8 @@ def go_on(state: State, who: Identity, now: float, going: bool) -> State:
         _refuse("run", f"run {run.number} was aborted; it does not go on", run=run.number)
     if not going and run.phase != "waiting":
         _refuse("run", f"row {run.row} is still under way; ask for the next one once it waits", row=run.row)
+    if run.phase == "waiting":
+        _require_epoch_known(state)
     return replace(state, run=run.gone_on(who, state.conn.number, going))
 
 
@@ -249,9 +263,9 @@ def new_epoch(state: State, beyond: int = 0) -> State:
     return replace(state, epoch=max(state.epoch, beyond) + 1)
 
 
-def rover_came(state: State, beyond: int) -> State:
-    """A rover is on the link, or has come back: what went down before is outdated."""
-    return replace(new_epoch(acknowledged(state, False), beyond), heard=0)
+def rover_came(state: State, beyond: int, told: bool) -> State:
+    """A rover is on the link, or has come back: what went down before is outdated. told: it is told of epochs."""
+    return replace(new_epoch(acknowledged(state, False), beyond), heard=0 if told else None)
 
 
 def epoch_heard(state: State, epoch: int, confirms: bool) -> State:
@@ -259,8 +273,14 @@ def epoch_heard(state: State, epoch: int, confirms: bool) -> State:
 
     confirms: it says so because this session told it.
     """
-    state = replace(state, heard=max(state.heard, epoch) if confirms else state.heard)
+    if confirms and state.heard is not None:
+        state = replace(state, heard=max(state.heard, epoch))
     return new_epoch(state, epoch) if epoch > state.epoch else state
+
+
+def epoch_known(state: State) -> bool:
+    """Whether the rover on the link has confirmed the present epoch, or is not told of it."""
+    return state.heard is None or state.heard >= state.epoch
 
 
 def as_dict(state: State, now: float) -> dict[str, Any]:
@@ -272,6 +292,8 @@ def as_dict(state: State, now: float) -> dict[str, Any]:
         "state": "sending" if run else "armed" if is_armed else "idle",
         "stopped": state.stop.stopped,
         "stop_acknowledged": state.stop.acknowledged,
+        "epoch": state.epoch,
+        "epoch_known": epoch_known(state),
         "run": run.number if run else None,
         "row": run.row if run else None,
         "sequence": run.digest if run else armed.digest if armed and is_armed else None,
@@ -288,6 +310,17 @@ def _require_open(state: State) -> None:
         _refuse("stop", "a stop is in force; clear it first")
     if state.run is not None:
         _refuse("busy", f"run {state.run.number} is still being sent", run=state.run.number)
+
+
+def _require_epoch_known(state: State) -> None:
+    if not epoch_known(state):
+        _refuse(
+            "epoch",
+            f"the rover has not confirmed epoch {state.epoch} yet, and would take what is sent for something that was "
+            "held back on the way; it is told again every second (and the light time): arm once it has answered",
+            epoch=state.epoch,
+            confirmed=state.heard,
+        )
 
 
 def _with_conn(state: State, step: lease.Step) -> State:
