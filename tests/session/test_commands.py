@@ -87,6 +87,29 @@ def test_an_arming_expires():
         gate.armed_sequence(token)
 
 
+def test_two_sessions_never_name_a_command_alike(sessions, tiny, state_of, frame_of):
+    """The same content in a run of the same number: a rover would take the second for a repetition, and not move."""
+    named = []
+    for _ in range(2):
+        live, rover = sessions.create("again"), Rover()
+        live.load_terrain(tiny.dem(), "test")
+        live.set_state(state_of())
+        live.plan_step(2, (1.0, 0.0)).finish()
+        digest = live.make_sequence()
+        live.rover_connected(rover)
+        live.take_telemetry(frame_of(0))
+        sent = live.send(live.arm()["token"])
+        for command in sent["commands"]:
+            live.take_acknowledgement(command, "done")
+        assert rover.ids() == sent["commands"]
+        assert [row["id"] for row in live.run["rows"]] == sent["commands"]
+        named.append((digest, sent["run"], sent["commands"]))
+        live.rover_disconnected()
+    (first, run, ids), (second, same, others) = named
+    assert (first, run) == (second, same)
+    assert not {*ids} & {*others}
+
+
 def test_a_refused_row_ends_the_run(ready, rover):
     ids = ready.send(ready.arm()["token"])["commands"]
     ready.take_acknowledgement(ids[0], "refused", "joint fault")

@@ -40,7 +40,7 @@ PAYLOADS = {
         product("edit"),
         product("export", format=st.just("csv")),
     ),
-    "run_started": st.fixed_dictionaries({"run": RUN}, optional={"rows": RUN, "sequence": DIGEST}),
+    "run_started": st.fixed_dictionaries({"run": RUN}, optional={"rows": RUN, "sequence": DIGEST, "mark": st.text()}),
     "command_sent": st.fixed_dictionaries({"id": REASON, "sequence": DIGEST, "run": RUN, "row": RUN}),
     "command_done": st.fixed_dictionaries({"id": REASON}),
     "command_refused": st.fixed_dictionaries({"id": REASON, "reason": REASON}),

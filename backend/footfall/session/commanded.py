@@ -108,8 +108,9 @@ class CommandedSession(LinkedSession):
                 told = {"state": "unsent", "reason": run.reason, "times": {**queued, "unsent": run.ended}}
             else:
                 told = {"state": "queued", "reason": "", "times": queued}
-            rows.append({"row": row, "id": command_id(run.sequence, run.number, row), **told})
-        return {**fields_of(run), "rows": rows}
+            rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
+        told = {name: item for name, item in fields_of(run).items() if name != "mark"}
+        return {**told, "rows": rows}
 
     def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
         """Stop the rover, now; stays in force until cleared. Anybody may; works without rover, disk or free lock."""

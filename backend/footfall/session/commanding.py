@@ -18,7 +18,7 @@ from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, requir
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
 from footfall.session.gate.machine import ARMED_FOR, HOLDS
-from footfall.session.gate.runs import Run, command_id
+from footfall.session.gate.runs import Run
 from footfall.session.log.fold import SessionState
 from footfall.session.rover.link import RoverLink
 from footfall.session.telling import Telling
@@ -114,15 +114,15 @@ class Commanding:
             require_fit(sequence, facts, joint_names)
             run = self.gate.begin(token, sequence, who, step_by_step)
         rows = len(sequence.commands)
-        started = {"run": run.number, "sequence": run.digest, "rows": rows, "mode": run.mode, **self._by(who)}
+        started = {"run": run.number, "mark": run.mark, "sequence": run.digest, "rows": rows, "mode": run.mode}
         try:
-            self._record("run_started", started)
+            self._record("run_started", {**started, **self._by(who)})
         except BaseException:
             self.gate.end(run.number)
             raise
         self._send_next(run.number)
         self._start_watch()
-        return {"run": run.number, "commands": [command_id(run.digest, run.number, row) for row in range(rows)]}
+        return {"run": run.number, "commands": run.command_ids}
 
     def hold(self, who: Identity) -> None:
         """Nothing goes by itself after the present row. Raises CommandRefused."""

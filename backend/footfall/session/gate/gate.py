@@ -80,7 +80,10 @@ class Gate:
 
     def begin(self, token: str, sequence: Sequence, who: Identity, step_by_step: bool = False) -> Run:
         """Use up a token and begin a run; nothing is released yet."""
-        return _run(self._become(lambda state, now: machine.begin(state, who, token, sequence, now, step_by_step)))
+        mark = secrets.token_hex(4)
+        return _run(
+            self._become(lambda state, now: machine.begin(state, who, token, sequence, mark, now, step_by_step))
+        )
 
     def claim(self, number: int, fresh: bool) -> tuple[Run | None, str]:
         """The row of run ``number`` that is due, for whoever will release it; or None and what hinders it, if anything.

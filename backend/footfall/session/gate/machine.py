@@ -114,14 +114,16 @@ def armed_sequence(state: State, token: str, now: float) -> str:
     return armed.digest
 
 
-def begin(state: State, who: Identity, token: str, sequence: Sequence, now: float, step_by_step: bool = False) -> State:
-    """Use up a token and begin a run, whose first row is due."""
+def begin(
+    state: State, who: Identity, token: str, sequence: Sequence, mark: str, now: float, step_by_step: bool = False
+) -> State:
+    """Use up a token and begin a run, whose first row is due. mark: of the run, such as none had before."""
     state = passed(state, now)
     _require_open(state)
     digest = armed_sequence(state, token, now)
     state = conn(state, "heartbeat", who, now)
     _require_epoch_known(state)
-    run = Run(state.runs + 1, digest, sequence, who, state.conn.number)
+    run = Run(state.runs + 1, mark, digest, sequence, who, state.conn.number)
     if step_by_step:
         run = replace(run, going=False, why=STEP_BY_STEP)
     return replace(state, runs=run.number, run=run, armed=None)

@@ -19,22 +19,28 @@ DONE_FACTOR, DONE_EXTRA = 3.0, 30.0
 STEP_BY_STEP = "step by step"
 
 
-def command_id(digest: str, number: int, row: int) -> str:
-    """Unique for ever: a sequence's content, how often it was sent, which row."""
-    return f"{digest[:12]}-{number}-{row}"
+def command_id(digest: str, number: int, mark: str, row: int) -> str:
+    """Unique for ever: a sequence's content, the how-manieth run of its session, and which row of it.
+
+    mark: drawn for each run. Another session may send the same content in a run of the same number, and so may this one
+    after its log was lost; the rover would take that for a repetition, and not move. "" in logs from before there was
+    one.
+    """
+    return "-".join((digest[:12], str(number), *([mark] if mark else []), str(row)))
 
 
 @dataclass(frozen=True)
 class Run:
     """A sequence on its way to the rover.
 
-    by, fence: who sends it, under which number of the conn. row: the one that is due, out or waited before.
+    mark: see :func:`command_id`. by, fence: who sends it, under which number of the conn. row: the one that is due, out or waited before.
     phase: "due", "claimed" (by whoever writes it down and releases it), "out", "waiting" or "over".
     going: whether the next row goes by itself. why: it waits, or is to wait. aborted: nothing goes after the row that
     is out. received, released_at: of the row that is out.
     """
 
     number: int
+    mark: str
     digest: str
     sequence: Sequence
     by: Identity
@@ -55,7 +61,12 @@ class Run:
     @property
     def command_id(self) -> str:
         """Name of the present row's command."""
-        return command_id(self.digest, self.number, self.row)
+        return self.command_ids[self.row]
+
+    @property
+    def command_ids(self) -> list[str]:
+        """Names of the commands of all rows."""
+        return [command_id(self.digest, self.number, self.mark, row) for row in range(len(self.sequence.commands))]
 
     @property
     def unsent(self) -> int:

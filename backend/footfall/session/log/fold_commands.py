@@ -46,7 +46,7 @@ class StopRecord(Value):
 class RunRecord(Value):
     """The latest run. state: "going", "held", "aborting" or "ended"; outcome: of one that ended.
 
-    mode: "whole", or "steps" where every row waits. by: name of who sent it; queued: since when its rows waited.
+    mode: "whole", or "steps" where every row waits. mark: in the names of its commands. by: name of who sent it; queued: since when its rows waited.
     """
 
     number: int
@@ -59,6 +59,7 @@ class RunRecord(Value):
     reason: str = ""
     outcome: str = ""
     ended: float | None = None
+    mark: str = field(default="", metadata=LATER)
 
 
 @value
@@ -106,6 +107,7 @@ def _run_started(state: Commanded, event: Event, payload: Payload) -> Changes:
         mode=payload.get("mode", "whole"),
         by=payload.get("by", {}).get("name", ""),
         queued=float(event.time),
+        mark=payload.get("mark", ""),
     )
     return {"runs": run.number, "run": run}
 
