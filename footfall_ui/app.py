@@ -20,9 +20,9 @@ from footfall.api.auth.oidc import SignOn
 from footfall.api.door.front import LOOPBACK, Front
 from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import InvalidInput, NotFound
-from footfall.io.account_store import FILE as ACCOUNTS_FILE
 from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
+from footfall.session.access.account_stores import account_store, has_accounts
 from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
@@ -199,10 +199,9 @@ def serve(
 
 def _accounts_of(folder: Path, stack: contextlib.ExitStack) -> Accounts | None:
     """The accounts of a folder, open until the stack ends; None where it has none."""
-    path = folder / ACCOUNTS_FILE
-    if not path.exists():
+    if not has_accounts(folder):
         return None
-    found = stack.enter_context(contextlib.closing(Accounts(path)))
+    found = stack.enter_context(contextlib.closing(Accounts(account_store(folder))))
     return found if found.everyone() else None
 
 

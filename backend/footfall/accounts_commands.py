@@ -144,10 +144,10 @@ def revoke_token(name: TokenName, data: Data = DEFAULT_DATA) -> None:
 
 @contextmanager
 def _accounts(data: Path) -> "Iterator[Accounts]":
-    from footfall.io.account_store import FILE
+    from footfall.session.access.account_stores import account_store
     from footfall.session.access.accounts import Accounts
 
-    with closing(Accounts(data.expanduser() / FILE)) as accounts:
+    with closing(Accounts(account_store(data.expanduser()))) as accounts:
         yield accounts
 
 

@@ -20,6 +20,7 @@ from footfall.io.sign_on_file import FILE
 from footfall.resources import sample_sessions_folder
 from footfall.session.storage import postgres_look
 from footfall.session.storage.databases import bind, binding
+from footfall.session.storage.postgres_schema import SCHEMAS, TABLES
 from tests.support.command_line import FOOTFALL
 from tests.support.provider import CLIENT, SECRET, provider
 
@@ -136,7 +137,8 @@ def test_a_database_server_is_looked_at_and_nothing_is_changed(tmp_path, postgre
     with closing(psycopg.connect(url)) as database:
         assert database.execute("SELECT count(*) FROM pg_tables WHERE schemaname = current_schema()").fetchone() == (0,)
     bind(tmp_path / "bound", url)
-    assert looked("database", tmp_path / "bound").text == f"PostgreSQL {version}, tables 1, 0 sessions: {url}"
+    told = looked("database", tmp_path / "bound").text
+    assert told == f"PostgreSQL {version}, tables {len(SCHEMAS)}, 0 sessions: {url}"
     assert "belongs to another data folder" in refused(tmp_path / "new", url)
     assert "holds no tables of FootFall" in refused(tmp_path / "bound", postgres.fresh())
 
@@ -150,10 +152,10 @@ def test_what_keeps_a_database_server_from_being_used_is_said(tmp_path, postgres
     url = postgres.fresh()
     bind(tmp_path, url)
     with closing(psycopg.connect(url, autocommit=True)) as database:
-        database.execute("UPDATE schema_versions SET version = 99")
+        database.execute("INSERT INTO schema_versions VALUES (99, '', 0)")
     assert "later version of FootFall" in looked("database", tmp_path).text
     with closing(psycopg.connect(url, autocommit=True)) as database:
-        database.execute("DROP TABLE schema_versions, events, sessions, leaving, store, job_reports")
+        database.execute(f"DROP TABLE {', '.join(TABLES)}".encode())
     assert "holds no tables of FootFall" in looked("database", tmp_path).text
     monkeypatch.setattr(postgres_look, "OLDEST", 1000)
     assert "FootFall needs 1000 or later" in looked("database", tmp_path).text

@@ -14,9 +14,11 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.io.account_store import FILE
+from footfall.session.access.account_stores import account_store
 from footfall.session.access.accounts import LOGIN_LASTS, Accounts, LoginRefused
 from footfall.session.access.identity import Identity, Role
 from footfall.session.access.throttle import LONGEST_WAIT, Throttle
+from footfall.session.storage.databases import binding
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
@@ -38,7 +40,17 @@ def clock():
 
 
 @pytest.fixture
-def accounts(tmp_path, clock):
+def accounts(work, clock):
+    """Once in a file, once on a database server."""
+    made = Accounts(account_store(work), clock, QUICK)
+    made.add("ada", Role.ADMIN, PASSWORD, BOSS)
+    made.add("vic", Role.VIEWER, PASSWORD, BOSS)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def in_file(tmp_path, clock):
     made = Accounts(tmp_path / FILE, clock, QUICK)
     made.add("ada", Role.ADMIN, PASSWORD, BOSS)
     made.add("vic", Role.VIEWER, PASSWORD, BOSS)
@@ -69,12 +81,15 @@ def test_each_login_has_a_secret_of_its_own_and_replaces_the_one_before(accounts
     assert accounts.by_cookie(second.secret, "") is None
 
 
-def test_a_removed_account_is_out_at_once_in_every_process(accounts, tmp_path):
+def test_a_removed_account_is_out_at_once_in_every_process(accounts, work):
     login = accounts.log_in("vic", PASSWORD, "")
     token = accounts.add_token("script", "vic", BOSS)
-    other = Accounts(tmp_path / FILE, hasher=QUICK)  # as the command line opens it beside a server
+    assert accounts.by_cookie(login.secret, "") is not None
+    other = Accounts(account_store(work), hasher=QUICK)  # as the command line opens it beside a server
     other.remove("vic", BOSS)
     other.close()
+    if binding(work) is not None:
+        accounts._store._look()  # a database server is asked every second
     assert accounts.by_cookie(login.secret, "") is None
     assert accounts.by_token(token, "") is None
     with pytest.raises(LoginRefused):
@@ -110,8 +125,8 @@ def test_tokens_do_at_most_what_they_and_their_account_may(accounts, clock):
         accounts.add_token("gateway", "ada", BOSS)
 
 
-def test_somebody_always_remains_who_may_make_accounts(tmp_path, clock):
-    fresh = Accounts(tmp_path / FILE, clock, QUICK)
+def test_somebody_always_remains_who_may_make_accounts(work, clock):
+    fresh = Accounts(account_store(work), clock, QUICK)
     with pytest.raises(Conflict, match="first account"):
         fresh.add("vic", Role.VIEWER, PASSWORD, BOSS)
     fresh.add("ada", Role.ADMIN, PASSWORD, BOSS)
@@ -123,15 +138,15 @@ def test_somebody_always_remains_who_may_make_accounts(tmp_path, clock):
 
 
 @pytest.mark.parametrize("name", ["", "local", "Ada", "a b", "a" * 33, "../a", "ada\n", ".a", "é"])
-def test_names_that_cannot_be(accounts, name):
+def test_names_that_cannot_be(in_file, name):
     with pytest.raises(InvalidInput, match="small letters"):
-        accounts.add(name, Role.VIEWER, PASSWORD, BOSS)
+        in_file.add(name, Role.VIEWER, PASSWORD, BOSS)
 
 
 @pytest.mark.parametrize("password", ["", "short", "x" * 1025])
-def test_passwords_that_cannot_be(accounts, password):
+def test_passwords_that_cannot_be(in_file, password):
     with pytest.raises(InvalidInput, match="12 to 1024"):
-        accounts.add("new", Role.VIEWER, password, BOSS)
+        in_file.add("new", Role.VIEWER, password, BOSS)
 
 
 def test_guessing_is_slowed_down_for_the_account_and_for_the_address(tmp_path, clock):
@@ -153,12 +168,12 @@ def test_guessing_is_slowed_down_for_the_account_and_for_the_address(tmp_path, c
     accounts.close()
 
 
-def test_many_guesses_at_once_are_not_more_than_one_after_the_other(accounts):
+def test_many_guesses_at_once_are_not_more_than_one_after_the_other(in_file):
     heard = []
 
     def guess():
         with pytest.raises(LoginRefused) as caught:
-            accounts.log_in("vic", "a wrong password", "10.0.0.1")
+            in_file.log_in("vic", "a wrong password", "10.0.0.1")
         heard.append(caught.value.retry_after)
 
     threads = [threading.Thread(target=guess) for _ in range(30)]
@@ -186,23 +201,23 @@ def test_a_name_that_nobody_has_costs_as_much_time(tmp_path):
     accounts.close()
 
 
-def test_the_file_is_its_owners_alone(accounts, tmp_path):
-    login = accounts.log_in("vic", PASSWORD, "")  # writes, so that the files beside it are there
+def test_the_file_is_its_owners_alone(in_file, tmp_path):
+    login = in_file.log_in("vic", PASSWORD, "")  # writes, so that the files beside it are there
     found = list(tmp_path.iterdir())
     assert len(found) >= 2
     assert {stat.S_IMODE(path.stat().st_mode) for path in found} == {0o600}
     (tmp_path / FILE).chmod(0o640)
     with pytest.raises(Conflict, match="chmod 600"):
         Accounts(tmp_path / FILE)
-    assert accounts.by_cookie(login.secret, "") is not None
+    assert in_file.by_cookie(login.secret, "") is not None
 
 
-def test_no_secret_is_in_any_file_or_in_the_record(accounts, tmp_path):
-    login = accounts.log_in("vic", PASSWORD, "10.0.0.7")
-    secrets = [PASSWORD, login.secret, accounts.add_token("script", "vic", BOSS), accounts.own_rover()]
-    secrets += [accounts.add_token("gateway", None, BOSS), "typed into the name field"]
+def test_no_secret_is_in_any_file_or_in_the_record(in_file, tmp_path):
+    login = in_file.log_in("vic", PASSWORD, "10.0.0.7")
+    secrets = [PASSWORD, login.secret, in_file.add_token("script", "vic", BOSS), in_file.own_rover()]
+    secrets += [in_file.add_token("gateway", None, BOSS), "typed into the name field"]
     with pytest.raises(LoginRefused):
-        accounts.log_in("typed into the name field", "x", "")
+        in_file.log_in("typed into the name field", "x", "")
     written = b"".join(path.read_bytes() for path in tmp_path.iterdir())
     for secret in secrets:
         assert secret.encode() not in written
@@ -210,12 +225,12 @@ def test_no_secret_is_in_any_file_or_in_the_record(accounts, tmp_path):
     assert re.search(rb"\$argon2id\$", written)
 
 
-def test_the_record_is_only_added_to_and_shows_what_was_changed(accounts, tmp_path):
-    accounts.log_in("vic", PASSWORD, "10.0.0.7")
+def test_the_record_is_only_added_to_and_shows_what_was_changed(in_file, tmp_path):
+    in_file.log_in("vic", PASSWORD, "10.0.0.7")
     with pytest.raises(LoginRefused):
-        accounts.log_in("vic", "a wrong password", "10.0.0.8")
-    accounts.token_refused("10.0.0.9")
-    told = [(one.who, one.act, one.what, one.client) for one in accounts.audit()]
+        in_file.log_in("vic", "a wrong password", "10.0.0.8")
+    in_file.token_refused("10.0.0.9")
+    told = [(one.who, one.act, one.what, one.client) for one in in_file.audit()]
     assert told == [
         ("boss", "account added", "ada, admin", "command line"),
         ("boss", "account added", "vic, viewer", "command line"),
@@ -223,7 +238,7 @@ def test_the_record_is_only_added_to_and_shows_what_was_changed(accounts, tmp_pa
         ("vic", "login refused", "", "10.0.0.8"),
         ("nobody", "token refused", "", "10.0.0.9"),
     ]
-    assert accounts.verify_audit() == 5
+    assert in_file.verify_audit() == 5
     direct = sqlite3.connect(tmp_path / FILE)
     for text in ("UPDATE audit SET who = 'ada' WHERE seq = 2", "DELETE FROM audit WHERE seq = 2"):
         with pytest.raises(sqlite3.IntegrityError, match="only added to"):
@@ -233,14 +248,14 @@ def test_the_record_is_only_added_to_and_shows_what_was_changed(accounts, tmp_pa
     direct.commit()
     direct.close()
     with pytest.raises(InvalidBundle, match="entry 2"):
-        accounts.verify_audit()
+        in_file.verify_audit()
 
 
-def test_a_flood_of_bad_tokens_does_not_fill_the_disk(accounts):
-    before = len(accounts.audit())
+def test_a_flood_of_bad_tokens_does_not_fill_the_disk(in_file):
+    before = len(in_file.audit())
     for _ in range(200):
-        accounts.token_refused("10.0.0.9")
-    assert len(accounts.audit()) - before < 10
+        in_file.token_refused("10.0.0.9")
+    assert len(in_file.audit()) - before < 10
 
 
 def test_a_file_that_is_none_is_refused_by_name(tmp_path):
@@ -250,19 +265,19 @@ def test_a_file_that_is_none_is_refused_by_name(tmp_path):
         Accounts(tmp_path / FILE)
 
 
-def test_who_was_let_in_is_remembered_for_stop_while_the_file_is_gone(accounts, monkeypatch):
-    login = accounts.log_in("vic", PASSWORD, "")
-    assert accounts.remembered(login.secret) is None  # it was never shown since
-    accounts.by_cookie(login.secret, "")
+def test_who_was_let_in_is_remembered_for_stop_while_the_file_is_gone(in_file, monkeypatch):
+    login = in_file.log_in("vic", PASSWORD, "")
+    assert in_file.remembered(login.secret) is None  # it was never shown since
+    in_file.by_cookie(login.secret, "")
 
     def gone(*_):
         raise sqlite3.OperationalError("disk I/O error")
 
-    monkeypatch.setattr(accounts._store, "key", gone)
+    monkeypatch.setattr(in_file._store, "key", gone)
     with pytest.raises(sqlite3.Error):
-        accounts.by_cookie(login.secret, "")
-    assert who(accounts.remembered(login.secret)) == ("vic", Role.VIEWER)
-    assert accounts.remembered("something else") is None
+        in_file.by_cookie(login.secret, "")
+    assert who(in_file.remembered(login.secret)) == ("vic", Role.VIEWER)
+    assert in_file.remembered("something else") is None
 
 
 class Door(RuleBasedStateMachine):

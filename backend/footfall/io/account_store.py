@@ -1,4 +1,4 @@
-"""Accounts, their keys and the record of who did what, in one SQLite file that its owner alone may read.
+"""Accounts, their keys and the record of who did what: what any store of them offers, and one in a SQLite file.
 
 Secrets arrive here hashed: passwords by argon2, keys (logins and tokens) by SHA-256. The record (``audit``) can only
 be added to, and each entry carries the hash of the one before, so that a changed or lost entry shows.
@@ -9,7 +9,9 @@ import os
 import sqlite3
 import stat
 import threading
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,8 +83,59 @@ class AuditEntry:
     client: str
 
 
-class AccountStore:
-    """The file, open for reading and writing; thread-safe, and shared with other processes.
+class AccountStore(ABC):
+    """Where accounts are kept; thread-safe, and shared with other processes."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Harmless when done twice."""
+
+    @abstractmethod
+    def key(self, digest: str) -> tuple[Key, str | None] | None:
+        """A key and the present role of its account, None for a rover's. Asked with every request: never waits long."""
+
+    @abstractmethod
+    def change(self) -> AbstractContextManager["Change"]:
+        """One transaction: all of it is on the disk when the block ends, or nothing where it raises."""
+
+    @abstractmethod
+    def _ask(self, text: str, *given: Any) -> list[Any]:
+        """Rows as they are now."""
+
+    def accounts(self) -> list[Account]:
+        """All of them, by name."""
+        return _accounts(self._ask)
+
+    def account(self, name: str) -> Account | None:
+        """The one of this name."""
+        return next((one for one in self.accounts() if one.name == name), None)
+
+    def every_key(self) -> list[Key]:
+        """Every login and token."""
+        return _keys(self._ask)
+
+    def tokens(self) -> list[Key]:
+        """Every token, of accounts and of rovers, by name; logins have none."""
+        return sorted((key for key in self.every_key() if key.use != "login"), key=lambda key: key.name or "")
+
+    def audit(self, after: int = -1, limit: int = 1000) -> list[AuditEntry]:
+        """The record from after entry ``after`` on, oldest first."""
+        text = "SELECT seq, time, who, act, what, client FROM audit WHERE seq > ? ORDER BY seq LIMIT ?"
+        return [AuditEntry(*row) for row in self._ask(text, after, limit)]
+
+    def verify_audit(self) -> int:
+        """The number of entries. Raises InvalidBundle, naming the first that was changed or follows a lost one."""
+        previous, seq = START, -1
+        text = "SELECT seq, time, who, act, what, client, hash FROM audit ORDER BY seq"
+        for seq, (number, time, who, act, what, client, written) in enumerate(self._ask(text)):
+            if number != seq or _record(seq, time, who, act, what, client, previous)["hash"] != written:
+                raise InvalidBundle(f"entry {seq} of the record was changed, or one before it was lost", entry=seq)
+            previous = written
+        return seq + 1
+
+
+class AccountFile(AccountStore):
+    """One SQLite file that its owner alone may read.
 
     Reading has a connection of its own: it never waits for a writer.
     """
@@ -101,93 +154,76 @@ class AccountStore:
             raise
 
     def close(self) -> None:
-        """Harmless when done twice."""
         self._reader.close()
         self._writer.close()
 
-    def accounts(self) -> list[Account]:
-        """All of them, by name."""
-        return [Account(*row) for row in self._read("SELECT name, role, password, created FROM accounts ORDER BY name")]
-
-    def account(self, name: str) -> Account | None:
-        """The one of this name."""
-        found = self._read("SELECT name, role, password, created FROM accounts WHERE name = ?", name)
-        return Account(*found[0]) if found else None
-
     def key(self, digest: str) -> tuple[Key, str | None] | None:
-        """A key and the present role of its account, None for a rover's."""
         text = f"SELECT {_KEY}, a.role FROM keys k LEFT JOIN accounts a ON a.name = k.account WHERE k.digest = ?"
-        found = self._read(text, digest)
+        found = self._ask(text, digest)
         return (Key(*found[0][:-1]), found[0][-1]) if found else None
-
-    def tokens(self) -> list[Key]:
-        """Every token, of accounts and of rovers, by name; logins have none."""
-        return [Key(*row) for row in self._read(f"SELECT {_KEY} FROM keys k WHERE use != 'login' ORDER BY name")]
-
-    def audit(self, after: int = -1, limit: int = 1000) -> list[AuditEntry]:
-        """The record from after entry ``after`` on, oldest first."""
-        text = "SELECT seq, time, who, act, what, client FROM audit WHERE seq > ? ORDER BY seq LIMIT ?"
-        return [AuditEntry(*row) for row in self._read(text, after, limit)]
-
-    def verify_audit(self) -> int:
-        """The number of entries. Raises InvalidBundle, naming the first that was changed or follows a lost one."""
-        previous, seq = START, -1
-        text = "SELECT seq, time, who, act, what, client, hash FROM audit ORDER BY seq"
-        for seq, (number, time, who, act, what, client, written) in enumerate(self._read(text)):
-            if number != seq or _record(seq, time, who, act, what, client, previous)["hash"] != written:
-                raise InvalidBundle(f"entry {seq} of the record was changed, or one before it was lost", entry=seq)
-            previous = written
-        return seq + 1
 
     @contextlib.contextmanager
     def change(self) -> "Iterator[Change]":
-        """One transaction: all of it is on the disk when the block ends, or nothing where it raises."""
         with self._writing:
             self._writer.execute("BEGIN IMMEDIATE")
             try:
-                yield Change(self._writer)
+                yield Change(self._written)
                 self._writer.execute("COMMIT")
             except BaseException:
                 if self._writer.in_transaction:  # a full disk may have ended it already
                     self._writer.execute("ROLLBACK")
                 raise
 
-    def _read(self, text: str, *given: Any) -> list[Any]:
+    def _ask(self, text: str, *given: Any) -> list[Any]:
         with self._reading:
             return self._reader.execute(text, given).fetchall()
 
+    def _written(self, text: str, *given: Any) -> list[Any]:
+        try:
+            return self._writer.execute(text, given).fetchall()
+        except sqlite3.IntegrityError as err:
+            raise Taken(str(err)) from err
+
     def _prepare(self) -> None:
         try:
-            with self.change() as change:
-                found = change.ask("PRAGMA user_version")[0][0]
+            with self.change():
+                found = self._written("PRAGMA user_version")[0][0]
                 if found == 0:
-                    change.build()
+                    # executescript would end the transaction first
+                    for statement in _statements(_SCHEMA):
+                        self._written(statement)
+                    self._written(f"PRAGMA user_version = {VERSION}")
         except sqlite3.DatabaseError as err:
             raise InvalidBundle(f"{self.path} holds no accounts: {err}", path=str(self.path)) from err
         if found not in (0, VERSION):
             raise InvalidBundle(f"{self.path} was written by another version of FootFall (layout {found})")
 
 
+class Taken(Exception):
+    """What was to be added is there already."""
+
+
 class Change:
-    """What one transaction does."""
+    """What one transaction does. ask: runs a statement of it, with ``?`` for what is given; raises Taken."""
 
-    def __init__(self, connection: sqlite3.Connection) -> None:
-        self._connection = connection
+    def __init__(self, ask: Callable[..., list[Any]]) -> None:
+        self._ask = ask
 
-    def ask(self, text: str, *given: Any) -> list[Any]:
-        """Rows as they are within the transaction."""
-        return self._connection.execute(text, given).fetchall()
+    def accounts(self) -> list[Account]:
+        """All of them as they are within the transaction."""
+        return _accounts(self._ask)
 
-    def build(self) -> None:
-        """Make the tables."""
-        # executescript would end the transaction first
-        for statement in _statements(_SCHEMA):
-            self._connection.execute(statement)
-        self._connection.execute(f"PRAGMA user_version = {VERSION}")
+    def account(self, name: str) -> Account | None:
+        """The one of this name."""
+        return next((one for one in self.accounts() if one.name == name), None)
+
+    def token(self, name: str) -> Key | None:
+        """The token of this name."""
+        return next((key for key in _keys(self._ask) if key.name == name and key.use != "login"), None)
 
     def put_account(self, account: Account) -> None:
         """Add, or replace role and password of the one with the same name."""
-        self.ask(
+        self._ask(
             "INSERT INTO accounts VALUES (?, ?, ?, ?) "
             "ON CONFLICT (name) DO UPDATE SET role = excluded.role, password = excluded.password",
             *(account.name, account.role, account.password, account.created),
@@ -195,37 +231,50 @@ class Change:
 
     def remove_account(self, name: str) -> None:
         """And with it every login and token of it."""
-        self.ask("DELETE FROM accounts WHERE name = ?", name)
+        self._ask("DELETE FROM accounts WHERE name = ?", name)
 
     def put_key(self, key: Key) -> None:
         """Add. Raises Conflict where the name is taken."""
+        row = (key.secret_hash, key.use, key.name, key.account, key.role, key.created, key.expires)
         try:
-            row = (key.secret_hash, key.use, key.name, key.account, key.role, key.created, key.expires)
-            self.ask("INSERT INTO keys VALUES (?, ?, ?, ?, ?, ?, ?)", *row)
-        except sqlite3.IntegrityError as err:
+            self._ask("INSERT INTO keys VALUES (?, ?, ?, ?, ?, ?, ?)", *row)
+        except Taken as err:
             raise Conflict(f"there is a token {key.name!r} already; revoke it first, or take another name") from err
 
     def remove_key(self, digest: str) -> bool:
         """Whether it was there."""
-        return bool(self.ask("DELETE FROM keys WHERE digest = ? RETURNING 1", digest))
+        return bool(self._ask("DELETE FROM keys WHERE digest = ? RETURNING 1", digest))
 
     def remove_logins(self, account: str) -> None:
         """Every login of an account."""
-        self.ask("DELETE FROM keys WHERE account = ? AND use = 'login'", account)
+        self._ask("DELETE FROM keys WHERE account = ? AND use = 'login'", account)
 
     def remove_expired(self, now: float) -> None:
         """Logins that have ended; tokens stay listed until they are revoked."""
-        self.ask("DELETE FROM keys WHERE expires <= ? AND use = 'login'", now)
+        self._ask("DELETE FROM keys WHERE expires <= ? AND use = 'login'", now)
 
     def note(self, time: float, who: str, act: str, what: str, client: str) -> None:
         """Add to the record."""
-        last = self.ask("SELECT seq, hash FROM audit ORDER BY seq DESC LIMIT 1")
+        last = self._ask("SELECT seq, hash FROM audit ORDER BY seq DESC LIMIT 1")
         seq, previous = (last[0][0] + 1, last[0][1]) if last else (0, START)
         written = _record(seq, time, who, act, what, client, previous)["hash"]
-        self.ask("INSERT INTO audit VALUES (?, ?, ?, ?, ?, ?, ?)", seq, time, who, act, what, client, written)
+        self._ask("INSERT INTO audit VALUES (?, ?, ?, ?, ?, ?, ?)", seq, time, who, act, what, client, written)
 
 
 _KEY = "k.digest, k.use, k.name, k.account, k.role, k.created, k.expires"
+
+
+def _accounts(ask: Callable[..., list[Any]]) -> list[Account]:
+    # each database has an order of texts of its own
+    return sorted((Account(*row) for row in ask("SELECT name, role, password, created FROM accounts")), key=_name)
+
+
+def _keys(ask: Callable[..., list[Any]]) -> list[Key]:
+    return [Key(*row) for row in ask(f"SELECT {_KEY} FROM keys k")]
+
+
+def _name(account: Account) -> str:
+    return account.name
 
 
 def _record(seq: int, time: float, who: str, act: str, what: str, client: str, previous: str) -> dict[str, Any]:

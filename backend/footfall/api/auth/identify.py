@@ -48,7 +48,7 @@ class Identify:
         except AccountsUnreadable:
             found = ticket.remembered() if scope["path"] in _STOPS else None
             if found is None:
-                text = "the accounts can't be read, so nobody can be recognised; the server's disk needs attention"
+                text = "the accounts can't be read, so nobody is recognised; see to the server's disk, or its database"
                 return await _turn_away(scope, receive, send, 503, "accounts-unreadable", text)
         if found is None and ticket.token is not None:
             with contextlib.suppress(AccountsUnreadable):  # on a full disk it goes unrecorded

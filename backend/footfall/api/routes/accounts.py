@@ -101,7 +101,7 @@ async def log_in(order: LoginOrder, request: Request, response: Response) -> Me:
             refused.kind, 429 if refused.retry_after else 401, refused.message, **refused.details
         ) from refused
     except AccountsUnreadable as err:
-        text = f"the accounts can't be read or written ({err}); the server's disk needs attention"
+        text = f"the accounts can't be read or written ({err}); see to the server's disk, or its database"
         raise Problem("accounts-unreadable", 503, text) from err
     set_login(response, front, made.secret)
     return _me(made.identity, made.ends)

@@ -21,9 +21,10 @@ from argon2.exceptions import InvalidHashError, VerificationError
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
 from footfall.core.value import Value, value
-from footfall.io.account_store import Account, AccountStore, AuditEntry, Change, Key
+from footfall.io.account_store import Account, AccountFile, AccountStore, AuditEntry, Change, Key
 from footfall.session.access.identity import Identity, Role
 from footfall.session.access.throttle import Throttle
+from footfall.session.storage.interface import StoreRefused
 
 LOGIN_LASTS = 12 * 3600.0
 """A login of the page ends after this long [s], used or not."""
@@ -73,14 +74,18 @@ class Pass(Value):
 class Accounts:
     """The accounts of one working folder; thread-safe. The command line may change them while a server reads them.
 
-    clock: seconds since 1970. hasher: of passwords; its cost is argon2-cffi's default.
+    store: where they are kept, this object's to close; a path: in that file. clock: seconds since 1970. hasher: of
+    passwords; its cost is argon2-cffi's default.
     """
 
     def __init__(
-        self, path: Path, clock: Callable[[], float] = time.time, hasher: PasswordHasher | None = None
+        self,
+        store: AccountStore | Path,
+        clock: Callable[[], float] = time.time,
+        hasher: PasswordHasher | None = None,
     ) -> None:
-        """Open or make the file. Raises Conflict where others may read it, InvalidBundle where it is no such file."""
-        self._store = AccountStore(path)
+        """Raises Conflict where others may read the file, InvalidBundle where it is no such file."""
+        self._store = AccountFile(store) if isinstance(store, Path) else store
         self._clock = clock
         self._hasher = hasher or PasswordHasher()
         self._by_name, self._by_address = Throttle(free=5), Throttle(free=20)
@@ -128,9 +133,9 @@ class Accounts:
             )
         stored = self._hashed(password)
         with self._store.change() as change:
-            if _role_of(change, name) is not None:
+            if change.account(name) is not None:
                 raise Conflict(f"there is an account {name} already", name=name)
-            if not change.ask("SELECT 1 FROM accounts LIMIT 1") and role is not Role.ADMIN:
+            if not change.accounts() and role is not Role.ADMIN:
                 raise Conflict("the first account is an admin's: it is the one that may make others", role=role.value)
             change.put_account(Account(name, role.value, stored, self._clock()))
             self._note(change, by, "account added", f"{name}, {role.value}")
@@ -193,10 +198,10 @@ class Accounts:
     def revoke_token(self, name: str, by: Identity) -> None:
         """Raises NotFound."""
         with self._store.change() as change:
-            found = change.ask("SELECT digest FROM keys WHERE name = ? AND use != 'login'", name)
-            if not found:
+            found = change.token(name)
+            if found is None:
                 raise NotFound(f"there is no token {name}", name=name)
-            change.remove_key(found[0][0])
+            change.remove_key(found.secret_hash)
             self._note(change, by, "token revoked", name)
 
     def own_rover(self) -> str:
@@ -224,8 +229,8 @@ class Accounts:
         secret, now = secrets.token_urlsafe(32), self._clock()
         identity = Identity(name, Role(account.role), client)
         with self._store.change() as change:
-            now_stored = change.ask("SELECT password FROM accounts WHERE name = ?", name)
-            if not now_stored or now_stored[0][0] != account.password:
+            present = change.account(name)
+            if present is None or present.password != account.password:
                 raise LoginRefused("the account was changed just now; log in again")
             self._add_login(change, secret, name, now, replaced)
             self._note(change, identity, "login", "")
@@ -248,11 +253,11 @@ class Accounts:
         secret, now = secrets.token_urlsafe(32), self._clock()
         identity = Identity(account, role, client)
         with self._store.change() as change:
-            found = change.ask("SELECT password, role, created FROM accounts WHERE name = ?", account)
-            if found and found[0][0] != marked:
+            found = change.account(account)
+            if found is not None and found.password != marked:
                 raise Conflict(f"there is another account {account}", name=account)
-            if not found or found[0][1] != role.value:
-                change.put_account(Account(account, role.value, marked, found[0][2] if found else now))
+            if found is None or found.role != role.value:
+                change.put_account(Account(account, role.value, marked, now if found is None else found.created))
                 self._note(change, identity, "role given", f"{account}, {role.value}, by {issuer}")
             self._add_login(change, secret, account, now, replaced)
             self._note(change, identity, "login", issuer)
@@ -282,11 +287,11 @@ class Accounts:
             self._remembered.pop(_hash(secret), None)
 
     def by_cookie(self, secret: str, client: str) -> Pass | None:
-        """Whose login this is; None where it is none, or no longer. Raises sqlite3.Error where that can't be read."""
+        """Whose login this is; None where it is none, or no longer. Raises one of AccountsUnreadable."""
         return self._look(secret, client, ("login",))
 
     def by_token(self, text: str, client: str) -> Pass | None:
-        """Whose token this is; None where it is none, or no longer. Raises sqlite3.Error where that can't be read."""
+        """Whose token this is; None where it is none, or no longer. Raises one of AccountsUnreadable."""
         if self._own_rover is not None and secrets.compare_digest(_hash(text), self._own_rover_hash):
             return self._own_rover
         return self._look(text, client, ("token", "rover"))
@@ -329,17 +334,17 @@ class Accounts:
         return self._hasher.hash(_bytes(password))
 
     def _require(self, change: Change, name: str) -> Account:
-        found = change.ask("SELECT name, role, password, created FROM accounts WHERE name = ?", name)
-        if not found:
+        found = change.account(name)
+        if found is None:
             raise NotFound(f"there is no account {name}", name=name)
-        return Account(*found[0])
+        return found
 
     def _note(self, change: Change, by: Identity, act: str, what: str) -> None:
         change.note(self._clock(), by.name, act, what, by.client)
 
 
-AccountsUnreadable = sqlite3.Error
-"""What is raised where the file can't be read, or on a full disk not written."""
+AccountsUnreadable = (sqlite3.Error, StoreRefused)
+"""What is raised where they can't be read, or on a full disk not written."""
 
 
 def _bytes(secret: str) -> bytes:
@@ -359,13 +364,8 @@ def _pass(key: Key, role: str | None, client: str) -> Pass:
     return Pass(Identity(key.account, most, client), None, key.expires)
 
 
-def _role_of(change: Change, name: str) -> str | None:
-    found = change.ask("SELECT role FROM accounts WHERE name = ?", name)
-    return found[0][0] if found else None
-
-
 def _keep_an_admin(change: Change, name: str) -> None:
     # one that a provider vouches for does not count: it may be out of reach
-    query = "SELECT 1 FROM accounts WHERE role = 'admin' AND name != ? AND password NOT LIKE 'known %' LIMIT 1"
-    if not change.ask(query, name):
+    others = (one for one in change.accounts() if one.name != name and one.role == Role.ADMIN.value)
+    if all(one.password.startswith("known ") for one in others):
         raise Conflict(f"{name} is the last admin; make another one first", name=name)

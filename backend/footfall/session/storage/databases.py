@@ -9,6 +9,7 @@ import os
 import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput
@@ -104,9 +105,14 @@ def require_address(url: str) -> None:
         )
 
 
+def require_extra(url: str) -> None:
+    """Raises InvalidInput where what speaks to a server is not installed."""
+    if find_spec("psycopg") is None:
+        raise InvalidInput(f"{url} needs the extra `postgres`: pip install 'footfall[postgres]'")
+
+
 def _open_server(bound: Binding, create: bool) -> EventLog:
-    try:
-        from footfall.session.storage.postgres_log import PostgresLog
-    except ModuleNotFoundError as err:
-        raise InvalidInput(f"{bound.url} needs the extra `postgres`: pip install 'footfall[postgres]'") from err
+    require_extra(bound.url)
+    from footfall.session.storage.postgres_log import PostgresLog
+
     return PostgresLog(bound.url, bound.id, create)

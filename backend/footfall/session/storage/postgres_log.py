@@ -10,33 +10,20 @@ import hashlib
 import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
-
-import psycopg
-from psycopg import errors
 
 from footfall.core.errors import Conflict, FootFallError, InvalidBundle
 from footfall.io.event_log import Record, require_chain
 from footfall.session.storage.interface import Listed, OutcomeUnknown, StoreRefused
-from footfall.session.storage.postgres_connection import BoundedConnection, conninfo
-from footfall.session.storage.postgres_schema import bring_up, damage
+from footfall.session.storage.postgres_schema import damage
+from footfall.session.storage.postgres_server import connected, translated
 from footfall.session.storage.sqlite_log import SqliteLog
 
 PATIENCE = 1.0
 """How long another program's lock on the tables is waited for [s]."""
 
-_REFUSALS: tuple[tuple[type[psycopg.Error], int, str], ...] = (
-    (errors.LockNotAvailable, errno.EBUSY, "another program holds its tables locked; end that program's work on them"),
-    (errors.DiskFull, errno.ENOSPC, "there is no room for it; make room on the server's disk"),
-    (errors.ReadOnlySqlTransaction, errno.EROFS, "it only lets read: is it a standby? Give the address of the primary"),
-    (
-        errors.InsufficientPrivilege,
-        errno.EACCES,
-        "this user may not write to it; grant the right, or give another user",
-    ),
-)
 _INSERT = "INSERT INTO events VALUES (%s, %s, %s, %s, %s, %s, %s)"
 _EVENTS = "SELECT seq, time, type, payload, previous, hash FROM events WHERE session = %s ORDER BY seq"
 
@@ -174,32 +161,8 @@ class PostgresLog:
     # -- inside ----------------------------------------------------------------------------------
 
     def _connect(self, create: bool) -> None:
-        with self._translated():
-            self._database = BoundedConnection.connect(conninfo(self.name), autocommit=True)
-        try:
-            self._prepare(create)
-        except BaseException:
-            self._database.close()
-            raise
+        self._database = connected(self.name, self._store, create, PATIENCE)
         self._backend = self._database.info.backend_pid
-
-    def _prepare(self, create: bool) -> None:
-        with self._translated():
-            for name in ("fsync", "full_page_writes"):
-                if self._setting(name) != "on":
-                    text = f"{self.name} runs with {name} off: what it says is written may be lost; turn that on"
-                    raise Conflict(text, setting=name)
-            if self._setting("synchronous_commit") in ("off", "local"):
-                self._database.execute("SET synchronous_commit = on")
-            self._database.execute(f"SET lock_timeout = {int(PATIENCE * 1000)}".encode())
-            for name, seconds in (("idle", 10), ("interval", 5), ("count", 3)):
-                # the locks of a machine that lost its power must not last for the hours that are usual
-                self._database.execute(f"SET tcp_keepalives_{name} = {seconds}".encode())
-            bring_up(self._database, self._store, create)
-
-    def _setting(self, name: str) -> str:
-        row = self._database.execute("SELECT current_setting(%s)", (name,)).fetchone()
-        return "" if row is None else row[0]
 
     def _last(self, session: str) -> tuple[int, str] | None:
         with self._translated():
@@ -249,24 +212,8 @@ class PostgresLog:
         with self._translated(), self._database.transaction():
             yield
 
-    @contextmanager
-    def _translated(self) -> Iterator[None]:
-        try:
-            yield
-        except errors.IntegrityError as err:
-            raise Conflict(f"{self.name} refused what was to be written: {_first_line(err)}") from err
-        except (errors.DataCorrupted, errors.IndexCorrupted) as err:
-            raise InvalidBundle(f"{self.name} is damaged: {_first_line(err)}", file=self.name) from err
-        except psycopg.Error as err:
-            for kind, number, advice in _REFUSALS:
-                if isinstance(err, kind):
-                    raise StoreRefused(number, f"{advice} (PostgreSQL: {_first_line(err)})", self.name) from err
-            text = "it can't be reached, or does not work as it should; see to the server and the network to it"
-            raise StoreRefused(errno.EIO, f"{text} (PostgreSQL: {_first_line(err)})", self.name) from err
-
-
-def _first_line(err: Exception) -> str:
-    return str(err).strip().partition("\n")[0]
+    def _translated(self) -> AbstractContextManager[None]:
+        return translated(self.name)
 
 
 def _json(content: Any) -> str:

@@ -1,4 +1,4 @@
-"""Tables of the database of sessions on a PostgreSQL server, and how they are brought up to date.
+"""Tables of the database of sessions and accounts on a PostgreSQL server, and how they are brought up to date.
 
 They stand in the first schema of the connection's search path. The guards are the same as SQLite's
 (:mod:`footfall.session.storage.schema`): events follow one another, and neither change nor leave one by one.
@@ -14,7 +14,7 @@ from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.event_log import START
 from footfall.session.storage.schema import readable
 
-TABLES = {"schema_versions", "store", "sessions", "events", "leaving", "job_reports"}
+TABLES = {"schema_versions", "store", "sessions", "events", "leaving", "job_reports", "accounts", "keys", "audit"}
 
 FUNCTIONS: dict[str, str] = {
     "events_follow": f"""
@@ -38,6 +38,12 @@ FUNCTIONS: dict[str, str] = {
             RETURN OLD;
         END""",
 }
+FUNCTIONS_2: dict[str, str] = {
+    "audit_stays": """
+        BEGIN
+            RAISE EXCEPTION 'the record is only added to' USING ERRCODE = '23000';
+        END""",
+}
 
 # Name, function, when; the number is PostgreSQL's for the same (pg_trigger.tgtype).
 TRIGGERS: tuple[tuple[str, str, str, int], ...] = (
@@ -46,6 +52,19 @@ TRIGGERS: tuple[tuple[str, str, str, int], ...] = (
     ("events_remain", "events_remain", "BEFORE DELETE ON events FOR EACH ROW", 11),
     ("events_remain_all", "events_remain", "BEFORE TRUNCATE ON events FOR EACH STATEMENT", 34),
 )
+TRIGGERS_2: tuple[tuple[str, str, str, int], ...] = (
+    ("audit_stays", "audit_stays", "BEFORE UPDATE OR DELETE ON audit FOR EACH ROW", 27),
+    ("audit_stays_all", "audit_stays", "BEFORE TRUNCATE ON audit FOR EACH STATEMENT", 34),
+)
+
+
+def _guards(functions: dict[str, str], triggers: tuple[tuple[str, str, str, int], ...]) -> tuple[str, ...]:
+    making = "CREATE FUNCTION {}() RETURNS trigger LANGUAGE plpgsql AS $$ {} $$"
+    return (
+        *(making.format(name, body) for name, body in functions.items()),
+        *(f"CREATE TRIGGER {name} {when} EXECUTE FUNCTION {function}()" for name, function, when, _ in triggers),
+    )
+
 
 SCHEMAS: tuple[tuple[str, ...], ...] = (
     (
@@ -65,11 +84,26 @@ SCHEMAS: tuple[tuple[str, ...], ...] = (
             job TEXT PRIMARY KEY, fraction DOUBLE PRECISION NOT NULL, text TEXT NOT NULL,
             preview TEXT, result TEXT, error TEXT
         )""",
-        *(
-            f"CREATE FUNCTION {name}() RETURNS trigger LANGUAGE plpgsql AS $$ {body} $$"
-            for name, body in FUNCTIONS.items()
-        ),
-        *(f"CREATE TRIGGER {name} {when} EXECUTE FUNCTION {function}()" for name, function, when, _ in TRIGGERS),
+        *_guards(FUNCTIONS, TRIGGERS),
+    ),
+    (
+        # as in io/account_store
+        """CREATE TABLE accounts (
+            name TEXT PRIMARY KEY, role TEXT NOT NULL, password TEXT NOT NULL, created DOUBLE PRECISION NOT NULL
+        )""",
+        """CREATE TABLE keys (
+            digest TEXT PRIMARY KEY,
+            use TEXT NOT NULL CHECK (use IN ('login', 'token', 'rover')),
+            name TEXT UNIQUE,
+            account TEXT REFERENCES accounts (name) ON DELETE CASCADE CHECK ((account IS NULL) = (use = 'rover')),
+            role TEXT, created DOUBLE PRECISION NOT NULL, expires DOUBLE PRECISION NOT NULL
+        )""",
+        "CREATE INDEX keys_of_account ON keys (account)",
+        """CREATE TABLE audit (
+            seq BIGINT PRIMARY KEY, time DOUBLE PRECISION NOT NULL, who TEXT NOT NULL, act TEXT NOT NULL,
+            what TEXT NOT NULL, client TEXT NOT NULL, hash TEXT NOT NULL
+        )""",
+        *_guards(FUNCTIONS_2, TRIGGERS_2),
     ),
 )
 """Statements that lead from version n (the index; 0: an empty database) to version n + 1."""
@@ -114,9 +148,10 @@ def damage(database: Database) -> list[str]:
     triggers = database.execute(
         """SELECT tgname, proname, tgtype::int, tgenabled::text, prosrc
             FROM pg_trigger JOIN pg_proc ON pg_proc.oid = tgfoid
-            WHERE tgrelid = 'events'::regclass AND NOT tgisinternal"""
+            WHERE tgrelid IN ('events'::regclass, 'audit'::regclass) AND NOT tgisinternal"""
     ).fetchall()
-    sound = {(name, function, kind, "O", f" {FUNCTIONS[function]} ") for name, function, _, kind in TRIGGERS}
+    bodies = {**FUNCTIONS, **FUNCTIONS_2}
+    sound = {(name, function, kind, "O", f" {bodies[function]} ") for name, function, _, kind in TRIGGERS + TRIGGERS_2}
     keys = database.execute(
         """SELECT conrelid::regclass::text, contype::text FROM pg_constraint
             WHERE conrelid IN ('events'::regclass, 'sessions'::regclass) AND contype IN ('p', 'f')"""
