@@ -246,10 +246,9 @@ def _require_head(session: Mapping[str, Any], records: list[Record]) -> None:
     head = session.get("head")
     if head is None:
         return
-    try:
-        seq, chained = head["seq"], head["hash"]
-    except (TypeError, KeyError) as err:
-        raise InvalidBundle(f"{SESSION} has a damaged head", file=SESSION) from err
+    if not isinstance(head, dict) or type(seq := head.get("seq")) is not int or "hash" not in head:
+        raise InvalidBundle(f"{SESSION} has a damaged head", file=SESSION)
+    chained = head["hash"]
     if seq >= len(records):
         raise InvalidBundle(
             f"{EVENTS} was cut: it ends with event {len(records) - 1}, {SESSION} knows of event {seq}",

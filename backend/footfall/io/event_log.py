@@ -7,7 +7,7 @@ cut tail shows against a head kept apart from them.
 
 import hashlib
 import json
-import math
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -115,7 +115,7 @@ def _is_whole(record: Record) -> bool:
     return (
         type(record["seq"]) is int
         and type(record["time"]) in (int, float)
-        and math.isfinite(record["time"])
+        and abs(record["time"]) <= sys.float_info.max
         and isinstance(record["type"], str)
         and isinstance(record["payload"], dict)
     )

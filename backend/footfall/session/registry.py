@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
+from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
 from footfall.resources import sample_sessions_folder
@@ -26,6 +26,7 @@ from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.listing import found_sessions, is_session_folder
 from footfall.session.storage.store import SessionStore, read_session, remove_session
+from footfall.telemetry.link import EPOCHS_AHEAD
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -192,8 +193,11 @@ class Sessions:
             folder = self.folder / session_id
             SessionStore.take_in(folder, replace(read, session={**read.session, "id": session_id})).close()
             try:
+                _require_sense(self._load(session_id))
                 return self.open(session_id)
             except BaseException:
+                if (live := self._open.pop(session_id, None)) is not None:
+                    live.close()
                 remove_session(folder)
                 raise
 
@@ -289,6 +293,17 @@ class Sessions:
             }
         except (ValueError, KeyError, TypeError) as err:
             return {**about, "problem": f"it can't be read: {err!r}"}
+
+
+def _require_sense(live: LiveSession) -> None:
+    """Raises InvalidBundle unless the session can be shown, and its rover commanded: later nobody could mend it."""
+    if live.epoch > time.time() + EPOCHS_AHEAD:
+        raise InvalidBundle(f"the session's epoch is {live.epoch}, which no rover would believe", epoch=live.epoch)
+    try:
+        live.summary()
+    except (FootFallError, LookupError, TypeError, ValueError, AttributeError, OverflowError, StopIteration) as err:
+        told = err.message if isinstance(err, FootFallError) else repr(err)
+        raise InvalidBundle(f"the session's events and artifacts do not fit together: {told}") from err
 
 
 def _stay_stopped(live: LiveSession, before: str, reason: str) -> None:

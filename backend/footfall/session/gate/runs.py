@@ -33,7 +33,8 @@ def command_id(digest: str, number: int, mark: str, row: int) -> str:
 class Run:
     """A sequence on its way to the rover.
 
-    mark: see :func:`command_id`. by, fence: who sends it, under which number of the conn. row: the one that is due, out or waited before.
+    mark: see :func:`command_id`. by, fence: who sends it, under which number of the conn. row: the one that is due, out
+    or waited before.
     phase: "due", "claimed" (by whoever writes it down and releases it), "out", "waiting" or "over".
     going: whether the next row goes by itself. why: it waits, or is to wait. aborted: nothing goes after the row that
     is out. received, released_at: of the row that is out.

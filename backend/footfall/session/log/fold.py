@@ -5,6 +5,7 @@ from dataclasses import field, replace
 from functools import partial
 from typing import Any
 
+from footfall.core.declared import misfit
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
 from footfall.planning.step.problem import Footfall, Point
@@ -174,15 +175,22 @@ def fold(state: SessionState, event: Event) -> SessionState:
         )
     try:
         return _FOLDS[event.type](state, event, event.payload)
-    except (KeyError, TypeError, ValueError) as err:
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as err:
         raise InvalidBundle(f"event {event.seq} ({event.type}) is incomplete: {err!r}", seq=event.seq) from err
 
 
 def fold_all(events: Iterable[Event], state: SessionState | None = None) -> SessionState:
-    """The state after all events, from an empty one where none is given."""
+    """The state after all events, from an empty one where none is given.
+
+    Raises InvalidBundle as :func:`fold`, and where a payload had something else in a place than belongs there.
+    """
     state = SessionState() if state is None else state
     for event in events:
         state = fold(state, event)
+    if (where := misfit(state)) is not None:
+        raise InvalidBundle(
+            f"the events leave something in {where} of the session that does not belong there", at=where
+        )
     return state
 
 

@@ -15,6 +15,9 @@ from footfall.session.log.event import Event
 OPEN_STATES = ("sent", "received", "started")
 """States of a command whose end is not known yet; the others are "done", "refused", "unknown"."""
 
+MOST_ROWS = 100_000
+"""Of one run: every one of them is told to whoever looks at the session."""
+
 Payload = Mapping[str, Any]
 
 
@@ -46,7 +49,8 @@ class StopRecord(Value):
 class RunRecord(Value):
     """The latest run. state: "going", "held", "aborting" or "ended"; outcome: of one that ended.
 
-    mode: "whole", or "steps" where every row waits. mark: in the names of its commands. by: name of who sent it; queued: since when its rows waited.
+    mode: "whole", or "steps" where every row waits. mark: in the names of its commands. by: name of who sent it;
+    queued: since when its rows waited.
     """
 
     number: int
@@ -100,10 +104,13 @@ def closed_without_an_end(state: Commanded, event: Event) -> Changes:
 
 
 def _run_started(state: Commanded, event: Event, payload: Payload) -> Changes:
+    rows = payload.get("rows", 0)
+    if not 0 <= rows <= MOST_ROWS:
+        raise ValueError(f"a run has at most {MOST_ROWS} rows")
     run = RunRecord(
         number=payload["run"],
         sequence=payload.get("sequence", ""),
-        rows=payload.get("rows", 0),
+        rows=rows,
         mode=payload.get("mode", "whole"),
         by=payload.get("by", {}).get("name", ""),
         queued=float(event.time),
