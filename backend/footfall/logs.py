@@ -19,6 +19,8 @@ FILE_BYTES = 10 << 20
 """A file that has grown to this is put aside …"""
 FILES_KEPT = 5
 """… and so many of those are kept."""
+MOST_FRAMES = 50
+"""Of an exception, in the file."""
 HIDDEN = "[hidden]"
 _SECRET_NAME = re.compile(r"(?i)token|secret|password|passwd|authorization|cookie|api[-_]?key")
 _SECRET_TEXT = re.compile(
@@ -37,7 +39,8 @@ def start_logging(folder: Path | None, *, level: int = logging.INFO) -> None:
         root.removeHandler(old)
         old.close()
     people = _ForPeople(logging.WARNING)
-    people.setFormatter(_formatter(structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty())))
+    plain = structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty(), exception_formatter=structlog.dev.plain_traceback)
+    people.setFormatter(_formatter(plain, structlog.processors.format_exc_info))
     _add(root, people)
     root.setLevel(level)
     # these tell of every request at INFO
@@ -52,7 +55,7 @@ def start_logging(folder: Path | None, *, level: int = logging.INFO) -> None:
         except OSError as error:
             logging.getLogger(__name__).warning("nothing is logged to a file: %s", error)
         else:
-            file.setFormatter(_formatter(structlog.processors.JSONRenderer(), as_data=True))
+            file.setFormatter(_formatter(structlog.processors.JSONRenderer(), _as_data))
             _add(root, file)
 
 
@@ -71,8 +74,13 @@ def _add(root: logging.Logger, handler: logging.Handler) -> None:
     root.addHandler(handler)
 
 
-def _formatter(renderer: Any, as_data: bool = False) -> structlog.stdlib.ProcessorFormatter:
-    last = [structlog.processors.dict_tracebacks] if as_data else []
+# without what stood in the frames: to put that into words takes seconds in which no stop is heard, and it holds secrets
+_as_data = structlog.processors.ExceptionRenderer(
+    structlog.tracebacks.ExceptionDictTransformer(show_locals=False, max_frames=MOST_FRAMES)
+)
+
+
+def _formatter(renderer: Any, told_exception: Any) -> structlog.stdlib.ProcessorFormatter:
     return structlog.stdlib.ProcessorFormatter(
         foreign_pre_chain=[
             structlog.contextvars.merge_contextvars,
@@ -82,7 +90,12 @@ def _formatter(renderer: Any, as_data: bool = False) -> structlog.stdlib.Process
             _once,
             structlog.processors.TimeStamper(fmt="iso", utc=True),
         ],
-        processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *last, without_secrets, renderer],
+        processors=[
+            structlog.stdlib.ProcessorFormatter.remove_processors_meta,
+            told_exception,
+            without_secrets,
+            renderer,
+        ],
     )
 
 

@@ -148,6 +148,23 @@ def test_a_key_that_is_being_worked_on_is_a_conflict():
     assert asyncio.run(both()) == (200, 409, b"done")
 
 
+def test_half_a_request_is_not_done():
+    """Its beginning may make sense by itself."""
+
+    async def work(scope, receive, send):
+        done.append(1)
+
+    async def receive():
+        return said.pop(0)
+
+    done: list[int] = []
+    said = [{"type": "http.request", "body": b'{"text": "a"}', "more_body": True}, {"type": "http.disconnect"}]
+    headers = [(b"idempotency-key", b"k")]
+    scope = {"type": "http", "method": "POST", "path": "/do", "query_string": b"", "headers": headers, IDENTITY: None}
+    asyncio.run(Idempotency(work)(scope, receive, lambda message: None))  # type: ignore[arg-type]
+    assert (done, said) == ([], [])
+
+
 def test_a_key_whose_work_failed_may_be_tried_again():
     async def work(scope, receive, send):
         done.append(1)

@@ -200,4 +200,5 @@ def test_events_resume_after_the_last_id(client):
         (new,) = read_events(lines, 1)
         assert (new["event"], int(new["id"])) == ("event", last + 3)
         assert json.loads(new["data"])["payload"]["text"] == "four"
-    problem(client.get(f"{session}/events", headers={"last-event-id": "abc"}), 422, "invalid-input")
+    for number in ("abc", "-", "1.0", "9" * 5000):
+        problem(client.get(f"{session}/events", headers={"last-event-id": number}), 422, "invalid-input")

@@ -68,6 +68,29 @@ def test_an_exception_is_data(started):
     assert "abc123" not in json.dumps(line)
 
 
+def test_an_exception_tells_where_it_came_from_and_nothing_of_what_was_there(started, capfd):
+    """What frames hold is secret, or large: a server that puts it into words answers nobody meanwhile."""
+    held = {"of nobody's business": ["hidden in a frame"] * 1000}
+
+    def fails(kept, deep):
+        if deep:
+            fails(kept, deep - 1)
+        raise ValueError("password=abc123 was wrong")
+
+    try:
+        fails(held, 30)
+    except ValueError:
+        logging.getLogger("x").exception("it failed")
+    (line,) = started()
+    written, told = json.dumps(line), capfd.readouterr().err
+    assert line["exception"][0]["frames"][-1]["name"] == "fails"
+    assert "ValueError: password=" in told
+    for text in (written, told):
+        assert "hidden in a frame" not in text
+        assert "abc123" not in text
+        assert len(text) < 20_000
+
+
 SECRETS = [
     "Authorization: Bearer {}",
     "authorization=Basic {}",

@@ -1,6 +1,7 @@
 """Server-sent events: what happens in a session, to any number of listeners, each at its own pace."""
 
 import itertools
+import re
 import threading
 import time
 from collections.abc import AsyncGenerator, Callable
@@ -15,6 +16,8 @@ from footfall.api.mailbox import Mailbox
 from footfall.core.errors import Busy, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
+
+_NUMBER = re.compile(r"-?[0-9]{1,18}")
 
 RATE = 20.0
 """Most telemetry messages to one listener in a second, where it asks for no other rate."""
@@ -169,6 +172,6 @@ def resume_after(
     """The event number to continue after. Last-Event-ID, which the browser sends, wins over ``since``."""
     if last_event_id is None or last_event_id == "":
         return since
-    if not last_event_id.removeprefix("-").isdecimal():
-        raise InvalidInput("Last-Event-ID is the number of an event", last_event_id=last_event_id)
+    if not _NUMBER.fullmatch(last_event_id):
+        raise InvalidInput("Last-Event-ID is the number of an event", last_event_id=last_event_id[:100])
     return int(last_event_id)

@@ -40,6 +40,8 @@ class Idempotency:
             text = f"an Idempotency-Key needs 1 to {LONGEST_KEY} characters"
             return await problem("invalid-input", 422, text)(scope, receive, send)
         body = await _read(receive)
+        if body is None:
+            return None  # whoever sent it is gone
         # nobody may read another one's answer by its key
         place = (scope[IDENTITY].name if scope[IDENTITY] else "", scope["path"], key)
         request = hashlib.sha256(scope["query_string"] + b"\0" + body).hexdigest()
@@ -81,12 +83,13 @@ def _again(answer: _Answer, request: str) -> ASGIApp:
     return resend
 
 
-async def _read(receive: Receive) -> bytes:
+async def _read(receive: Receive) -> bytes | None:
+    """The whole body; None where it was cut off: half a request is none."""
     parts: list[bytes] = []
     while True:
         message = await receive()
         if message["type"] != "http.request":
-            return b"".join(parts)
+            return None
         parts.append(message.get("body", b""))
         if not message.get("more_body", False):
             return b"".join(parts)
