@@ -4,6 +4,7 @@ import contextlib
 import signal
 import socket
 import sys
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,7 +28,7 @@ from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import MAX_BINARY_FRAME, PATH
-from footfall_ui.listening import Tls, address_of, front_of, listen, require_safe
+from footfall_ui.listening import Tls, address_of, allow_many_files, front_of, listen, require_safe
 from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
@@ -87,8 +88,17 @@ def create_app(
     return app
 
 
+HEAD_WITHIN = 20.0
+"""A connection on which no whole head of a request came in this time is closed [s]."""
+LOOK_AT_CONNECTIONS = 10
+"""Every how many ticks of uvicorn, of 0.1 s."""
+
+
 class Server(uvicorn.Server):
-    """uvicorn that ends its event streams first: an open stream would hold up the shutdown."""
+    """uvicorn that ends its event streams first: an open stream would hold up the shutdown.
+
+    And that closes connections on which no request comes: each holds a file, and without files no stop comes in.
+    """
 
     def __init__(
         self,
@@ -101,6 +111,7 @@ class Server(uvicorn.Server):
         self._app = app
         self._on_ready = on_ready
         self._tls = tls
+        self._waiting: dict[Any, float] = {}
         super().__init__(
             uvicorn.Config(
                 app,
@@ -124,6 +135,20 @@ class Server(uvicorn.Server):
         await super().startup(sockets)
         if self.started:
             self._on_ready(address_of(self._listening, self._tls is not None))
+
+    async def on_tick(self, counter: int) -> bool:
+        if counter % LOOK_AT_CONNECTIONS == 0:
+            self._close_what_says_nothing(time.monotonic())
+        return await super().on_tick(counter)
+
+    def _close_what_says_nothing(self, now: float) -> None:
+        # of a WebSocket the head has come; its protocol has no cycle of requests
+        http: list[Any] = [one for one in self.server_state.connections if hasattr(one, "cycle")]
+        idle = [one for one in http if one.cycle is None or one.cycle.response_complete]
+        self._waiting = {one: self._waiting.get(one, now) for one in idle}
+        for one, since in self._waiting.items():
+            if now - since > HEAD_WITHIN:
+                one.transport.abort()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._app.state.streams.close()
@@ -163,6 +188,7 @@ def serve(
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
     leave_out_what_is_loaded()
+    allow_many_files()
     with _interruptible(), contextlib.ExitStack() as stack:
         known = _accounts_of(folder, stack)
         if accounts and known is None:

@@ -1,5 +1,6 @@
 """Where the server listens, and that nobody reaches it unrecognised or unencrypted from another computer."""
 
+import resource
 import socket
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,16 @@ from footfall.api.door.front import Front, is_loopback_name
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 
 EVERYWHERE = ("0.0.0.0", "::")
+MOST_FILES = 65_536
+"""Files and connections that the server may have open, where the system lets it."""
+
+
+def allow_many_files() -> None:
+    """Take as many open files as the system gives without asking: the usual 1024 are soon used up."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, MOST_FILES)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 @dataclass(frozen=True)

@@ -152,6 +152,40 @@ def test_too_large_streamed_request_is_refused(server):
         problem(answer, 413, "too-large")
 
 
+def said_by(server, request, wait):
+    """What a server answers to these bytes, and whether it closed the connection, within ``wait`` [s]."""
+    host, port = server.url.removeprefix("http://").split(":")
+    with socket.create_connection((host, int(port)), timeout=wait) as line:
+        line.sendall(request.replace(b"HOST", f"Host: {host}:{port}".encode()))
+        answer = b""
+        try:
+            while part := line.recv(65536):
+                answer += part
+        except TimeoutError:
+            return answer, False
+        except ConnectionResetError:
+            pass
+        return answer, True
+
+
+def test_a_body_that_never_comes_is_given_up(server, monkeypatch):
+    monkeypatch.setattr("footfall.api.door.guard.PATIENCE", 0.3)
+    for key in (b"", b"Idempotency-Key: half\r\n"):
+        head = b"POST /api/v1/sessions/current/notes HTTP/1.1\r\nHOST\r\nContent-Type: application/json\r\n" + key
+        answer, _ = said_by(server, head + b'Content-Length: 1000\r\nConnection: close\r\n\r\n{"text": ', 20)
+        assert answer.startswith(b"HTTP/1.1 408 ")
+        assert b'"/problems/too-slow"' in answer
+
+
+def test_a_connection_on_which_no_request_comes_is_closed(server, monkeypatch):
+    monkeypatch.setattr("footfall_ui.app.HEAD_WITHIN", 0.2)
+    whole = b"GET /api/v1/robot HTTP/1.1\r\nHOST\r\n\r\n"
+    for said in (b"", b"GET /api/v1/robot HTTP/1.1\r\nHOST\r\nX-Slow: ", whole + whole[:20]):
+        answer, closed = said_by(server, said, 20)
+        assert closed
+        assert answer.startswith(b"HTTP/1.1 200 " if said.startswith(whole) else b"")
+
+
 def test_the_openapi_document_has_examples(client):
     document = client.get("/openapi.json").json()
     bodies = 0

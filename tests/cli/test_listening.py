@@ -1,13 +1,14 @@
 """The socket that the server listens on."""
 
 import asyncio
+import resource
 import socket
 from typing import cast
 
 import pytest
 
 from footfall.core.errors import Conflict, InvalidInput
-from footfall_ui.listening import listen
+from footfall_ui.listening import MOST_FILES, allow_many_files, listen
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "::1"])
@@ -30,6 +31,18 @@ def test_what_the_server_answers_goes_out_at_once(host):
             return await asyncio.wait_for(met, 5)
 
     assert asyncio.run(undelayed()) == 1
+
+
+def test_as_many_files_as_the_system_gives():
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(256, limits[1]), limits[1]))
+        allow_many_files()
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        assert hard == limits[1]
+        assert soft == (MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, MOST_FILES))
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
 
 
 def test_an_address_that_cannot_be_listened_on_is_refused_by_name():

@@ -21,6 +21,7 @@ _PROBLEMS = {
     405: ("NoSuchMethod", "The path takes other methods: `Allow` lists them."),
     409: ("Conflict", "The request does not fit the present state; the detail says what would have to change."),
     412: ("Changed", "The thing has changed since it was read."),
+    408: ("TooSlow", "Nothing more of the body came."),
     413: ("TooLarge", "The body, or what it unpacks to, is larger than the limits that `GET info` lists."),
     415: ("WrongMedia", "The body is of a media type that this operation does not take."),
     422: (
@@ -34,7 +35,7 @@ _PROBLEMS = {
     503: ("Busy", "Too many jobs wait, a worker died, or the disk is full; `Retry-After` [s] where waiting helps."),
 }
 _ALWAYS = (401, 403, 409, 429, 431, 500, 503)
-_BODY = (400, 413, 415, 422)
+_BODY = (400, 408, 413, 415, 422)
 _WAITS = (429, 503)
 
 _DOCUMENT = {

@@ -5,6 +5,7 @@ never held back by the browser) and DNS rebinding. The first shows in ``Origin``
 browser sends a login's cookie along, it also has to say that one of our own pages asks.
 """
 
+import asyncio
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
@@ -54,15 +55,16 @@ def _hostname(url: str) -> str | None:
         return None
 
 
-class _TooLarge(HTTPException):
-    """The request's body went on past the limit; routes let it pass as what it is."""
+PATIENCE = 30.0
+"""A body of which nothing comes for so long is given up [s]: who sends one holds a connection, and work begun."""
 
-    def __init__(self, limit: int) -> None:
-        super().__init__(413, f"a request holds at most {limit} bytes")
+
+class _BodyRefused(HTTPException):
+    """What is wrong shows while the body is read; routes let it pass as what it is."""
 
 
 class Guard:
-    """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large."""
+    """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large or never come."""
 
     def __init__(self, app: ASGIApp, max_body: int, front: Front) -> None:
         self.app = app
@@ -77,7 +79,7 @@ class Guard:
             if refused is None:
                 return await self.app(scope, receive, send)
             return await WebSocket(scope, receive, send).close(code=1008, reason=refused[0])
-        received, started = 0, False
+        received, started, whole = 0, False, False
 
         async def send_guarded(message: Message) -> None:
             nonlocal started
@@ -100,16 +102,24 @@ class Guard:
             return await too_large(scope, receive, send_guarded)
 
         async def receive_counted() -> Message:
-            nonlocal received
-            message = await receive()
+            nonlocal received, whole
+            if whole:  # what comes now is that the client has gone
+                return await receive()
+            try:
+                async with asyncio.timeout(PATIENCE):
+                    message = await receive()
+            except TimeoutError:
+                raise _BodyRefused(408, f"nothing more of the body came within {PATIENCE:g} s") from None
             received += len(message.get("body", b""))
+            whole = not message.get("more_body", False)
             if received > self.max_body:
-                raise _TooLarge(self.max_body)
+                raise _BodyRefused(413, f"a request holds at most {self.max_body} bytes")
             return message
 
         try:
             return await self.app(scope, receive_counted, send_guarded)
-        except _TooLarge:
+        except _BodyRefused as refused:
             if started:
                 raise
-            return await too_large(scope, receive, send_guarded)
+            answer = too_large if refused.status_code == 413 else problem("too-slow", 408, refused.detail)
+            return await answer(scope, receive, send_guarded)

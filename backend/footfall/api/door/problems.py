@@ -65,6 +65,7 @@ _TITLES = {
     "foreign-origin": "The request came from another site",
     "foreign-host": "The request was meant for another host",
     "too-large": "The request is too large",
+    "too-slow": "The request did not come to its end",
     "precondition-failed": "The thing has changed since you read it",
     "precondition-required": "The request must say which version it changes",
     "idempotency-key-reused": "The key was used for another request",
@@ -142,7 +143,7 @@ def add_problem_responses(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def by_status(request: Request, error: HTTPException) -> Json:
-        kinds = {400: "malformed", 404: "not-found", 405: "method-not-allowed", 413: "too-large"}
+        kinds = {400: "malformed", 404: "not-found", 405: "method-not-allowed", 408: "too-slow", 413: "too-large"}
         kind = kinds.get(error.status_code, f"http-{error.status_code}")
         detail = str(error.detail)
         if error.status_code == 404:
