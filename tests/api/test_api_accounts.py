@@ -263,6 +263,9 @@ def test_stop_is_heard_while_the_accounts_cannot_be_read(server, accounts, monke
     assert httpx.post(server.api + "/stop", headers=headers, trust_env=False).status_code == 200
     assert httpx.get(server.api + "/me", headers=headers, trust_env=False).status_code == 503
     assert httpx.post(server.api + "/stop", headers=bearer("unknown"), trust_env=False).status_code == 503
+    ready = httpx.get(server.url + "/health/ready", trust_env=False)
+    assert ready.status_code == 503
+    assert [one["text"] for one in ready.json()["checks"] if not one["ok"]] == ["disk I/O error"]
     monkeypatch.setattr(accounts._store, "account", gone)
     refused = httpx.post(server.api + "/login", json={"name": "vic", "password": PASSWORD}, trust_env=False)
     assert (refused.status_code, refused.json()["type"]) == (503, "/problems/accounts-unreadable")

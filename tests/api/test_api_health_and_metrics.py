@@ -10,6 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from footfall.api.routes import health
 from footfall.core.errors import Cancelled, CommandRefused
+from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.jobs.job import Job
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
@@ -51,6 +52,12 @@ def test_figures_follow_what_happens(plain, ground):
     assert more("footfall_event_append_seconds_count", live.id) >= 2
     assert after["footfall_event_append_seconds_sum", live.id] > 0
     assert after["footfall_link_connected", live.id] == 0
+    now = [after[f"footfall_{name}", live.id] for name in ("stop_in_force", "stop_acknowledged", "session_current")]
+    assert now == [1, 0, 1]
+    assert after["footfall_run_under_way", live.id] == after["footfall_conn_held", live.id] == 0
+    assert after["footfall_disk_free_bytes",] > 0
+    assert after["process_resident_memory_bytes",] > 1e6
+    assert after["footfall_build_info", SOFTWARE_VERSION] == 1
     assert 0 <= after["footfall_telemetry_age_seconds", live.id] < 30
     assert after["footfall_events_unrecorded", live.id] == 0
     assert more("footfall_http_requests_total", "GET", "/sessions/{session}", "404") == 1

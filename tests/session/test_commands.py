@@ -119,6 +119,20 @@ def test_a_refused_row_ends_the_run(ready, rover):
     assert (end.type, end.payload["outcome"], end.payload["unsent"]) == ("run_ended", "refused", 2)
 
 
+def test_the_first_end_of_a_command_counts_and_another_is_told(ready):
+    ids = ready.send(ready.arm()["token"])["commands"]
+    ready.take_acknowledgement(ids[0], "done")
+    ready.take_acknowledgement(ids[0], "done")
+    assert ready.link.kinds == {}
+    ready.take_acknowledgement(ids[0], "outdated", "it came again")  # to a rover that was restarted since
+    ready.take_acknowledgement(ids[0], "refused", "the joint is stuck")
+    ready.take_acknowledgement(ids[1], "refused", "the joint is stuck")
+    ready.take_acknowledgement(ids[1], "done")
+    assert [one.state for one in ready.state.commands] == ["done", "refused"]
+    assert ready.link.kinds == {"outdated-command": 1, "contradiction": 2}
+    assert "had said that it is refused" in ready.link.fault
+
+
 def test_a_lost_link_ends_the_run_and_leaves_the_row_unknown(ready, rover):
     ids = ready.send(ready.arm()["token"])["commands"]
     ready.rover_disconnected()

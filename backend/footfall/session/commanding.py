@@ -149,10 +149,10 @@ class Commanding:
             self._end(run.number, "aborted", f"aborted by {who.name}")
 
     def heard(self, command_id: str, state: str, reason: str) -> None:
-        """The rover acknowledged a command, or answered what became of it."""
+        """The rover acknowledged a command, or answered what became of it. The first end that it tells counts."""
         run = self.gate.heard(command_id)
         known = next((one.state for one in self._state().commands if one.id == command_id), "")
-        if run is None and (known == state != "unknown" or (known in ENDED and state not in ENDED)):
+        if run is None and (known == state != "unknown" or known in ENDED):
             return  # said before
         payload: dict[str, Any] = {"id": command_id, "reason": reason}
         frame = self._link.frame

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry
-from footfall.session.commanding import Commanding
+from footfall.session.commanding import ENDED, Commanding
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.executions import ExecutionSession
 from footfall.session.rover.light_time import LightTime
@@ -146,12 +146,19 @@ class LinkedSession(ExecutionSession):
 
     def _acknowledged(self, command_id: str, state: str, reason: str, time: float | None, at: float) -> None:
         self.recorder.take(acknowledgement("ack", command_id, state, reason, time), at)
-        if state == "outdated":
+        outdated = state == "outdated"
+        if outdated:
             # also of another session: something on the way holds commands back
             text = f"command {command_id} came to the rover too late and was not carried out: {reason}"
             self._complained(text, command_id, "rover", "outdated-command")
             state, reason = "refused", f"outdated: {reason}"
-        if any(command.id == command_id for command in self.state.commands):
+        known = next((command.state for command in self.state.commands if command.id == command_id), None)
+        if known in ENDED and state in ENDED and state != known and not outdated:
+            text = (
+                f"the rover says of command {command_id} that it is {state}, and had said that it is {known}: {reason}"
+            )
+            self._complained(text, command_id, "rover", "contradiction")
+        elif known is not None:
             self._commanding.heard(command_id, state, reason)
 
     def take_epoch(self, about: str, epoch: int) -> None:

@@ -25,6 +25,7 @@ FAULTS = (
     "images",
     "refused-by-rover",
     "outdated-command",
+    "contradiction",
     "other",
 )
 """Kinds of what may be wrong on the rover link, as ``fault`` in an error's details; see docs/rover-link.md."""

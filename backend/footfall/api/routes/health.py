@@ -6,11 +6,12 @@ import shutil
 from collections.abc import Callable
 from typing import TypedDict
 
-from fastapi import Response
+from fastapi import Request, Response
 
 from footfall.api.access import AllSessions
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.routing import Routes
+from footfall.session.access.accounts import Accounts, AccountsUnreadable
 from footfall.session.registry import Sessions
 
 router = Routes(tags=["health"])
@@ -49,9 +50,11 @@ async def live() -> Alive:
 @router.get(
     "/health/ready", responses={503: {"model": answer_model(Ready), "description": "Not ready; the checks say why."}}
 )
-def ready(sessions: AllSessions, response: Response) -> Ready:
-    """Whether work can be done: workers, the folder of the sessions, disk space, the log. 503 where not."""
+def ready(sessions: AllSessions, request: Request, response: Response) -> Ready:
+    """Whether work can be done: workers, the folder of the sessions, disk space, the log, accounts. 503 where not."""
     checks = [_checked(what, look, sessions) for what, look in _CHECKS.items()]
+    if (accounts := request.app.state.accounts) is not None:
+        checks.append(_checked("accounts", lambda _: _readable(accounts), sessions))
     well = all(one["ok"] for one in checks)
     response.status_code = 200 if well else 503
     return {"ready": well, "checks": checks}
@@ -60,7 +63,7 @@ def ready(sessions: AllSessions, response: Response) -> Ready:
 def _checked(what: str, look: Callable[[Sessions], str], sessions: Sessions) -> Checked:
     try:
         return {"what": what, "ok": True, "text": look(sessions)}
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, *AccountsUnreadable) as error:
         return {"what": what, "ok": False, "text": str(error)}
 
 
@@ -94,6 +97,11 @@ def _recorded(sessions: Sessions) -> str:
     if pending:
         raise RuntimeError(f"{pending} events can't be written; see the disk and the log")
     return "every event is written"
+
+
+def _readable(accounts: Accounts) -> str:
+    accounts.by_token("of nobody", "")
+    return "can be read"
 
 
 _CHECKS: dict[str, Callable[[Sessions], str]] = {

@@ -1,9 +1,11 @@
 """Figures for Prometheus at ``/metrics``: those of the link, jobs and log are read off when they are asked for."""
 
+import shutil
+from collections import Counter as Counted
 from collections.abc import Iterator
 
 from fastapi import Request, Response
-from prometheus_client import CollectorRegistry, Counter, Histogram
+from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, SummaryMetricFamily
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 from prometheus_client.metrics_core import Metric
@@ -13,6 +15,7 @@ from footfall.api.routes.rover import RoverDoor
 from footfall.api.routing import Routes, files
 from footfall.api.streams import Streams
 from footfall.core.errors import CommandRefused
+from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 
@@ -47,6 +50,7 @@ class Metrics:
             "footfall_gate_refusals", "Refusals of the command gate, by check", ["check"], registry=self.registry
         )
         self.registry.register(_Present(sessions, streams, door))
+        ProcessCollector(registry=self.registry)  # memory, open files, processor time of the server itself
 
     def answered(self, method: str, route: str, status: int, seconds: float) -> None:
         """Count one request; ``route``: its template, never the address itself."""
@@ -67,6 +71,12 @@ class _Present(Collector):
 
     def collect(self) -> Iterator[Metric]:
         opened = self._sessions.opened()
+        built = GaugeMetricFamily("footfall_build_info", "Always 1", labels=["version"])
+        built.add_metric([SOFTWARE_VERSION], 1)
+        yield built
+        free = shutil.disk_usage(self._sessions.folder).free
+        yield GaugeMetricFamily("footfall_disk_free_bytes", "Where the sessions are", free)
+        yield from _gate(opened, self._sessions.current)
         yield from _link(opened)
         yield from _log(opened)
         yield from self._jobs()
@@ -92,6 +102,36 @@ class _Present(Collector):
             else:
                 ended.add_metric([kind, state], one.count, one.seconds)
         yield from (present, ended)
+
+
+_GATE = {
+    "stop_in_force": "Whether a stop is in force",
+    "stop_acknowledged": "Whether the rover said that it stands because of it",
+    "epoch_confirmed": "Whether the rover has confirmed the present epoch: before, nothing is armed",
+    "run_under_way": "Whether a sequence is being sent, or waits",
+    "conn_held": "Whether somebody holds the conn",
+}
+
+
+def _gate(opened: list[LiveSession], current: LiveSession | None) -> Iterator[Metric]:
+    holds = GaugeMetricFamily("footfall_session_current", "Whether it holds the rover", labels=["session"])
+    figures = {name: GaugeMetricFamily(f"footfall_{name}", text, labels=["session"]) for name, text in _GATE.items()}
+    commands = GaugeMetricFamily("footfall_commands", "How far commands came", labels=["session", "state"])
+    for live in opened:
+        holds.add_metric([live.id], live is current)
+        gate = live.gate
+        now = {
+            "stop_in_force": gate["stopped"],
+            "stop_acknowledged": gate["stop_acknowledged"],
+            "epoch_confirmed": gate["epoch_known"],
+            "run_under_way": gate["run"] is not None,
+            "conn_held": live.conn["holder"] is not None,
+        }
+        for name, figure in figures.items():
+            figure.add_metric([live.id], now[name])
+        for state, count in sorted(Counted(one.state for one in live.state.commands).items()):
+            commands.add_metric([live.id, state], count)
+    yield from (holds, *figures.values(), commands)
 
 
 def _link(opened: list[LiveSession]) -> Iterator[Metric]:
