@@ -23,7 +23,9 @@ from footfall.io import artifacts, bundles
 from footfall.io.artifacts import HOMES, decode, encode
 from footfall.io.bundles import migrate, read_bundle
 from footfall.io.event_log import rechain
+from footfall.io.exports import SUFFIXES
 from footfall.maps.layers import MapSettings, MapStack
+from footfall.session.storage.verify import verify
 
 
 @given(hnp.arrays(np.float32, hnp.array_shapes(max_dims=3, max_side=4)), st.text(max_size=8))
@@ -205,10 +207,12 @@ def test_an_old_folder_is_brought_up_when_opened(sessions, session, monkeypatch)
 def test_out_and_in_again(sessions, session):
     session.plan_step(2, (1.0, 0.0)).finish()
     session.make_sequence()
-    session.export_sequence(format="json")
+    exported = [session.export_sequence(format=format) for format in SUFFIXES if format != "html"]
     data = session.export_bundle()
     assert data == sessions.export_bundle(session.id)
     again = sessions.import_bundle(data)
+    assert [again.get_bytes(one.digest) for one in again.state.exports] == exported
+    assert verify(sessions.folder) == []
     assert again.id != session.id
     assert again.state.digest == session.state.digest
     assert sessions.current is again

@@ -116,6 +116,14 @@ def test_a_server_that_is_gone_recognises_nobody_new_and_nobody_waits(postgres, 
     until(lambda: opens(first, login), "the server again", 20)
 
 
+def test_keys_stay_good_while_nobody_asks(first, monkeypatch):
+    """A server takes its time until it answers the first request."""
+    login = first.log_in("ada", PASSWORD, "")
+    monkeypatch.setattr(shared_accounts, "UNHEARD", 0.5)
+    time.sleep(1.0)
+    until(lambda: opens(first, login), "the login", 10)
+
+
 def opens(accounts, login):
     try:
         return accounts.by_cookie(login.secret, "")

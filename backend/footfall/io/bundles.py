@@ -31,7 +31,7 @@ MAX_RATIO, SMALL_FILE = 200, 1 << 20
 """A file of more than SMALL_FILE bytes that its zip holds this many times smaller is no honest part of a session."""
 
 SESSION, EVENTS, ARTIFACTS = "session.json", "events.jsonl", "artifacts"
-_ARTIFACT = re.compile(r"[0-9a-f]{32}\.[a-z0-9]{1,10}(\.[a-z0-9]{1,10})?")
+_ARTIFACT = re.compile(r"[0-9a-f]{32}\.[a-z0-9][a-z0-9-]{0,19}(\.[a-z0-9]{1,10})?")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 Migration = Callable[[dict[str, Any], list[Record]], tuple[dict[str, Any], list[Record]]]

@@ -37,12 +37,11 @@ class SharedAccounts(AccountStore):
         Raises StoreRefused where it can't be reached, Conflict where it is another store.
         """
         self._url, self._store, self._clock = url, store, clock
-        self._reading, self._writing, self._starting = threading.Lock(), threading.Lock(), threading.Lock()
+        self._reading, self._writing = threading.Lock(), threading.Lock()
         self._known: dict[str, tuple[Key, str | None]] = {}
         self._mark: Any = None
         self._heard = clock()
         self._closing = threading.Event()
-        self._watch: threading.Thread | None = None
         self._reader = self._connect()
         try:
             self._look()
@@ -50,16 +49,16 @@ class SharedAccounts(AccountStore):
         except BaseException:
             self._reader.close()
             raise
+        self._watch = threading.Thread(target=self._look_on, name="footfall-accounts", daemon=True)
+        self._watch.start()
 
     def close(self) -> None:
         self._closing.set()
-        if self._watch is not None:
-            self._watch.join()
+        self._watch.join()
         self._reader.close()
         self._writer.close()
 
     def key(self, digest: str) -> tuple[Key, str | None] | None:
-        self._start_watch()
         silent = self._clock() - self._heard
         if silent > UNHEARD:
             text = f"its accounts could not be looked at for {silent:.0f} s; see to the server and the network to it"
@@ -103,13 +102,6 @@ class SharedAccounts(AccountStore):
                     self._known = {row[0]: (Key(*row[:-1]), row[-1]) for row in rows}
                     self._mark = mark
             self._heard = asked
-
-    def _start_watch(self) -> None:
-        if self._watch is None:
-            with self._starting:
-                if self._watch is None and not self._closing.is_set():
-                    self._watch = threading.Thread(target=self._look_on, name="footfall-accounts", daemon=True)
-                    self._watch.start()
 
     def _look_on(self) -> None:
         while not self._closing.wait(LOOK_AGAIN):
