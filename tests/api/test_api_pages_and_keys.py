@@ -148,6 +148,33 @@ def test_a_key_that_is_being_worked_on_is_a_conflict():
     assert asyncio.run(both()) == (200, 409, b"done")
 
 
+def test_what_is_being_worked_on_is_not_forgotten_for_later_keys(monkeypatch):
+    monkeypatch.setattr("footfall.api.door.idempotency.KEPT", 3)
+
+    async def all_of_them():
+        may_end, done = asyncio.Event(), []
+
+        async def work(scope, receive, send):
+            body = (await receive())["body"]
+            done.append(body)
+            if body == b"slow":
+                await may_end.wait()
+            await PlainTextResponse("done")(scope, receive, send)
+
+        app = Idempotency(work)
+        slow = asyncio.create_task(_call(app, b"slow", b"slow")[0])
+        await asyncio.sleep(0)  # it begins
+        for number in range(9):
+            await _call(app, b"%d" % number, b"quick")[0]
+        again, refused = _call(app, b"slow", b"slow")
+        await again
+        may_end.set()
+        await slow
+        return refused[0]["status"], done.count(b"slow"), len(app._answers)
+
+    assert asyncio.run(asyncio.wait_for(all_of_them(), 10)) == (409, 1, 3)
+
+
 def test_half_a_request_is_not_done():
     """Its beginning may make sense by itself."""
 

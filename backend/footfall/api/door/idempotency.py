@@ -50,8 +50,11 @@ class Idempotency:
             return await _again(known, request)(scope, receive, send)
 
         answer = self._answers[place] = _Answer(request)
-        while len(self._answers) > KEPT:
-            self._answers.popitem(last=False)
+        if (surplus := len(self._answers) - KEPT) > 0:
+            # what is still being worked on must not be begun again
+            ended = [one for one, kept in self._answers.items() if kept.complete]
+            for oldest in ended[:surplus]:
+                del self._answers[oldest]
 
         async def record(message: Message) -> None:
             answer.messages.append(message)
