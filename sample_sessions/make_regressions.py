@@ -17,6 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import footfall
+from footfall.io.bundles import read_bundle, write_zip
+from footfall.io.event_log import rechain
 from footfall.io.recordings import TO_ROVER
 from footfall.io.recordings.writing import RecordingWriter
 from footfall.planning.step.problem import Status
@@ -90,6 +92,18 @@ def half_a_character(sessions: Sessions) -> bytes:
     return out.getvalue()
 
 
+def endless_run(sessions: Sessions) -> bytes:
+    """As nobody's software writes it, with a chain that holds: a run of more rows than any memory has room for."""
+    session = sessions.create("A run without end")
+    session.add_note("The next event says that 2^63 rows are sent.")
+    read = read_bundle(session.export_bundle())
+    run = {"run": 1, "sequence": "0" * 32, "rows": 2**63, "mode": "whole"}
+    last = {"seq": len(read.records), "time": read.records[-1]["time"], "type": "run_started", "payload": run}
+    records = rechain([*read.records, {**last, "previous": "", "hash": ""}])
+    head = {"seq": len(records) - 1, "hash": records[-1]["hash"]}
+    return write_zip(replace(read, records=records, session={**read.session, "head": head}))
+
+
 def cut_short(sessions: Sessions) -> bytes:
     """A recording whose writer was killed: numbers jump, the rover restarts, a stop goes out, no end was written."""
     session = sessions.create("of the recording")
@@ -111,6 +125,7 @@ CORPUS: dict[str, Callable[[Sessions], bytes]] = {
     "legs-in-each-other.zip": legs_in_each_other,
     "stop-carried-along.zip": stop_carried_along,
     "half-a-character.zip": half_a_character,
+    "endless-run.zip": endless_run,
     "cut-short.mcap.part": cut_short,
 }
 

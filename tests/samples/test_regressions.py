@@ -5,6 +5,7 @@ import re
 import pytest
 
 import footfall
+from footfall.core.errors import InvalidBundle
 from footfall.io.bundles import read_bundle
 from footfall.resources import sample_sessions_folder
 from footfall.session.jobs.local import InlineJobs
@@ -28,7 +29,7 @@ def sessions(tmp_path):
 
 def test_each_is_documented_and_tested():
     there = {path.name for path in FOLDER.iterdir()} - {"README.md"}
-    assert there == {*BUNDLES, "cut-short.mcap.part"}
+    assert there == {*BUNDLES, "endless-run.zip", "cut-short.mcap.part"}
     table = (FOLDER / "README.md").read_text()
     assert {*re.findall(r"^\| `(\S+)` \|", table, re.MULTILINE)} == there
 
@@ -68,6 +69,15 @@ def test_half_a_character_is_told_and_goes_out_again(sessions):
     again = sessions.import_bundle(live.export_bundle())
     assert [note.text for note in again.state.notes] == ["cold \ud800 cameras"]
     assert r"\ud800" in run("replay", FOLDER / "half-a-character.zip", "--json").output
+
+
+def test_a_run_without_end_is_refused_and_shown_by_nobody(sessions):
+    with pytest.raises(InvalidBundle, match=r"event 2 \(run_started\) .* at most 100000 rows"):
+        sessions.import_bundle((FOLDER / "endless-run.zip").read_bytes())
+    assert sessions.list() == []
+    report = footfall.replay(FOLDER / "endless-run.zip")
+    assert not report.ok
+    assert "at most 100000 rows" in report.problems[0]
 
 
 def test_a_recording_that_was_cut_short_is_read_as_far_as_it_goes():
