@@ -51,7 +51,7 @@ class Identify:
                 text = "the accounts can't be read, so nobody is recognised; see to the server's disk, or its database"
                 return await _turn_away(scope, receive, send, 503, "accounts-unreadable", text)
         if found is None and ticket.token is not None:
-            with contextlib.suppress(AccountsUnreadable):  # on a full disk it goes unrecorded
+            with contextlib.suppress(*AccountsUnreadable):  # on a full disk it goes unrecorded
                 await to_thread.run_sync(self._accounts.token_refused, client)
         scope.update({IDENTITY: None, ROVER: None, ENDS: None})
         if found is not None:
