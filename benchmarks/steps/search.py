@@ -127,8 +127,8 @@ def raw_search(situation: Situation, start: Array, goal: Array, seed: int) -> fl
         if first is None or last is None:
             return None
         start, goal = first, last
-    path = searched(space, certificate, start, goal, rng, settings.radius, settings.milestones)
-    return None if path is None else time.process_time() - begin
+    trees = searched(space, certificate, start, goal, rng, settings.radius, settings.milestones)
+    return None if trees is None else time.process_time() - begin
 
 
 def solved(posed: Posed, limit: float) -> str | None:

@@ -12,6 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.steps.families import problem
+from benchmarks.steps.problem import build
+from benchmarks.steps.search import Posed, pose
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.torque_candidates import torque_ratios_in_the_air
 from footfall.balance.torques import torque_check
@@ -29,7 +32,18 @@ from footfall.planning.step.leg_free_kernel import balance_bend, balanced_span, 
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
-from footfall.planning.step.sbl_kernel import AROUND, COUNT, GROWING, HALFWAY, JOINED, grow, planted, route
+from footfall.planning.step.sbl_kernel import (
+    AROUND,
+    COUNT,
+    GROWING,
+    HALFWAY,
+    JOINED,
+    MOST_TURNS,
+    TURNED,
+    grow,
+    planted,
+    route,
+)
 from footfall.planning.step.shortcut_kernel import shortened
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import FAR
@@ -394,6 +408,32 @@ def test_the_first_milestones_are_sure_and_around_the_middle_of_start_and_goal(n
         assert (np.abs(first - middle) <= reach + 1e-12).all()
         assert situation.first_unsure(first, RAISED) == len(first)
     assert placed >= 8
+
+
+@pytest.fixture(scope="module")
+def past_a_plate():
+    """A swing past a plate that hangs from the deck: without turns each search of 1000 milestones fails."""
+    asked = problem("past a hanging plate", 27)
+    posed = pose(asked, build(asked))
+    assert isinstance(posed, Posed)
+    return posed.situation, posed.up[-1], posed.downs[0][-1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_a_turn_joins_differs_in_the_first_joint_and_is_free_all_the_way(past_a_plate, seed):
+    situation, start, goal = past_a_plate
+    *_, (trees, outcome) = grown(situation, start, goal, seed, 200)
+    assert outcome == JOINED
+    exact = space_of(situation, sure=False)
+    assert exact.path_is_free(route(trees))
+    q, turned = trees.q[: trees.numbers[COUNT]], 0
+    for a, b in itertools.pairwise(q[2:]):
+        if np.array_equal(a[1:], b[1:]):
+            turned += 2
+            assert {a[0], b[0]} == {start[0], goal[0]}
+            assert exact.edge_is_free(a, b)
+    assert turned == trees.numbers[TURNED] > 0
+    assert turned <= MOST_TURNS * len(q) + 2
 
 
 @pytest.mark.parametrize("seed", range(3))

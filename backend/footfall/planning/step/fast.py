@@ -8,12 +8,17 @@ import numpy as np
 
 from footfall.planning.step.certificate import Certificate
 from footfall.planning.step.edges import Array, Space, length
-from footfall.planning.step.sbl_kernel import GROWING, JOINED, grow, planted, route
+from footfall.planning.step.sbl_kernel import COUNT, GROWING, JOINED, Trees, grow, planted, route
 from footfall.planning.step.shortcut_kernel import shortened
 from footfall.robot.leg_clearance_kernel import RAISED_GROUND
 
-SEARCHES = 2
-"""Paths that are looked for; the one that is shorter after a little shortening is shortened on."""
+SEARCHES, MOST_SEARCHES = 2, 6
+"""Paths that are looked for; the one that is shortest after a little shortening is shortened on. More than the first
+number only while that one is a detour and paths are easily found."""
+DETOUR = 1.6
+"""So many times as long as the straight line."""
+EASILY = 100
+"""With so many milestones."""
 FIRST_TRIES, TRIES = 30, 200
 """Places for shortcuts that are drawn of each path, and of the shortest; those that would save next to nothing cost
 next to nothing."""
@@ -38,12 +43,15 @@ def fast(
             return f"the swing's {name} is too narrow for the compiled check"
         ends.append(sure)
     checks = space.epsilon, certificate.clearance, certificate.body, RAISED_GROUND
-    found = []
-    for _ in range(SEARCHES):
-        path = searched(space, certificate, ends[0], ends[1], rng, radius, milestones)
-        if path is None:
+    straight, found = length(np.array(ends)), []
+    for number in range(MOST_SEARCHES):
+        trees = searched(space, certificate, ends[0], ends[1], rng, radius, milestones)
+        if trees is None:
             break
-        found.append(shortened(path, rng, FIRST_TRIES, *checks))
+        found.append(shortened(route(trees), rng, FIRST_TRIES, *checks))
+        detour = length(min(found, key=length)) > DETOUR * straight
+        if number + 1 >= SEARCHES and not (detour and trees.numbers[COUNT] <= EASILY):
+            break
     if not found:
         return f"the compiled SBL picked and placed up to {milestones} milestones without joining them"
     path = shortened(min(found, key=length), rng, TRIES, *checks)
@@ -69,8 +77,8 @@ def searched(
     rng: np.random.Generator,
     radius: float,
     milestones: int,
-) -> Array | None:
-    """Waypoints (n, 6) as SBL joins them, or None; start and goal must be sure."""
+) -> Trees | None:
+    """The trees of a start and a goal, both sure, once they are joined; None where they could not be."""
     trees = planted(start, goal, milestones)
     outcome = GROWING
     while outcome == GROWING:
@@ -78,7 +86,7 @@ def searched(
         outcome = grow(
             trees, rng, radius, space.epsilon, _PICKS, certificate.clearance, certificate.body, RAISED_GROUND
         )
-    return route(trees) if outcome == JOINED else None
+    return trees if outcome == JOINED else None
 
 
 def escaped(space: Space, q: Array, rng: np.random.Generator) -> Array | None:

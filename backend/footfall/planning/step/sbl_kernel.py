@@ -7,6 +7,12 @@ distance: of a bridge that is blocked mostly the middle is, so trying one costs 
 are placed around the middle between start and goal, where one is often a way around by itself. Distances are in the
 maximum norm.
 
+What hangs from the deck or stands beside the hip splits the postures in two: the leg has to fold, turn past it with its
+first joint, and unfold. Milestones near others hardly ever lead through such a passage, long in the first joint and
+narrow in the rest. So after those around the middle some are placed in pairs: the leg's pitches are drawn from all they
+may be, and where the leg surely turns from the start's first angle to the goal's so, both ends of that turn are
+milestones.
+
 All segments but the bridge just tried belong to one of the trees, so each is known by its milestone farther from the
 root. When a bridge has joined the trees and a segment of the route turns out to be blocked, what hangs behind that
 segment passes to the other tree over the bridge.
@@ -38,22 +44,28 @@ DIVISIONS = 16
 """Cells of the density grid along each of its two coordinates."""
 REPICK = 64
 """Milestones after which the density grid changes to two other coordinates."""
+TURNS = 0.5
+"""Share of the picks after those that are spent on a turn of the first joint alone, …"""
+MOST_TURNS = 0.1
+"""… while no larger share of the milestones is ends of such turns: where they are easy to find, they are not needed."""
+PITCHES = (1, 2, 4)
+"""Joints that fold the leg."""
 COARSE = 0.7
 """Pieces of a route that are longer are looked at in their middles alone, which mostly shows what is blocked; shorter
 ones are proven as far as each look allows [rad]."""
 PICKS = 4
 """Milestones may be picked this many times as often as the bound on them says; a pick may place none."""
 
-COUNT, PICKED, AXIS_A, AXIS_B, BRIDGE_A, BRIDGE_B = range(6)
+COUNT, PICKED, AXIS_A, AXIS_B, BRIDGE_A, BRIDGE_B, TURNED = range(7)
 """Entries of ``Trees.numbers``."""
 
 
 class Trees(NamedTuple):
-    """Room for n milestones; 0 is the start, 1 the goal.
+    """Room for n milestones, and one more as some come in pairs; 0 is the start, 1 the goal.
 
     q: (n, 6) [rad]. side: (n,) 0 in the tree of the start, 1 of the goal. parent: (n,), −1 for the roots. level: (n,)
     halvings done of the segment to the parent. cell: (n,) of the density grid. tally: (2, cells) milestones of each
-    tree in each cell. numbers: (6,), see COUNT to BRIDGE_B.
+    tree in each cell. numbers: (7,), see COUNT to TURNED.
     """
 
     q: Array
@@ -67,7 +79,7 @@ class Trees(NamedTuple):
 
 def planted(start: Array, goal: Array, milestones: int) -> Trees:
     """Trees of a start and a goal (6,) with room for so many milestones."""
-    n = milestones + 2
+    n = milestones + 3
     trees = Trees(
         q=np.empty((n, 6)),
         side=np.empty(n, np.int64),
@@ -75,7 +87,7 @@ def planted(start: Array, goal: Array, milestones: int) -> Trees:
         level=np.empty(n, np.int64),
         cell=np.empty(n, np.int64),
         tally=np.zeros((2, DIVISIONS * DIVISIONS), np.int64),
-        numbers=np.array([2, 0, 0, 1, -1, -1]),
+        numbers=np.array([2, 0, 0, 1, -1, -1, 0]),
     )
     trees.side[:2], trees.parent[:2], trees.level[:2], trees.cell[:2] = (0, 1), -1, 0, 0
     trees.q[0], trees.q[1] = start, goal
@@ -110,16 +122,16 @@ def grow(
 ) -> int:
     """Pick up to ``picks`` milestones and grow the trees there; start and goal must be sure."""
     numbers = trees.numbers
-    room = trees.q.shape[0]
+    room = trees.q.shape[0] - 1
     if numbers[PICKED] == 0:
         _regrid(trees, rng, body)
         if _connected(trees, 0, epsilon, clearance, body, mode):
             return JOINED
     for _ in range(picks):
-        if numbers[COUNT] == room or numbers[PICKED] >= PICKS * room:
+        if numbers[COUNT] >= room or numbers[PICKED] >= PICKS * room:
             return EXHAUSTED
         numbers[PICKED] += 1
-        if _expanded(trees, rng, radius, clearance, body, mode) and _connected(
+        if _expanded(trees, rng, radius, epsilon, clearance, body, mode) and _connected(
             trees, numbers[COUNT] - 1, epsilon, clearance, body, mode
         ):
             return JOINED
@@ -128,25 +140,37 @@ def grow(
 
 @njit()
 def _expanded(
-    trees: Trees, rng: np.random.Generator, radius: float, clearance: LegTables, body: BodyTables, mode: int
+    trees: Trees,
+    rng: np.random.Generator,
+    radius: float,
+    epsilon: float,
+    clearance: LegTables,
+    body: BodyTables,
+    mode: int,
 ) -> bool:
-    """EXPAND-TREE: one new sure milestone, halfway at first, then near a picked one."""
+    """EXPAND-TREE: a new sure milestone, halfway at first, then near a picked one, or two that a turn joins."""
     numbers, side = trees.numbers, int(rng.random() * 2)
-    new = numbers[COUNT]
+    parent, new = side, numbers[COUNT]
     if numbers[PICKED] <= HALFWAY:
-        parent = side
-        placed = _placed_halfway(trees, rng, radius, clearance, body, mode)
+        placed = int(_placed_halfway(trees, rng, radius, clearance, body, mode))
+    elif numbers[TURNED] < MOST_TURNS * new and rng.random() < TURNS:
+        placed = 2 * _placed_to_turn(trees, rng, side, radius, epsilon, clearance, body, mode)
     else:
         parent = _pick(trees, rng, side)
-        placed = _placed_near(trees, parent, rng, radius, clearance, body, mode)
-    if placed:
-        trees.side[new], trees.parent[new], trees.level[new] = trees.side[parent], parent, 0
-        numbers[COUNT] = new + 1
-        if (new + 1) % REPICK == 0:
-            _regrid(trees, rng, body)
-        else:
-            _enter_cell(trees, new, body)
-    return placed
+        placed = int(_placed_near(trees, parent, rng, radius, clearance, body, mode))
+    for i in range(new, new + placed):
+        trees.side[i], trees.parent[i], trees.level[i] = side, parent, 0
+        parent = i
+    if placed == 2:
+        numbers[TURNED] += 2
+        trees.level[new + 1] = halvings(trees.q[new], trees.q[new + 1], epsilon)
+    numbers[COUNT] = new + placed
+    if numbers[COUNT] // REPICK > new // REPICK:
+        _regrid(trees, rng, body)
+    else:
+        for i in range(new, new + placed):
+            _enter_cell(trees, i, body)
+    return placed > 0
 
 
 @njit()
@@ -161,6 +185,42 @@ def _placed_halfway(
             at = 2.0 * middle - q[k] if draw % 2 else middle + (2.0 * rng.random() - 1.0) * reach
             q[k] = min(max(at, body.lower[k]), body.upper[k])
         if is_sure(q, clearance, body, mode):
+            return True
+    return False
+
+
+@njit()
+def _placed_to_turn(
+    trees: Trees,
+    rng: np.random.Generator,
+    side: int,
+    radius: float,
+    epsilon: float,
+    clearance: LegTables,
+    body: BodyTables,
+    mode: int,
+) -> bool:
+    """Write two configurations, the first at the first angle of one root, the second at the other's, all else alike,
+    with all sure from one to the other."""
+    near, far = trees.q[trees.numbers[COUNT]], trees.q[trees.numbers[COUNT] + 1]
+    root, other, reach = trees.q[side], trees.q[1 - side], AROUND * radius
+    for _ in range(DRAWS):
+        for k in range(1, 6):
+            low, high = body.lower[k], body.upper[k]
+            if k not in PITCHES:
+                middle = 0.5 * (root[k] + other[k])
+                low, high = max(low, middle - reach), min(high, middle + reach)
+            near[k] = far[k] = low + rng.random() * (high - low)
+        # mostly nothing is free half way, so it is looked at first
+        far[0] = 0.5 * (root[0] + other[0])
+        if not is_sure(far, clearance, body, mode):
+            continue
+        near[0], far[0] = root[0], other[0]
+        if (
+            is_sure(near, clearance, body, mode)
+            and is_sure(far, clearance, body, mode)
+            and edge_is_sure(near, far, epsilon, clearance, body, mode)
+        ):
             return True
     return False
 
