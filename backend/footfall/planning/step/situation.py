@@ -13,7 +13,7 @@ from footfall.planning.step.footing import Stance, footing
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.told_collision import in_words, worst
-from footfall.robot.collision import TERRAIN, CollisionScene
+from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.model import Robot
@@ -114,15 +114,7 @@ class Situation:
             )
         return ""
 
-    def first_link_barred(self, angle: float) -> str:
-        """What the leg's first link, turned so far [rad], is too near to whatever the other joints do, for a person.
-
-        Empty where it keeps its distance from all that does not move, the ground aside.
-        """
-        q = np.array(self.state.leg(self.leg))
-        q[0] = angle
-        first, own = link_name(self.leg, PARTS[0]), [link_name(self.leg, part) for part in PARTS]
-        for hit in self._scene.contacts(q, NO_GROUND):
-            if hit.link_a == first and hit.link_b not in own:
-                return f"{first} can't turn past {hit.link_b}: at {angle:.2f} rad it is too near"
-        return ""
+    def fixed_contacts(self, q: Array) -> list[Collision]:
+        """Links of the leg at q that are too near to what does not move, and by how much; the ground aside."""
+        own = {link_name(self.leg, part) for part in PARTS}
+        return [hit for hit in self._scene.contacts(q, NO_GROUND) if hit.link_b not in own]
