@@ -23,6 +23,7 @@ def test_the_first_number_out_of_bounds_is_named_with_what_it_is(check, number):
         check(friction=0.6, lift=number, radius=-1.0)
     assert caught.value.details.keys() == {"lift"}
     assert caught.value.details["lift"] is number
+    assert ("finite" in str(caught.value)) == (check is require_distances or not math.isfinite(number))
 
 
 def test_only_what_must_be_above_zero_refuses_zero():
