@@ -57,8 +57,8 @@ CALM = 2.0
 
 FLOORS: dict[tuple[bool, str], dict[str, float]] = {
     (True, "as_commanded"): {"slip": 0.005, "sag": 1.0},
-    (True, "droop_aware"): {"touch": 0.005, "slip": 0.002, "sag": 1.0},
-    (True, "pose_held"): {"touch": 0.005, "slip": 0.002, "sag": 1.0, "chassis": 0.01},
+    (True, "droop_aware"): {"touch": 0.005, "met": 0.005, "slip": 0.002, "sag": 1.0},
+    (True, "pose_held"): {"touch": 0.005, "met": 0.005, "slip": 0.002, "sag": 1.0, "chassis": 0.01},
     (False, "as_commanded"): {"slip": 0.005, "sag_chassis": 0.02, "sag_wheel": 0.03},
     (False, "droop_aware"): {"touch": 0.03, "slip": 0.005, "sag_chassis": 0.02, "sag_wheel": 0.03},
     (False, "pose_held"): {"touch": 0.03, "slip": 0.005, "sag_chassis": 0.02, "sag_wheel": 0.03, "chassis": 0.02},
@@ -93,10 +93,10 @@ class Outcome:
     tips, contacts, stayed: how often it fell, touched what it should not, or a wheel was not lifted or lowered as
     planned. touch: how far the wheel's middle is from where it was planned to stand when it touches down, seen from
     above [m]; contact: how far the point that touches is from the planned one, which on rough ground is another point
-    of the wheel; stands: the same at the end. slip: of the supporting wheels [m]. chassis: way of the chassis' origin
-    [m]; turn: of the chassis [rad]. sag_chassis, sag_wheel: of the chassis' origin and the swing leg's hub at rest,
-    from the prediction [m]; sag: over what is allowed. clearance: least of the swing as predicted; seen: as simulated
-    [m]. said: the referee's words.
+    of the wheel; met: how far it is from where it was predicted to touch; stands: as contact, at the end. slip: of the
+    supporting wheels [m]. chassis: way of the chassis' origin [m]; turn: of the chassis [rad]. sag_chassis, sag_wheel:
+    of the chassis' origin and the swing leg's hub at rest, from the prediction [m]; sag: over what is allowed.
+    clearance: least of the swing as predicted; seen: as simulated [m]. said: the referee's words.
     """
 
     case: Case
@@ -107,6 +107,7 @@ class Outcome:
     stayed: int = 0
     touch: float = np.nan
     contact: float = np.nan
+    met: float = np.nan
     stands: float = np.nan
     slip: float = np.nan
     chassis: float = np.nan
@@ -280,6 +281,7 @@ def judged(
         stayed=abs(len(landed) - 1) + abs(len(lifted) - 1),
         touch=float(np.linalg.norm((landed[-1].center - goal)[:2])) if landed else np.nan,
         contact=landed[-1].off if landed else np.nan,
+        met=float(np.linalg.norm((landed[-1].point - done.touch_down)[:2])) if landed else np.nan,
         stands=float(report.touch[done.leg]),
         slip=float(report.slip.max()),
         chassis=float(np.linalg.norm(report.Ts_site_base[:, :3, 3] - first[:3, 3], axis=1).max()),
@@ -356,6 +358,7 @@ def _outcome(row: dict[str, Any]) -> Outcome:
 QUANTITIES = {
     "touch": "m",
     "contact": "m",
+    "met": "m",
     "stands": "m",
     "slip": "m",
     "chassis": "m",

@@ -1,5 +1,7 @@
 """Seeded steps, planned from telemetry and commanded in each mode, go in physics as they were predicted."""
 
+from dataclasses import replace
+
 import pytest
 
 from footfall.core.errors import InvalidInput
@@ -77,11 +79,11 @@ def test_a_campaign_that_was_stopped_goes_on_where_it_was(campaign, monkeypatch,
 def test_what_misses_a_floor_is_named(campaign):
     case = campaign.case_of(0)
     good = campaign.Outcome(
-        case, "pose_held", touch=0.001, slip=0.0, chassis=0.002, sag=0.5, clearance=0.06, contact=0.001
+        case, "pose_held", touch=0.001, slip=0.0, chassis=0.002, sag=0.5, clearance=0.06, contact=0.001, met=0.001
     )
     assert good.missed() == []
-    bad = campaign.Outcome(case, "pose_held", tips=1, touch=0.006, slip=0.0, chassis=0.002, sag=0.5, clearance=0.04)
-    assert bad.missed() == ["tips", "touch 0.0060", "clearance 0.0400"]
+    bad = replace(good, tips=1, touch=0.006, met=0.007, clearance=0.04)
+    assert bad.missed() == ["tips", "touch 0.0060", "met 0.0070", "clearance 0.0400"]
     # what was not measured holds nothing
     assert "slip nan" in campaign.Outcome(case, "pose_held").missed()
     assert campaign.Outcome(case, "pose_held", refused="too steep").missed() == []
