@@ -12,6 +12,7 @@ import trimesh
 from PIL import Image
 from rasterio.crs import CRS
 from rasterio.transform import Affine
+from trimesh.exchange.ply import export_ply
 
 from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io.terrain_files import WRITABLE, decode_terrain, encode_terrain, read_terrain, write_terrain
@@ -95,6 +96,9 @@ def test_geotiff_without_a_place_needs_a_resolution(tmp_path):
     [
         ({"crs": "EPSG:4326"}, "degrees"),
         ({"crs": "EPSG:2227"}, "foot"),
+        ({"crs": "EPSG:32616+6360"}, "heights of a.tif are in 'US survey foot'"),
+        ({"crs": "EPSG:3857", "transform": Affine(0.5, 0, -9.39e6, 0, -0.5, 4.39e6)}, "true to scale"),
+        ({"crs": "+proj=eqc +R=1737400 +units=m", "transform": Affine(0.5, 0, 0, 0, -0.5, 1.4e6)}, "true to scale"),
         ({"transform": Affine(0.47, 0.17, 0, 0.17, -0.47, 0)}, "rotated"),
         ({"transform": Affine(0.5, 0, 0, 0, -0.7, 0)}, "oblong"),
         ({"transform": Affine(-0.5, 0, 0, 0, -0.5, 0)}, "mirrored"),
@@ -111,6 +115,75 @@ def test_an_undeclared_no_data_number_is_refused(tmp_path):
     heights[1, 1] = -3.4e38
     with pytest.raises(InvalidTerrain, match="no-data"):
         read_terrain(geotiff(tmp_path / "a.tif", heights))
+
+
+@pytest.mark.parametrize("number", [-9999, -32768, 32767])
+def test_a_number_that_stands_for_no_value_is_refused_wherever_it_is_not_declared(number, tmp_path):
+    heights = np.array([[400, 401], [number, 402]], np.int16)
+    declared = read_terrain(geotiff(tmp_path / "a.tif", heights, nodata=number))
+    np.testing.assert_array_equal(declared.heights, [[np.nan, 402], [400, 401]])
+    path = geotiff(tmp_path / "b.tif", heights)
+    with pytest.raises(InvalidTerrain, match=f"1 heights of b.tif are {number}"):
+        read_terrain(path)
+    with rasterio.open(path, "r+") as target:
+        target.scales, target.offsets = (0.1,), (1000.0,)
+    with pytest.raises(InvalidTerrain, match="no value"):
+        read_terrain(path)
+    with pytest.raises(InvalidTerrain, match="no value"):
+        decode_terrain(npz(heights=heights, resolution=30.0, x0=0.0, y0=0.0), "a.npz")
+    with pytest.raises(InvalidTerrain, match="no value"):
+        decode_terrain(
+            f"ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\nnodata_value 0\n1 {number}".encode(), "a.asc"
+        )
+
+
+@pytest.mark.parametrize("unit", ["ft", "cm", "US survey foot"])
+def test_heights_in_another_unit_than_metres_are_refused(unit, tmp_path):
+    path = geotiff(tmp_path / "a.tif", np.ones((4, 5), np.float32))
+    for given in ("m", "metre", unit):
+        with rasterio.open(path, "r+") as target:
+            target.units = (given,)
+        if given != unit:
+            assert read_terrain(path).heights.shape == (4, 5)
+    with pytest.raises(InvalidTerrain, match="bring them to metres"):
+        read_terrain(path)
+
+
+@pytest.mark.parametrize(
+    ("crs", "x", "y"),
+    [
+        ("EPSG:32633", 5e5, 5e6),
+        ("EPSG:3857", -9.4e6, 10.0),
+        ("EPSG:2154", 7e5, 6.6e6),
+        ("EPSG:32633+5773", 5e5, 5e6),
+        ("+proj=stere +lat_0=-90 +R=1737400 +units=m", 0.0, 0.0),
+        ("+proj=eqc +lat_ts=18.4 +lon_0=77.5 +R=3396190 +units=m", 0.0, 1.0906e6),
+    ],
+)
+def test_projections_that_are_true_to_scale_there_are_read(crs, x, y, tmp_path):
+    heights = np.arange(20, dtype=np.float32).reshape(4, 5)
+    path = geotiff(tmp_path / "a.tif", heights, Affine(0.5, 0, x, 0, -0.5, y), crs=CRS.from_user_input(crs))
+    np.testing.assert_array_equal(read_terrain(path).heights, heights[::-1])
+
+
+def test_pictures_and_bands_of_something_else_are_refused(tmp_path):
+    grey = np.arange(20, dtype=np.uint8).reshape(4, 5)
+    path = geotiff(tmp_path / "ortho.tif", grey)
+    with pytest.raises(InvalidTerrain, match="8 bit"):
+        read_terrain(path)
+    with rasterio.open(path, "r+") as target:
+        target.units = ("m",)
+    np.testing.assert_array_equal(read_terrain(path).heights, grey[::-1])
+    several = geotiff(tmp_path / "b.tif", np.ones((4, 5), np.float32), count=2)
+    assert read_terrain(several).heights.max() == 1.0
+    for first, refused in (("slope [rad]", True), ("Elevation", False)):
+        with rasterio.open(several, "r+") as target:
+            target.set_band_description(1, first)
+        if refused:
+            with pytest.raises(InvalidTerrain, match="first of 2 bands"):
+                read_terrain(several)
+        else:
+            assert read_terrain(several).heights.max() == 1.0
 
 
 def test_degrees_show_even_without_a_projection():
@@ -141,6 +214,10 @@ def test_asc_conventions():
     assert corner.geometry.bounds == (11.0, 21.0, 15.0, 23.0)
     center = decode_terrain(f"ncols 3\nnrows 2\nxllcenter 10\nyllcenter 20\ncellsize 2\n{body}".encode(), "a.asc")
     assert center.geometry.bounds == (10.0, 20.0, 14.0, 22.0)
+    marked = (
+        b"\xef\xbb\xbfncols 2\nnrows 1\nxllcenter 0\nyllcenter 0\ncellsize 2\nNODATA_value -3.4028234663852886e+38\n"
+    )
+    np.testing.assert_array_equal(decode_terrain(marked + b"1 -3.4028235e+38", "a.asc").heights, [[1, np.nan]])
 
 
 @pytest.mark.parametrize(
@@ -155,6 +232,8 @@ def test_asc_conventions():
         ("ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n-9999\n", "no cell"),
         ("hello there\n", "header"),
         ("ncols x\n", "no number"),
+        ("ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\ncellsize 2\n1\n", "beside cellsize"),
+        ("ncols 1\nnrows 1\nxllcorner 0\nyllcorner 0\nxllcenter 0\ncellsize 1\n1\n", "beside xllcorner"),
         ("ncols nan\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1\n", "whole"),
     ],
 )
@@ -296,6 +375,66 @@ def test_meshes_that_are_no_surface_are_refused():
         decode_terrain(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "a.off")
     with pytest.raises(InvalidTerrain):
         decode_terrain(b"OFF\n3 1 0\n0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n", "a.off")
+
+
+def test_obj_faces_that_count_backwards_mean_the_vertices_so_far():
+    rows, cols = np.mgrid[:4, :5]
+    corners = np.stack([0.5 * cols, 0.5 * rows, np.sin(rows) + cols], -1).astype(float)
+    tops = [(0, 0), (0, 1), (1, 1), (1, 0)]
+
+    def written(face):
+        lines = []
+        for r in range(3):
+            for c in range(4):
+                lines += ["v {:.6f} {:.6f} {:.6f}".format(*corners[r + i, c + j]) for i, j in tops]
+                lines += [face((r * 4 + c) * 4)]
+        return "\n".join(["vt 0 0", "vn 0 0 1", *lines]).encode()
+
+    forwards = decode_terrain(written(lambda n: f"f {n + 1}/1/1 {n + 2}/1/1 {n + 3}/1/1 {n + 4}/1/1"), "a.obj")
+    assert forwards.heights.shape == (4, 5)
+    np.testing.assert_allclose(forwards.heights, corners[..., 2], atol=1e-5)
+    for face in (lambda n: "f -4/-1/-1 -3/-1/-1 -2/-1/-1 -1/-1/-1", lambda n: f"f -4 \\\n {n + 2} -2 -1"):
+        np.testing.assert_array_equal(decode_terrain(written(face), "a.obj").heights, forwards.heights)
+    with pytest.raises(InvalidTerrain, match="vertex 0"):
+        decode_terrain(written(lambda n: f"f {n} {n + 1} {n + 2} {n + 3}"), "a.obj")
+
+
+@pytest.mark.parametrize("endian", ["<", ">"])
+@pytest.mark.parametrize("real", ["f4", "f8"])
+def test_plys_of_others(endian, real, holed):
+    """Binary of both byte orders with squares and colours: OFF of the same ground is the second witness."""
+    corners = np.array([[x, y, 0.3 * x - 0.1 * y] for y in range(4) for x in range(5)], float) * [0.5, 0.5, 1.0]
+    squares = [[r * 5 + c, r * 5 + c + 1, r * 5 + c + 6, r * 5 + c + 5] for r in range(3) for c in range(4)]
+    kind = {"<": "binary_little_endian", ">": "binary_big_endian"}[endian]
+    name = {"f4": "float", "f8": "double"}[real]
+
+    def ply(at):
+        header = f"ply\nformat {kind} 1.0\nelement vertex {len(corners)}\n"
+        header += "".join(f"property {name} {axis}\n" for axis in "xyz") + "property uchar red\n"
+        header += f"element face {len(squares)}\nproperty list uchar int vertex_indices\nend_header\n"
+        vertices = np.zeros(len(corners), [("p", endian + real, 3), ("red", "u1")])
+        vertices["p"] = corners + at
+        faces = np.zeros(len(squares), [("n", "u1"), ("i", endian + "i4", 4)])
+        faces["n"], faces["i"] = 4, squares
+        return header.encode() + vertices.tobytes() + faces.tobytes()
+
+    dem = decode_terrain(ply(0.0), "a.ply", resolution=0.5)
+    np.testing.assert_allclose(dem.heights, corners[:, 2].reshape(4, 5), atol=1e-6)
+    at = [5e5, 4e6, 100.0]
+    if real == "f4":
+        with pytest.raises(InvalidTerrain, match="seven digits"):
+            decode_terrain(ply(at), "a.ply", resolution=0.5)
+    else:
+        far = decode_terrain(ply(at), "a.ply", resolution=0.5)
+        np.testing.assert_allclose(far.heights, dem.heights + 100.0, atol=1e-5)
+
+
+def test_a_ply_in_text_that_is_cut_is_refused():
+    square = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    whole = export_ply(square, encoding="ascii")
+    assert decode_terrain(whole, "a.ply", resolution=0.5).heights.shape == (3, 3)
+    with pytest.raises(InvalidTerrain, match="cut"):
+        decode_terrain(whole[: whole.rstrip().rfind(b"\n") + 1], "a.ply", resolution=0.5)
 
 
 def test_float32_meshes_far_from_the_origin_are_not_written():

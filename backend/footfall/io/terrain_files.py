@@ -19,6 +19,7 @@ import numpy as np
 
 from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files
+from footfall.io.terrain_projection import check_projection_text
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.resample import resample
@@ -64,7 +65,7 @@ def read_terrain(
     _check_ending(path.suffix.lower(), path.name, READABLE)
     projection = path.with_suffix(".prj")
     if path.suffix.lower() == ".asc" and projection.is_file():
-        terrain_geotiff.check_projection_text(projection.read_text(errors="replace"), projection.name)
+        check_projection_text(projection.read_text(errors="replace"), projection.name)
     return decode_terrain(
         path.read_bytes(),
         path.name,

@@ -3,10 +3,11 @@
 A terrain that remembers is written with these bands, all float64: height [m], variance [m²], time of the newest
 measurement [s since 1970], age before the newest of all [s], certainty (probability that the height is right within
 5 cm, of a normal distribution), count, source; the names of the sources stand in the tag ``SOURCES``, as JSON. Files
-of others need the first band only.
+of others need the first band only, and where their bands have descriptions the first must be of heights.
 """
 
 import json
+import re
 import warnings
 from dataclasses import replace
 from typing import Any
@@ -22,8 +23,9 @@ from scipy.special import erf
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
+from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale
 from footfall.terrain.dem import Dem
-from footfall.terrain.from_arrays import check_cell_count, from_heights
+from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers, from_heights
 
 BANDS = (
     "height above the site's origin, metres",
@@ -37,6 +39,8 @@ BANDS = (
 WITHIN = 0.05
 """Of "certainty" [m]."""
 
+_OF_HEIGHTS = re.compile(r"height|elevation|altitude|relief|topograph|\bd[ehst]m\b|\bz\b", re.IGNORECASE)
+
 SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
 
@@ -44,8 +48,9 @@ def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> 
     """First band of a GeoTIFF, with its scale, offset and no-data value applied; all bands of a file of ours.
 
     resolution: cell size [file's unit] of a file without georeferencing, whose south-west cell then
-    lies at (0, 0). Raises InvalidTerrain for degrees and other units than metres, rotated or oblong
-    cells, pictures, and damaged files.
+    lies at (0, 0). Raises InvalidTerrain for degrees and other units than metres, projections that are not true to
+    scale, rotated or oblong cells, pictures, bands of something else, numbers that stand for no value undeclared, and
+    damaged files.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -59,8 +64,8 @@ def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> 
 def _read(source: DatasetReader, name: str, resolution: float | None) -> Dem:
     check_cell_count(source.height, source.width)
     check_crs(source.crs, name)
-    if source.colorinterp[0] in (ColorInterp.red, ColorInterp.palette) or np.dtype(source.dtypes[0]).kind == "c":
-        raise InvalidTerrain(f"{name} holds a picture, not heights: one band of real heights is needed")
+    _check_holds_heights(source, name)
+    check_height_unit(source.units[0], name)
     transform = source.transform
     if transform.is_identity:
         if resolution is None:
@@ -74,13 +79,33 @@ def _read(source: DatasetReader, name: str, resolution: float | None) -> Dem:
         raise InvalidTerrain(
             f"{name} has oblong cells, {transform.a:g} × {abs(transform.e):g} m; resample it to square ones"
         )
-    band = source.read(1, masked=True)
-    heights = band.astype(np.float64).filled(np.nan) * source.scales[0] + source.offsets[0]
+    check_true_to_scale(source.crs, source.bounds, name)
+    stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
+    check_no_value_numbers(stored, name)
+    heights = stored * source.scales[0] + source.offsets[0]
     if transform.e < 0:
         heights = heights[::-1]
     edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
     dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
     return _remembering(dem, source)
+
+
+def _check_holds_heights(source: DatasetReader, name: str) -> None:
+    """Refuse pictures, and several bands of which the first is called something else."""
+    kind = np.dtype(source.dtypes[0])
+    if source.colorinterp[0] in (ColorInterp.red, ColorInterp.palette) or kind.kind == "c":
+        raise InvalidTerrain(f"{name} holds a picture, not heights: one band of real heights is needed")
+    if kind.itemsize == 1 and not source.units[0] and source.scales[0] == 1.0:
+        raise InvalidTerrain(
+            f"{name} holds whole numbers of 8 bit, as pictures do; if they are heights, let the file say so: by its "
+            "band's unit (m), or its scale and offset"
+        )
+    about = source.descriptions[0]
+    if source.count > 1 and about and not _OF_HEIGHTS.search(about):
+        raise InvalidTerrain(
+            f"the first of {source.count} bands of {name} is called {about[:40]!r}; heights must be the first band, or "
+            "the only one"
+        )
 
 
 def _remembering(dem: Dem, source: DatasetReader) -> Dem:
@@ -107,31 +132,6 @@ def _remembering(dem: Dem, source: DatasetReader) -> Dem:
         source=np.where(known, number, 0).astype(np.uint8),
         sources=tuple(sources),
     )
-
-
-def check_crs(crs: CRS | None, name: str) -> None:
-    """Refuse coordinates that are not metres; none at all are taken as local metres."""
-    if crs is None:
-        return
-    if crs.is_geographic:
-        raise InvalidTerrain(
-            f"the coordinates of {name} are degrees ({crs.to_string()[:60]}); reproject it to metres, such as UTM"
-        )
-    try:
-        unit, factor = crs.linear_units_factor
-    except CRSError:
-        return
-    if abs(factor - 1.0) > 1e-9:
-        raise InvalidTerrain(f"the coordinates of {name} are in {unit} ({factor:g} m); reproject it to metres")
-
-
-def check_projection_text(wkt: str, name: str) -> None:
-    """Refuse what a .prj file beside a grid says, unless it says metres."""
-    try:
-        crs = CRS.from_wkt(wkt, morph_from_esri_dialect=True)
-    except CRSError as err:
-        raise InvalidTerrain(f"{name} does not describe coordinates: {err}") from err
-    check_crs(crs, name)
 
 
 def write_geotiff(dem: Dem) -> bytes:

@@ -1,5 +1,6 @@
 """Terrain as plain grids: ESRI ASCII grid, npz, grey picture. GeoTIFF has its own module."""
 
+import codecs
 import io
 import json
 import struct
@@ -26,7 +27,7 @@ _ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter
 def read_asc(content: bytes, name: str) -> Dem:
     """ESRI ASCII grid: ncols, nrows, xll and yll (corner or center), cellsize, NODATA_value (else −9999)."""
     try:
-        text = content.decode("ascii")
+        text = content.removeprefix(codecs.BOM_UTF8).decode("ascii")
     except UnicodeDecodeError as err:
         raise InvalidTerrain(f"{name} is not text, so no ASCII grid") from err
     header, body = _asc_header(text, name)
@@ -44,7 +45,8 @@ def read_asc(content: bytes, name: str) -> Dem:
         raise InvalidTerrain(
             f"{name} holds {len(values)} heights where its header states {rows:g} × {cols:g}", count=len(values)
         )
-    values[values == header.get("nodata_value", _ASC_NODATA)] = np.nan
+    # header and heights may be rounded to different digits, such as the lowest float32
+    values[np.isclose(values, header.get("nodata_value", _ASC_NODATA), rtol=1e-6, atol=0.0)] = np.nan
     x0, y0 = (header[f"{a}llcenter"] if f"{a}llcenter" in header else header[f"{a}llcorner"] + cell / 2 for a in "xy")
     return from_heights(values.reshape(int(rows), int(cols))[::-1], cell, x0, y0, name)
 
@@ -66,6 +68,11 @@ def _asc_header(text: str, name: str) -> tuple[dict[str, float], str]:
                 raise InvalidTerrain(
                     f"{name} has a header line {text[position:end].strip()[:40]!r}; "
                     f"an ASCII grid has {', '.join(_ASC_KEYS)}"
+                )
+            given = {key, key.replace("corner", "center"), key.replace("center", "corner")} & header.keys()
+            if given:
+                raise InvalidTerrain(
+                    f"{name} states {words[0]} beside {given.pop()}; which of them holds is not to tell"
                 )
             try:
                 header[key] = float(words[1])

@@ -21,8 +21,9 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
     """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.rasterise.rasterise`."""
     ending = name.rsplit(".", 1)[-1].lower()
     try:
+        given = _counted_from_one(content) if ending == "obj" else content
         # no resolver: a mesh file may not make us read others
-        loaded = trimesh.load_scene(io.BytesIO(content), file_type=ending, process=False, allow_remote=False)
+        loaded = trimesh.load_scene(io.BytesIO(given), file_type=ending, process=False, allow_remote=False)
         solid = loaded.to_mesh()
         vertices, triangles = np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
     except Exception as err:  # the parsers raise whatever they trip over
@@ -35,18 +36,66 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
         raise InvalidTerrain(f"{name} has vertices that are not finite numbers")
     if np.abs(vertices).max() > MAX_COORDINATE:
         raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}; its vertices must be metres")
-    stated = _stated_faces(content) if ending == "off" else 0
-    if len(triangles) < stated:
-        raise InvalidTerrain(f"{name} is cut: it states {stated} faces and holds {len(triangles)} triangles")
+    _check_whole(content, ending, len(triangles), name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
-    return rasterise(Mesh(vertices, triangles.astype(np.int32)), resolution, name)
+    dem = rasterise(Mesh(vertices, triangles.astype(np.int32)), resolution, name)
+    if _holds_float32(content, ending) and _blurs(vertices, dem.geometry.resolution):
+        raise InvalidTerrain(
+            f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():.0f} m, so its vertices "
+            f"lie up to {_rounding(vertices):.2g} m off; export it about an origin near the ground, or as doubles"
+        )
+    return dem
 
 
-def _stated_faces(content: bytes) -> int:
-    """Faces by the header of an OFF file; its reader takes as many as there are."""
-    numbers = re.match(rb"\s*OFF\s+(?:#[^\n]*\s+)*(\d{1,12})\s+(\d{1,12})\s", content)
-    return int(numbers[2]) if numbers else 0
+def _counted_from_one(content: bytes) -> bytes:
+    """An OBJ whose faces name vertices by their number in the file.
+
+    OBJ also counts backwards (-1: the last vertex *so far*), which the reader takes from the end of the file. Raises
+    ValueError for a vertex 0.
+    """
+    if not re.search(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?(?:-|0+[/ \t\r\n])", content, re.MULTILINE):
+        return content
+    vertices, lines = 0, []
+    for line in content.replace(b"\\\n", b" ").split(b"\n"):
+        words = line.split()
+        vertices += words[:1] == [b"v"]
+        if words[:1] == [b"f"]:
+            numbers = [int(word.split(b"/")[0]) for word in words[1:]]
+            if 0 in numbers:
+                raise ValueError("a face names vertex 0, the first is 1")
+            line = b"f " + b" ".join(b"%d" % (n if n > 0 else vertices + 1 + n) for n in numbers)
+        lines.append(line)
+    return b"\n".join(lines)
+
+
+def _check_whole(content: bytes, ending: str, triangles: int, name: str) -> None:
+    """Refuse files that hold less than their header states; their readers take what there is."""
+    if ending == "off":
+        stated = re.match(rb"\s*OFF\s+(?:#[^\n]*\s+)*(\d{1,12})\s+(\d{1,12})\s", content)
+        if stated and triangles < int(stated[2]):
+            raise InvalidTerrain(f"{name} is cut: it states {int(stated[2])} faces and holds {triangles} triangles")
+    if ending == "ply" and re.match(rb"ply\s+format ascii", content):
+        header, _, body = content.partition(b"end_header")
+        stated = sum(map(int, re.findall(rb"^element \S+ (\d{1,12})", header, re.MULTILINE)))
+        held = sum(1 for line in body.split(b"\n") if line.strip())
+        if held < stated:
+            raise InvalidTerrain(f"{name} is cut: it states {stated} lines of vertices and faces and holds {held}")
+
+
+def _holds_float32(content: bytes, ending: str) -> bool:
+    header = content[: content.find(b"end_header")] if ending == "ply" else b""
+    return ending == "stl" or bool(re.search(rb"^property float(?:32)? [xy]\s*$", header, re.MULTILINE))
+
+
+def _rounding(vertices: np.ndarray) -> float:
+    """How far float32 may move the coordinates of these vertices (n, 3) along x or y [m]."""
+    return float(np.abs(vertices[:, :2]).max()) * 2.0**-23
+
+
+def _blurs(vertices: np.ndarray, finest: float) -> bool:
+    """Whether float32 moves vertices by more than a hundredth of ``finest`` [m]."""
+    return _rounding(vertices) > 0.01 * finest
 
 
 def write_mesh(dem: Dem, ending: str) -> bytes:
@@ -67,12 +116,11 @@ def write_mesh(dem: Dem, ending: str) -> bytes:
 
 def encode_mesh(mesh: Mesh, ending: str, finest: float, colors: np.ndarray | None = None) -> bytes:
     """Any mesh as a file. finest: length that must not blur [m]; colors: (vertices, 4) uint8 RGBA."""
-    # PLY and STL hold float32
-    reach = float(np.abs(mesh.vertices[:, :2]).max())
-    if ending in (".ply", ".stl") and reach * 2.0**-23 > 0.01 * finest:
+    if ending in (".ply", ".stl") and _blurs(mesh.vertices, finest):  # they hold float32
         raise InvalidTerrain(
-            f"{ending} keeps seven digits, too few for cells of {finest:g} m at {reach:.0f} m from "
-            "the origin; move the map to the origin, or write .obj or .off"
+            f"{ending} keeps seven digits, too few for cells of {finest:g} m at "
+            f"{np.abs(mesh.vertices[:, :2]).max():.0f} m from the origin; move the map to the origin, or write .obj or "
+            ".off"
         )
     solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, vertex_colors=colors, process=False)
     out = solid.export(file_type=ending[1:])

@@ -12,6 +12,23 @@ MAX_HEIGHT = 100_000.0
 """Heights beyond this [m] are no ground: mostly an undeclared "no value" number."""
 
 
+NO_VALUE = (-9999.0, -32768.0, -32767.0, -99999.0, 32767.0, 65535.0)
+"""Numbers that files hold where there is no height; each is no ground, whatever planet."""
+
+
+def check_no_value_numbers(heights: ArrayLike, name: str) -> None:
+    """Refuse numbers that stand for "no value" where nothing declares them so: read as heights they are pits."""
+    array = np.asarray(heights)
+    for number in NO_VALUE:
+        count = int(np.count_nonzero(array == number))
+        if count:
+            raise InvalidTerrain(
+                f"{count} heights of {name} are {number:.0f}, which stands for no value; let the file declare it as "
+                "its no-data value, or make those cells NaN",
+                count=count,
+            )
+
+
 def check_cell_count(rows: float, cols: float) -> None:
     """Refuse a grid over the limit before its memory is asked for."""
     if not 0 < rows * cols <= MAX_CELLS:
@@ -56,6 +73,7 @@ def from_heights(
             "unknown cells must be NaN or the file's declared no-data value",
             count=int(beyond.sum()),
         )
+    check_no_value_numbers(array, name)
     if not (np.isfinite([x0, y0, resolution]).all() and resolution > 0):
         raise InvalidTerrain(
             f"a terrain needs a positive resolution and a finite origin [m], not {resolution}, ({x0}, {y0})"
