@@ -13,13 +13,13 @@ from footfall.io.image_files import read_pair
 from footfall.sim.render import render_scene
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.terrain.build import build_terrain
+from footfall.terrain.pairs import epipolar
 from footfall.terrain.pairs.epipolar import (
-    FEWEST_MATCHES,
     align_pair,
     estimate_rotation,
-    matches,
     turn_right_image,
 )
+from footfall.terrain.pairs.point_matches import FEWEST_MATCHES, matches
 from footfall.terrain.pairs.stereo import disparity
 from footfall.terrain.settings import TerrainSettings
 
@@ -180,6 +180,49 @@ def test_no_yaw_is_claimed_where_it_can_not_be_seen(taken):
     assert found.uncertainty[1] > np.deg2rad(0.04)
     assert found.rotation[1] == 0.0
     assert abs(found.rotation[0] - np.deg2rad(0.2)) < FLOOR
+
+
+def narrow(bend: float, yaw_deg: float = 0.0) -> ImagePair:
+    """A plane in a view 12° wide, seen by a right camera whose rows are bent by ``bend`` px in the corners."""
+    texture = cv2.GaussianBlur(np.random.default_rng(3).uniform(0, 255, (480, 900)), (0, 0), 1.5)
+    texture = np.clip(128 + 6.0 * (texture - texture.mean()), 0, 255).astype(np.uint8)
+    v, u = np.mgrid[:480, :640].astype(np.float32)
+    left = cv2.remap(texture, u + 100, v, cv2.INTER_CUBIC)
+    right = cv2.remap(texture, u + 160, v + bend * (u - 320) / 320 * (v - 240) / 240, cv2.INTER_CUBIC)
+    cameras = [
+        Camera(side, 640, 480, 3000.0, 3000.0, 320.0, 240.0, frames.transform(None, (x, 0.0, 0.0)))
+        for side, x in (("left", 0.0), ("right", 0.2))
+    ]
+    pair = ImagePair("narrow", 0.0, left, right.astype(np.uint8), cameras[0], cameras[1], np.eye(4))
+    return turn_right_image(pair, np.deg2rad([0.0, -yaw_deg, 0.0]))
+
+
+def test_bent_rows_of_a_narrow_view_are_not_taken_for_yaw():
+    """A tenth of a pixel in the corners, as good lenses leave it, would be a yaw of 0.3°: 16 px of disparity."""
+    pair = narrow(0.1)
+    same, found = align_pair(pair)
+    assert same is pair
+    assert found.rows_after < 0.1
+    assert found.uncertainty[1] < np.deg2rad(0.04)  # so small a spread was no reason to claim it
+
+
+@pytest.mark.parametrize(("mistaken", "accepted"), [(0.4, True), (0.7, False)])
+def test_mistaken_matches_refuse_no_pair_while_they_are_the_minority(taken, monkeypatch, mistaken, accepted):
+    """On a board for calibration half of the corners were joined to those a square further; rows are fine."""
+    pair = taken("nav1", (0.2, 0.0, 0.0))
+    left, right = matches(pair)
+    rng = np.random.default_rng(5)
+    drawn = rng.random(len(left))
+    right[drawn < mistaken, 1] += rng.choice([-25.0, 20.0], int((drawn < mistaken).sum()))
+    right[drawn > 0.8, 1] += rng.uniform(-4.0, 4.0, int((drawn > 0.8).sum()))
+    monkeypatch.setattr(epipolar, "matches", lambda _: (left, right))
+    if accepted:
+        _, found = align_pair(pair)
+        assert np.abs(found.rotation - np.deg2rad([0.2, 0.0, 0.0])).max() < FLOOR
+        assert found.rows_before > 1.0 > 0.5 > found.rows_after
+    else:
+        with pytest.raises(InvalidImages, match=r"nav1: rows disagree by 2\d\.\d+ px"):
+            align_pair(pair)
 
 
 def test_the_same_pair_gives_the_same_answer(taken):

@@ -8,7 +8,8 @@ from footfall.core import frames
 from footfall.core.errors import InvalidImages
 from footfall.io.image_files import LEVEL_FORWARD
 from footfall.telemetry.calibration import CameraModel, PairCalibration
-from footfall.terrain.pairs.epipolar import estimate_rotation, matches
+from footfall.terrain.pairs.epipolar import estimate_rotation
+from footfall.terrain.pairs.point_matches import matches
 from footfall.terrain.pairs.rectify import rectified_cameras, rectify, require_simultaneous
 from footfall.terrain.pairs.stereo import require_rectified
 

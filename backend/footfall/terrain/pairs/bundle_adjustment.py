@@ -32,7 +32,8 @@ from footfall.core.errors import InvalidImages
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Value, value
 from footfall.telemetry.images import Camera, ImagePair
-from footfall.terrain.pairs.epipolar import estimate_rotation, matches, turn_right_image
+from footfall.terrain.pairs.epipolar import estimate_rotation, turn_right_image
+from footfall.terrain.pairs.point_matches import matches
 from footfall.terrain.pairs.stereo import require_rectified
 
 Array = NDArray[np.float64]
