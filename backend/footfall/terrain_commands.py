@@ -58,7 +58,7 @@ def build(
     min_range: Annotated[float, typer.Option(help="Nearest ground that is looked for [m].")] = 1.0,
     max_range: Annotated[float, typer.Option(help="Farthest ground that is looked for [m].")] = 8.0,
     max_skew: Annotated[float, typer.Option(help="Most time between both images of a pair [s].")] = 0.02,
-    matcher: Annotated[str, typer.Option(help='"hh" or "3way".')] = "hh",
+    matcher: Annotated[str, typer.Option(help='"3way" or "hh" (more accurate, slower).')] = "3way",
     refine: Annotated[
         bool, typer.Option("--refine", help="First turn cameras and pairs as all images together say.")
     ] = False,

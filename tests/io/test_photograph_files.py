@@ -89,6 +89,15 @@ def damage(folder: Path) -> None:
     path.write_bytes(path.read_bytes()[:60])
 
 
+def only_the_other_calibration(folder: Path) -> None:
+    (folder / "cal.yaml").write_text(rig("front"))
+
+
+def of_a_kind_that_is_not_read(folder: Path) -> None:
+    path = folder / "images" / "rear_left.png"
+    path.rename(path.with_suffix(".bmp"))
+
+
 def no_calibration(folder: Path) -> None:
     (folder / "cal.yaml").write_text(rig("front", "side"))
 
@@ -121,6 +130,8 @@ def wrong_rig(folder: Path) -> None:
         (lose_right, "the right image is missing (rear_right.png)"),
         (double_left, "the left image is there twice (rear_left.jpg, rear_left.png)"),
         (damage, "rear_left.png is damaged"),
+        (of_a_kind_that_is_not_read, "rear_left.bmp is no image file that FootFall reads (.png"),
+        (only_the_other_calibration, "there is no calibration rear, and pairs.yaml does not say where"),
         (no_calibration, "there is no calibration rear; there are front, side"),
         (bad_calibration, "cal.yaml, pair rear, right: T_left_camera has a number that is not finite"),
         (behind, "baseline must be above zero"),
@@ -177,5 +188,7 @@ def test_a_pairs_file_that_makes_no_sense_is_refused(folder, text, says):
 def test_names_of_files():
     assert pair_and_side("front_left.png") == ("front", "left")
     assert pair_and_side("a_b_right.JPG") == ("a_b", "right")
+    assert pair_and_side("IMG 1_LEFT.PNG") == ("IMG 1", "left")
+    assert pair_and_side("火星_Right.png") == ("火星", "right")
     for name in ("left.png", "_left.png", "front_top.png", "front_left.txt", "front_left", ""):
         assert pair_and_side(name) is None

@@ -1,6 +1,7 @@
 import io
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -33,6 +34,7 @@ def test_unusable_files_are_refused_by_name(picture, tmp_path):
     (tmp_path / "text.png").write_text("no image")
     (tmp_path / "cut.png").write_bytes(encode_png(picture)[:-400])
     (tmp_path / "a.npy").write_bytes(b"")
+    (tmp_path / "none.tif").write_bytes(b"")
     Image.fromarray(np.zeros((4, 4), np.uint16)).save(tmp_path / "deep.png")
     for name, says in (
         ("text.png", "no readable image"),
@@ -40,10 +42,35 @@ def test_unusable_files_are_refused_by_name(picture, tmp_path):
         ("a.npy", "no image file"),
         ("deep.png", "8-bit"),
         ("none.png", "there is no image file"),
+        ("none.tif", "is empty"),
     ):
         with pytest.raises(InvalidImages, match=says) as caught:
             read_image(tmp_path / name)
         assert name in str(caught.value)
+        assert "0x" not in str(caught.value)  # the same file gives the same words, which a map carries
+
+
+def test_sixteen_bits_are_not_cut_to_eight(tmp_path):
+    """Twelve bits in sixteen would be left with four: dark images with sixteen greys."""
+    deep = np.repeat(np.arange(0, 4096, 64).astype(np.uint16).reshape(8, 8, 1), 3, 2)
+    for ending in (".png", ".tif", ".ppm"):
+        cv2.imwrite(str(tmp_path / f"a{ending}"), deep)
+        with pytest.raises(InvalidImages, match="16 bits a channel"):
+            read_image(tmp_path / f"a{ending}")
+        cv2.imwrite(str(tmp_path / f"b{ending}"), (deep // 16).astype(np.uint8))
+        assert read_image(tmp_path / f"b{ending}").shape == (8, 8)
+
+
+@pytest.mark.parametrize("orientation", [1, 3, 6])
+def test_an_image_that_is_stored_turned_is_refused(orientation, picture, tmp_path):
+    marks = Image.Exif()
+    marks[0x0112] = orientation
+    Image.fromarray(picture).save(tmp_path / "a.jpg", exif=marks)
+    if orientation == 1:
+        assert read_image(tmp_path / "a.jpg").shape == picture.shape
+    else:
+        with pytest.raises(InvalidImages, match=f"EXIF orientation {orientation}"):
+            read_image(tmp_path / "a.jpg")
 
 
 def test_absurd_size_is_refused_before_it_is_unpacked():

@@ -76,7 +76,7 @@ def spoiled(pair, **changes):
     [
         ({"left": np.zeros((240, 320), np.uint8)}, "the left image is black", "can be used"),
         ({"right": np.full((240, 320), 255, np.uint8)}, "the right image is saturated", "can be used"),
-        ({"right": np.zeros((240, 300), np.uint8)}, "the right image is uint8", r"wants uint8 \(240, 320\)"),
+        ({"right": np.zeros((240, 300), np.uint8)}, "the right image has 300 × 240 pixels", "is of 320 × 240"),
         ({"time_right": 5.5}, "the images were taken 0.500 s apart", "not synchronised"),
         ({"T_site_base": np.full((4, 4), np.nan)}, "the rover's pose needs 4 × 4 finite numbers", "pose"),
         ({"T_site_base": np.full((4, 4), 2.0)}, "the rover's pose is no rigid transform", "no rigid transform"),
@@ -96,9 +96,12 @@ def test_one_bad_pair_is_named_and_the_rest_is_fused(taken, changes, brief, says
 
 def test_swapped_images_are_named(taken):
     good, bad = taken.pairs[:2]
+    twice = terrain_from_photographs(Photographs((good, spoiled(bad, right=bad.left))), SETTINGS)
+    assert twice.left_out == {"north": "pair north: left and right are one and the same image"}
     swapped = spoiled(bad, left=bad.right, right=bad.left)
     dem = terrain_from_photographs(Photographs((good, swapped)), SETTINGS)
-    assert list(dem.left_out) == ["north"]
+    assert dem.left_out == {"north": "pair north: left and right seem to be swapped: exchanged, the images match"}
+    assert dem.name == "images, 1 pair, without north (left and right seem to be swapped)"
 
 
 def test_what_was_left_out_before_stands_in_the_map(taken):

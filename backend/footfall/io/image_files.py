@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, UnidentifiedImageError
+from PIL.ImageFile import ImageFile
 
 from footfall.core.errors import InvalidImages
 from footfall.telemetry.images import Camera, ImagePair
@@ -15,24 +16,50 @@ MAX_PIXELS = 50_000_000
 
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm")
 _FORMATS = ("PNG", "JPEG", "TIFF", "PPM")
+_ORIENTATION = 0x0112
 
 
 def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:
     """Grey image, (height, width) uint8, of an encoded one; colours by ITU-R 601 luma.
 
-    Raises InvalidImages, naming it, where the content is damaged, no image, too large, or of more than 8 bits.
+    Raises InvalidImages, naming it, where the content is damaged, no image, too large, of more than 8 bits, or stored
+    turned: whether its calibration was made of turned images or of these, nobody says.
     """
+    if not content:
+        raise InvalidImages(f"{name} is empty")
     try:
         with Image.open(io.BytesIO(content), formats=_FORMATS) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise InvalidImages(f"{name} has {image.width} × {image.height} pixels; the limit is {MAX_PIXELS}")
             if image.mode not in ("1", "L", "LA", "P", "RGB", "RGBA"):
-                raise InvalidImages(f"{name} has pixels of mode {image.mode}; FootFall reads 8-bit grey and colour")
+                raise InvalidImages(
+                    f"{name} has pixels of mode {image.mode}; FootFall reads 8-bit grey and RGB: export it so"
+                )
+            if _deep(image):
+                raise InvalidImages(f"{name} has 16 bits a channel; FootFall reads 8: scale them down to that")
+            turned = image.getexif().get(_ORIENTATION, 1)
+            if turned != 1:
+                raise InvalidImages(
+                    f"{name} is stored turned (EXIF orientation {turned}); store its pixels as its calibration has "
+                    "them, without that mark"
+                )
             return np.array(image.convert("L"))
-    except (UnidentifiedImageError, Image.DecompressionBombError) as err:
+    except UnidentifiedImageError as err:
+        raise InvalidImages(f"{name} is no readable image: {', '.join(_FORMATS)} are read") from err
+    except Image.DecompressionBombError as err:
         raise InvalidImages(f"{name} is no readable image: {err}") from err
     except (OSError, SyntaxError, ValueError) as err:
         raise InvalidImages(f"{name} is damaged: {err}") from err
+
+
+def _deep(image: ImageFile) -> bool:
+    """Whether its file holds more than 8 bits a channel, of which the reader would take the upper 8 without a word."""
+    for tile in image.tile:
+        given = tile.args if isinstance(tile.args, tuple) else (tile.args,)
+        # netpbm files say the greatest value, the others name the layout of their bytes
+        if (tile.codec_name.startswith("ppm") and [*given][1:] not in ([], [255])) or ";16" in str([*given][:1]):
+            return True
+    return False
 
 
 def encode_png(image: NDArray[np.uint8]) -> bytes:

@@ -32,14 +32,20 @@ MAX_PIXELS = 400_000_000
 """Of all images together."""
 
 _SIDES = ("left", "right")
+_UNREAD = (".bmp", ".webp", ".gif", ".jp2", ".exr", ".heic", ".dng", ".raw")
+"""Endings of pictures that are taken note of where none that can be read is there: so that their pair is named."""
 _KEYS = ("calibration", "time", "time_right", "T_site_base")
 
 
 def pair_and_side(file: str) -> tuple[str, str] | None:
     """Pair name and side that an image file's name says; None where it is no image of a pair."""
-    path = Path(file)
+    return _pair_and_side(Path(file), IMAGE_ENDINGS)
+
+
+def _pair_and_side(path: Path, endings: Sequence[str]) -> tuple[str, str] | None:
     name, _, side = path.stem.rpartition("_")
-    return (name, side) if name and side in _SIDES and path.suffix.lower() in IMAGE_ENDINGS else None
+    side = side.lower()
+    return (name, side) if name and side in _SIDES and path.suffix.lower() in endings else None
 
 
 def read_photographs(
@@ -84,18 +90,21 @@ def read_photographs(
             raise InvalidImages(f"the images have more than {MAX_PIXELS} pixels together; name fewer pairs", pair=name)
         pose = said.get("T_site_base", np.eye(4) if T_site_base is None else T_site_base)
         pairs.append(PhotographedPair(name, rig, left, right, said.get("time", 0.0), said.get("time_right"), pose))
-    _require_places(pairs, about)
-    return Photographs(tuple(pairs), left_out)
+    pairs, without_place = _require_places(pairs, about)
+    return Photographs(tuple(pairs), left_out | without_place)
 
 
 def _files(folder: Path) -> dict[str, dict[str, list[Path]]]:
     if not folder.is_dir():
         raise InvalidImages(f"there is no folder {folder}")
     found: dict[str, dict[str, list[Path]]] = {}
-    for path in sorted(folder.iterdir()):
-        which = pair_and_side(path.name)
-        if which is not None:
-            found.setdefault(which[0], {side: [] for side in _SIDES})[which[1]].append(path)
+    for endings in (IMAGE_ENDINGS, _UNREAD):
+        for path in sorted(folder.iterdir()):
+            which = _pair_and_side(path, endings)
+            if which is not None:
+                there = found.setdefault(which[0], {side: [] for side in _SIDES})[which[1]]
+                if endings is IMAGE_ENDINGS or not there:
+                    there.append(path)
     if not found:
         raise InvalidImages(
             f"there is no image pair in {folder.name}; a pair is NAME_left.png and NAME_right.png "
@@ -179,16 +188,36 @@ def _one(where: str, body: Any) -> dict[str, Any]:
     return said
 
 
-def _require_places(pairs: Sequence[PhotographedPair], about: dict[str, dict[str, Any]]) -> None:
-    """One rig can't have taken two pairs at one place: that would lay their grounds over each other."""
-    unplaced: dict[str, str] = {}
+def _require_places(
+    pairs: Sequence[PhotographedPair], about: dict[str, dict[str, Any]]
+) -> tuple[list[PhotographedPair], dict[str, str]]:
+    """The pairs whose place is known, and why each other one is left out.
+
+    One rig can't have taken two pairs at one place: that would lay their grounds over each other. Where it bears the
+    name of one of them, the others have no calibration of their own. Raises InvalidImages where that does not tell.
+    """
+    placed: list[PhotographedPair] = []
+    left_out: dict[str, str] = {}
+    unplaced: dict[str, list[PhotographedPair]] = {}
     for pair in pairs:
         if "T_site_base" in about.get(pair.name, {}):
-            continue
-        other = unplaced.setdefault(pair.calibration.digest, pair.name)
-        if other != pair.name:
+            placed.append(pair)
+        else:
+            unplaced.setdefault(pair.calibration.digest, []).append(pair)
+    for alike in unplaced.values():
+        own = [pair for pair in alike if pair.name == pair.calibration.name] if len(alike) > 1 else alike
+        if not own:
+            names = [pair.name for pair in alike]
             raise InvalidImages(
-                f"{other} and {pair.name} were taken by the same cameras, {pair.calibration.name}: "
+                f"{' and '.join(names[:2])} were taken by the same cameras, {alike[0].calibration.name}: "
                 f"say in {PAIRS_FILE} where each was taken (T_site_base)",
-                pairs=[other, pair.name],
+                pairs=names,
             )
+        placed += own
+        for pair in alike:
+            if pair not in own:
+                left_out[pair.name] = (
+                    f"pair {pair.name}: there is no calibration {pair.name}, and {PAIRS_FILE} does not say where the "
+                    f"cameras of {pair.calibration.name} took it (T_site_base)"
+                )
+    return [pair for pair in pairs if pair in placed], left_out

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,12 +24,17 @@ from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_poi
 from footfall.terrain.fusion.memory import merge
 from footfall.terrain.fusion.visibility import DepthView
 from footfall.terrain.pairs import stereo
-from footfall.terrain.pairs.epipolar import align_pair
+from footfall.terrain.pairs.epipolar import align_pair, fits
 from footfall.terrain.pairs.rectify import require_simultaneous
 from footfall.terrain.rover_mask.leg_errors import LegError
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.rover_mask.selfmask import robot_mask
 from footfall.terrain.settings import TerrainSettings
+
+Exchange = Callable[[str], ImagePair]
+"""From a pair's name to that pair rectified with its two images exchanged."""
+
+_SWAPPED = "left and right seem to be swapped: exchanged, the images match"
 
 
 class Matched(NamedTuple):
@@ -46,6 +51,7 @@ def build_terrain(
     settings: TerrainSettings | None = None,
     progress: Progress = no_progress,
     map: Dem | None = None,
+    exchange: Exchange | None = None,
 ) -> Dem:
     """The ground around the rover from all stereo pairs of a snapshot, with the rover's own body taken out.
 
@@ -61,7 +67,7 @@ def build_terrain(
         raise InvalidImages(
             f"the snapshot is of robot {snapshot.state.robot!r}, not of {robot.name!r}: its body could not be removed"
         )
-    matched, name, left_out = match_pairs(snapshot.pairs, settings, progress, snapshot.left_out)
+    matched, name, left_out = match_pairs(snapshot.pairs, settings, progress, snapshot.left_out, exchange)
     state, errors = snapshot.state, None
     if settings.fit_legs:
         fit = fit_posture(robot, state.posture, [(one.pair, one.disparity) for one in matched])
@@ -89,11 +95,13 @@ def match_pairs(
     settings: TerrainSettings,
     progress: Progress = no_progress,
     left_out: Mapping[str, str] | None = None,
+    exchange: Exchange | None = None,
 ) -> tuple[list[Matched], str, dict[str, str]]:
     """Disparities of all pairs that can be used, what to call their map, and why each other pair was left out.
 
-    left_out: pairs that could not be used before, with the reasons. Raises InvalidImages where no pair is left,
-    InvalidInput where the settings name one that is not there.
+    left_out: pairs that could not be used before, with the reasons. exchange: of pairs that were not taken rectified:
+    tells swapped images. Raises InvalidImages where no pair is left, InvalidInput where the settings name one that is
+    not there.
     """
     matched: list[Matched] = []
     reasons = dict(left_out or {})
@@ -109,8 +117,11 @@ def match_pairs(
             pair, alignment = align_pair(pair)
             found = stereo.match(pair, settings)
         except InvalidImages as err:
-            reasons[pair.name] = err.message
-            brief.append(f"{pair.name} ({err.details.get('brief') or _briefly(pair.name, err.message)})")
+            swapped = exchange is not None and fits(exchange(pair.name))
+            reason = f"pair {pair.name}: {_SWAPPED}" if swapped else err.message
+            short = None if swapped else err.details.get("brief")
+            reasons[pair.name] = reason
+            brief.append(f"{pair.name} ({short or _briefly(pair.name, reason)})")
             continue
         if alignment.corrected or not alignment.checked:
             told.append(alignment.text)

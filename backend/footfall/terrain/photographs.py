@@ -10,9 +10,18 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.robot.model import Robot
 from footfall.telemetry.images import ImagePair, Snapshot
-from footfall.telemetry.photographs import Photographs
+from footfall.telemetry.photographs import PhotographedPair, Photographs
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import Matched, all_samples, build_terrain, dem_of, grid_around, match_pairs, site_points_of
+from footfall.terrain.build import (
+    Exchange,
+    Matched,
+    all_samples,
+    build_terrain,
+    dem_of,
+    grid_around,
+    match_pairs,
+    site_points_of,
+)
 from footfall.terrain.dem import Dem
 from footfall.terrain.pairs.bundle_adjustment import refine
 from footfall.terrain.pairs.rectify import rectify
@@ -42,10 +51,16 @@ def terrain_from_photographs(
         told = f", {found.text}"
     watched = part(progress, 0.4 if refined else 0.1, 1.0)
     parents = {"photographs": photographs.digest}
+    taken = {one.name: one for one in photographs.pairs}
+
+    def exchanged(name: str) -> ImagePair:
+        one = taken[name]
+        return _rectified(replace(one, left=one.right, right=one.left), settings)
+
     if robot is None or state is None:
-        dem = terrain_from_pairs(pairs, settings, watched, left_out)
+        dem = terrain_from_pairs(pairs, settings, watched, left_out, exchange=exchanged)
     else:
-        dem = build_terrain(robot, Snapshot(state, pairs, left_out), settings, watched)
+        dem = build_terrain(robot, Snapshot(state, pairs, left_out), settings, watched, exchange=exchanged)
         parents |= {"robot": robot.digest, "state": state.digest}
     return replace(dem, name=dem.name + told, provenance=Provenance(parents, settings))
 
@@ -58,22 +73,27 @@ def rectified(
     for i, taken in enumerate(photographs.pairs):
         progress(i / len(photographs.pairs), f"rectifying {taken.name}")
         try:
-            pairs.append(
-                rectify(
-                    replace(taken.calibration, name=taken.name),
-                    taken.left,
-                    taken.right,
-                    time=taken.time,
-                    time_right=taken.time_right,
-                    T_site_base=taken.T_site_base,
-                    max_skew=settings.max_skew,
-                )
-            )
+            pairs.append(_rectified(taken, settings))
         except InvalidImages as err:
             left_out[taken.name] = err.message
     if not pairs:
         raise InvalidImages("no image pair can be used: " + "; ".join(left_out.values()), pairs=left_out)
     return tuple(pairs), left_out
+
+
+def _rectified(taken: PhotographedPair, settings: TerrainSettings) -> ImagePair:
+    if np.array_equal(taken.left, taken.right):
+        # two lenses would rectify it to two images
+        raise InvalidImages(f"pair {taken.name}: left and right are one and the same image", pair=taken.name)
+    return rectify(
+        replace(taken.calibration, name=taken.name),
+        taken.left,
+        taken.right,
+        time=taken.time,
+        time_right=taken.time_right,
+        T_site_base=taken.T_site_base,
+        max_skew=settings.max_skew,
+    )
 
 
 def terrain_from_pairs(
@@ -82,14 +102,15 @@ def terrain_from_pairs(
     progress: Progress = no_progress,
     left_out: Mapping[str, str] | None = None,
     center: tuple[float, float] | None = None,
+    exchange: Exchange | None = None,
 ) -> Dem:
     """The ground seen by rectified pairs that show no robot, in the site frame of their ``T_site_base``.
 
     left_out: pairs that could not be used before, with the reasons. center: of the map, site [m]; by default the
-    middle of what all pairs see. Raises InvalidImages.
+    middle of what all pairs see. exchange: see :func:`footfall.terrain.build.match_pairs`. Raises InvalidImages.
     """
     settings = settings or TerrainSettings()
-    matched, name, reasons = match_pairs(pairs, settings, progress, left_out)
+    matched, name, reasons = match_pairs(pairs, settings, progress, left_out, exchange)
     if center is None:
         seen = np.concatenate([_seen(one, settings) for one in matched], axis=1)
         if seen.shape[1] == 0:

@@ -30,7 +30,7 @@ from footfall.core.errors import InvalidImages
 from footfall.core.value import Value, value
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs.point_matches import FEWEST_MATCHES, matches
-from footfall.terrain.pairs.stereo import require_rectified
+from footfall.terrain.pairs.stereo import offset, require_rectified
 
 Array = NDArray[np.float64]
 
@@ -55,6 +55,9 @@ pairs with calibrations of 0.2 px show 0.03."""
 
 MISTAKEN = np.deg2rad(1.0)
 """Matches whose rows are further apart are mistakes, if they are the minority: no camera is turned so far and used."""
+
+BEFORE = 0.9
+"""Share of the matches with a disparity above zero that shows which image is the left one."""
 
 ROUNDS = 15
 """Gauss–Newton is done by then; it takes about six."""
@@ -153,6 +156,15 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
             **details,
         )
     return (turn_right_image(pair, found.rotation) if found.corrected else pair), found
+
+
+def fits(pair: ImagePair) -> bool:
+    """Whether rows agree, and nearly all that both images show lies before the cameras: left and right in place."""
+    found = estimate_rotation(pair)
+    if not found.checked or found.rows_after > MOST_DISAGREEMENT:
+        return False
+    left, right = matches(pair)
+    return float(np.mean(left[:, 0] - right[:, 0] + offset(pair) > 0.0)) > BEFORE
 
 
 def turn_right_image(pair: ImagePair, rotation: Array) -> ImagePair:

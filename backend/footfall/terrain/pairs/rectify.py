@@ -39,8 +39,8 @@ def rectify(
     for side, image, camera in (("left", left, calibration.left), ("right", right, calibration.right)):
         if image.dtype != np.uint8 or image.shape != (camera.height, camera.width):
             raise InvalidImages(
-                f"pair {name}: the {side} image is {image.dtype} {image.shape}, "
-                f"its calibration wants uint8 ({camera.height}, {camera.width})",
+                f"pair {name}: the {side} image has {image.shape[1]} × {image.shape[0]} pixels ({image.dtype}), its "
+                f"calibration is of {camera.width} × {camera.height} (uint8)",
                 pair=name,
             )
     require_simultaneous(name, time, time_right, max_skew)
