@@ -32,6 +32,7 @@ from footfall.core.errors import InvalidImages
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Value, value
 from footfall.telemetry.images import Camera, ImagePair
+from footfall.telemetry.projection import sight
 from footfall.terrain.pairs.epipolar import estimate_rotation, turn_right_image
 from footfall.terrain.pairs.point_matches import matches
 from footfall.terrain.pairs.stereo import require_rectified
@@ -122,7 +123,8 @@ def refine(pairs: Sequence[ImagePair], progress: Progress = no_progress) -> tupl
     solved = problem.solved(start)
     # once more without what is wrong beyond doubt: a robust loss lessens its pull, it does not end it
     before = problem.common_error(problem.with_points(start))
-    problem = _Problem(pairs, own, problem.agreeing(solved.x))
+    agreed = problem.agreeing(solved.x)
+    problem = _Problem(pairs, own, agreed)
     solved = problem.solved(solved.x[: problem.turns])
     after = problem.common_error(solved.x)
     deviations = problem.uncertainty(solved.jac)
@@ -130,6 +132,9 @@ def refine(pairs: Sequence[ImagePair], progress: Progress = no_progress) -> tupl
     # what the images don't tell apart from nothing would only add its own error
     found = np.where(np.abs(found) >= SURE * deviations, np.round(found, 7), 0.0)
     right_turns, pair_turns = problem.split(found)
+    # of a pair that shares nothing its rows say no more than when asked alone, where mistaken matches pull less
+    for alone in set(range(len(pairs))) - {k for i, j, _ in agreed for k in (i, j)}:
+        right_turns[alone] = right[alone]
     refined = tuple(
         _turned(turn_right_image(pair, right_turn) if right_turn.any() else pair, pair_turn)
         for pair, right_turn, pair_turn in zip(pairs, right_turns, pair_turns, strict=True)
@@ -164,10 +169,10 @@ def _common(one: ImagePair, other: ImagePair, own: tuple[Array, Array], turn: Ar
     """Points of one pair's own matches that are found in both images of another; None where there are too few."""
     left, right = _thinned(*own, CANDIDATES)
     camera = one.camera_left
-    model = _pixels(_rays(right, one.camera_right) @ _rotation(turn).T, one.camera_right)
+    model = _pixels(sight(one.camera_right, *right.T) @ _rotation(turn).T, one.camera_right)
     apart = left[:, 0] - model[:, 0] + one.camera_right.cx - camera.cx
     z = camera.fx * one.baseline / np.where(apart > 0, apart, np.nan)
-    at = _rays(left, camera) * z[:, None]
+    at = sight(camera, *left.T) * z[:, None]
     points = frames.apply(one.T_site_base @ camera.T_base_camera, at)
     usable = np.flatnonzero((z > NEAREST) & (z < FARTHEST) & _in_view(points, other))
     rows = []
@@ -265,7 +270,7 @@ class _Problem:
     ) -> None:
         self._pairs = pairs
         self._own = [
-            (_rays(left, p.camera_left), _rays(right, p.camera_right))
+            (sight(p.camera_left, *left.T), sight(p.camera_right, *right.T))
             for p, (left, right) in zip(pairs, own, strict=True)
         ]
         self._seen = seen
@@ -387,12 +392,6 @@ class _Problem:
 def _rotation(turn: Array) -> Array:
     # a copy: read-only arrays are not taken
     return Rotation.from_rotvec(np.array(turn)).as_matrix()
-
-
-def _rays(pixels: Array, camera: Camera) -> Array:
-    """Directions (n, 3) through pixels (n, 2), z = 1."""
-    x, y = (pixels[:, 0] - camera.cx) / camera.fx, (pixels[:, 1] - camera.cy) / camera.fy
-    return np.stack([x, y, np.ones(len(x))], axis=1)
 
 
 def _pixels(points: Array, camera: Camera) -> Array:
