@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from footfall.core import frames
 from footfall.core.grid import GridGeometry
-from footfall.terrain.fusion.grid_depth import grid_depth, site_points
+from footfall.terrain.fusion.fuse import fuse
+from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points, upper_surface
 
 WIDTH, HEIGHT, FOCAL = 64, 48, 60.0
 INTRINSICS = (FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
@@ -121,3 +122,47 @@ def test_variance_and_grey_come_from_the_same_place():
 def test_nothing_known_gives_no_samples():
     T = looking_down(2.0, np.pi / 2, 0.0)
     assert len(sample(np.full((HEIGHT, WIDTH), np.nan), T).cell) == 0
+
+
+def under_a_slab() -> CellSamples:
+    """Ground, and a slab half a metre above it whose edge the camera looks under: it sees both in many cells."""
+    T = looking_down(1.6, 0.5, 0.0)
+    ground = plane_depth(T, np.array([0.0, 0.0, 1.0]), 0.0)
+    slab = plane_depth(T, np.array([0.0, 0.0, 1.0]), 0.5)
+    x, y, _ = site_points(slab, INTRINSICS, T)
+    with np.errstate(invalid="ignore"):
+        on_slab = (np.abs(x - 2.2) < 0.4) & (np.abs(y) < 0.6)
+    return sample(np.where(on_slab, slab, ground), T, max_jump=0.3, max_edge=4.0)
+
+
+def test_ground_under_an_overhang_does_not_stand_for_its_upper_side():
+    seen = under_a_slab()
+    upper = upper_surface(seen, GRID, 0.05)
+    rows, cols = np.divmod(seen.cell, GRID.cols)
+    inside = (np.abs(GRID.xs[cols] - 2.2) < 0.3) & (np.abs(GRID.ys[rows]) < 0.5)
+    both = np.intersect1d(seen.cell[inside & (seen.height > 0.4)], seen.cell[inside & (seen.height < 0.1)])
+    assert len(both) > 20
+    heights = fuse([upper], GRID, 0.05).heights.ravel()
+    assert np.abs(heights[both] - 0.5).max() < 1e-6
+    free = np.setdiff1d(seen.cell, both)
+    kept = np.isin(upper.cell, free).sum(), np.isin(seen.cell, free).sum()
+    assert kept[0] > 0.97 * kept[1]  # only along the slab's rim another sample may fall
+
+
+def test_a_lone_point_above_the_ground_takes_nothing_away():
+    """A mistake of the matcher in one cell is left to the median, as before."""
+    cells = np.array([r * GRID.cols + c for r in range(40, 45) for c in range(60, 65)])
+    above = cells[12]
+    seen = CellSamples(np.r_[cells, above], np.r_[np.zeros(25), 0.4], np.full(26, 1e-6), np.full(26, 90.0))
+    assert len(upper_surface(seen, GRID, 0.05).cell) == 26
+
+
+@given(step=st.floats(0.051, 1.0))
+def test_an_upper_surface_that_goes_on_hides_what_lies_under_it(step):
+    cells = np.array([r * GRID.cols + c for r in range(40, 45) for c in range(60, 65)])
+    seen = CellSamples(np.r_[cells, cells], np.r_[np.zeros(25), np.full(25, step)], np.full(50, 1e-6), np.zeros(50))
+    upper = upper_surface(seen, GRID, 0.05)
+    inner = [r * GRID.cols + c for r in range(41, 44) for c in range(61, 64)]
+    assert (upper.height[np.isin(upper.cell, inner)] == step).all()
+    same = upper_surface(CellSamples(cells, np.zeros(25), np.full(25, 1e-6), np.zeros(25)), GRID, 0.05)
+    assert len(same.cell) == 25

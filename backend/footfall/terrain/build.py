@@ -20,7 +20,7 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.align import align
 from footfall.terrain.fusion.fuse import despike, fuse
-from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points
+from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points, upper_surface
 from footfall.terrain.fusion.memory import merge
 from footfall.terrain.fusion.visibility import DepthView
 from footfall.terrain.pairs import stereo
@@ -285,7 +285,8 @@ def _samples(
 ) -> CellSamples:
     points, depth, deviation = site_points_of(matched, settings, correction)
     known = np.where(np.isfinite(depth), matched.disparity, np.float32(np.nan))
-    return grid_depth(points, known, deviation, matched.pair.left, geometry, settings.max_jump, settings.max_edge)
+    seen = grid_depth(points, known, deviation, matched.pair.left, geometry, settings.max_jump, settings.max_edge)
+    return upper_surface(seen, geometry, settings.gate)
 
 
 def dem_of(

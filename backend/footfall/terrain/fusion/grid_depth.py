@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Value, value
 from footfall.terrain.fusion.grid_kernel import cover_cells
+from footfall.terrain.fusion.overhang_kernel import lies_under
 
 
 @value
@@ -67,3 +68,12 @@ def grid_depth(
         max_edge / geometry.resolution,
     )
     return CellSamples(cell=cell, height=found[:, 0], variance=found[:, 1] ** 2, grey=found[:, 2])
+
+
+def upper_surface(seen: CellSamples, geometry: GridGeometry, gate: float) -> CellSamples:
+    """What one view sees from above: without the ground that it also sees under an overhang.
+
+    gate: surfaces lie apart by more than this [m]. A map has one height for a cell; a leg comes from above.
+    """
+    open_ = ~lies_under(seen.cell, seen.height, geometry.rows, geometry.cols, gate)
+    return CellSamples(seen.cell[open_], seen.height[open_], seen.variance[open_], seen.grey[open_])
