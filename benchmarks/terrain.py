@@ -5,6 +5,7 @@ setting of the renderer (footfall.sim.optics).
 """
 
 import multiprocessing
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +17,7 @@ from benchmarks.ground_truth import cells_seen, true_heights
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import Stance, random_stance
 from benchmarks.timing import SEED, Figure, paired, seconds
-from footfall.io.image_files import read_pair
+from footfall.io.image_files import read_image, read_pair
 from footfall.maps.layers import MapSettings
 from footfall.maps.traversability import traversability
 from footfall.robot.kinematics import wheel_centers
@@ -27,11 +28,15 @@ from footfall.terrain.build import build_terrain, match_pairs
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import pick
 from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.pairs.epipolar import align_pair
 from footfall.terrain.pairs.stereo import disparity
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.settings import TerrainSettings
 
 PHOTOGRAPHS = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+ALOE = "/usr/share/doc/opencv-doc/examples/data"
+"""Where Debian's package opencv-doc puts its pair; the environment variable FOOTFALL_ALOE names another folder."""
 
 NEAR = 3.0
 """Accuracy counts within this of the chassis [m]."""
@@ -56,6 +61,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     for effects in PRESETS:
         yield from _accuracy(effects, 1 if quick else 20)
     yield from _motorcycle(3 if quick else 10)
+    yield from _aloe()
     yield from terrain_memory.figures(quick)
     yield Figure("terrain.triangulate_400x400", seconds(lambda: triangulate(rocks()), 5 if quick else 25), "s")
     yield Figure(
@@ -202,3 +208,26 @@ def _motorcycle(n: int) -> Iterator[Figure]:
         # promised of the matcher that is used unless another is asked for
         floor = 0.12 if matcher == TerrainSettings().matcher else None
         yield Figure(f"terrain.motorcycle_{matcher}", seconds(lambda s=matched: disparity(pair, s), n), "s", floor)
+
+
+def _aloe() -> Iterator[Figure]:
+    """A photographed plant before a cloth (Middlebury 2006, full size) that nothing was made on."""
+    folder = Path(os.environ.get("FOOTFALL_ALOE", ALOE))
+    if not (folder / "aloeGT.png").exists():
+        print(f"terrain.aloe: left out, aloeL.jpg, aloeR.jpg and aloeGT.png are not in {folder}", file=sys.stderr)
+        return
+    pair = read_pair(
+        folder / "aloeL.jpg",
+        folder / "aloeR.jpg",
+        focal_length=3740.0,
+        cx=641.0,
+        cy=555.0,
+        baseline=0.16,
+        doffs=270.0,
+        name="aloe",
+    )
+    truth = read_image(folder / "aloeGT.png").astype(float)
+    found = disparity(align_pair(pair)[0], TerrainSettings(min_range=1.2, max_range=3.0))
+    known, both = truth > 0, (truth > 0) & np.isfinite(found)
+    yield Figure("terrain.aloe_bad2", (float((np.abs(found - truth)[both] > 2.0).mean()),), "share")
+    yield Figure("terrain.aloe_density", (float(both.sum() / known.sum()),), "share")
