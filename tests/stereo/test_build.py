@@ -9,13 +9,13 @@ from footfall.sim.raycast import RayScene
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import build_terrain, grid_around
+from footfall.terrain.build import SMEARED, build_terrain, grid_around, without_robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane, step
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.photographs import terrain_from_pairs
-from footfall.terrain.rover_mask.selfmask import robot_parts
+from footfall.terrain.rover_mask.selfmask import robot_depths, robot_parts
 from footfall.terrain.settings import TerrainSettings
 
 
@@ -98,6 +98,27 @@ def test_nothing_of_the_legs_stands_in_the_terrain(athlete, standing):
         around = known & (np.hypot(x - wheel[0], y - wheel[1]) < 0.6)
         assert around.any()
         assert np.abs(dem.heights[around]).max() < 0.08
+
+
+def test_beside_a_leg_goes_what_is_as_near_as_it_and_the_ground_behind_stays(athlete, standing):
+    """Matching carries a leg's disparity on over its mask."""
+    ground = plane(14.0, 0.5)
+    state = standing(athlete, ground)
+    pair = render_snapshot(athlete, state, ground, scale=0.5, pairs=["haz0"]).pairs[0]
+    camera = pair.camera_left
+    in_left, in_right = (robot_depths(athlete, state, one, extra_px=2) for one in (camera, pair.camera_right))
+    deepest = float(in_left[np.isfinite(in_left)].max())
+    for depth, goes in ((0.5, True), (deepest + 0.5, False)):
+        disparity = np.full(pair.left.shape, camera.fx * pair.baseline / depth, np.float32)
+        without_robot(disparity, pair, athlete, state, TerrainSettings())
+        rows, cols = np.indices(disparity.shape)
+        partner = np.clip(np.rint(cols - camera.fx * pair.baseline / depth).astype(int), 0, camera.width - 1)
+        masked = (in_left > 0) | (in_right[rows, partner] > 0)
+        assert np.isnan(disparity[masked]).all()
+        next_to = ~masked & (np.roll(in_left, SMEARED, 1) > 0) & (cols >= SMEARED)
+        assert next_to.any()
+        assert np.isnan(disparity[next_to]).all() == goes
+        assert np.isfinite(disparity[next_to]).all() != goes
 
 
 def test_without_the_self_filter_the_legs_would_stand_there(athlete, standing):

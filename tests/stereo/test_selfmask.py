@@ -11,7 +11,7 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.rover_mask.selfmask import mesh_depths, robot_mask, robot_parts
+from footfall.terrain.rover_mask.selfmask import beside, mesh_depths, robot_depths, robot_parts
 
 
 def mesh_mask(parts: list[Mesh], camera: Camera, margin: float, extra_px: int) -> np.ndarray:
@@ -38,7 +38,7 @@ def test_every_pixel_of_the_robot_is_covered_in_every_image(athlete, posture):
             T = frames.inverse(camera.T_base_camera)
             parts = [Mesh(frames.apply(T @ T_part, m.vertices), m.triangles) for m, T_part in robot_parts(athlete, q)]
             truth = shows(parts, camera)
-            mask = robot_mask(athlete, state, camera)
+            mask = robot_depths(athlete, state, camera) > 0
             assert not (truth & ~mask).any()
             assert mask.mean() < truth.mean() + 0.25
 
@@ -79,4 +79,16 @@ def test_the_payload_is_part_of_the_robot(athlete):
     loaded = Robot(with_payload(athlete.description, 100.0, size=(1.0, 1.0, 0.8), position=(0.0, 0.0, -0.6)))
     state = RobotState("athlete", 0.0, athlete.posture("stand"), np.eye(4), np.zeros((6, 3)), np.zeros(36), "idle")
     camera = athlete.description.camera_pair("haz0").camera_left
-    assert robot_mask(loaded, state, camera).sum() > robot_mask(athlete, state, camera).sum() + 1000
+    mine, plain = ((robot_depths(robot, state, camera) > 0).sum() for robot in (loaded, athlete))
+    assert mine > plain + 1000
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+def test_beside_a_rim_counts_the_deepest_one_around(seed, width):
+    rng = np.random.default_rng(seed)
+    depths = rng.choice(np.array([0.0, 0.0, 0.0, 1.5, 2.5, np.inf], np.float32), (9, 12))
+    found = beside(depths, width)
+    finite = np.where(np.isinf(depths), 0.0, depths)
+    for row, col in np.ndindex(depths.shape):
+        around = finite[max(row - width, 0) : row + width + 1, max(col - width, 0) : col + width + 1]
+        assert found[row, col] == around.max()

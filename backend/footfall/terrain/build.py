@@ -28,8 +28,11 @@ from footfall.terrain.pairs.epipolar import align_pair, fits
 from footfall.terrain.pairs.rectify import require_simultaneous
 from footfall.terrain.rover_mask.leg_errors import LegError
 from footfall.terrain.rover_mask.posture_fit import fit_posture
-from footfall.terrain.rover_mask.selfmask import robot_mask
+from footfall.terrain.rover_mask.selfmask import beside, robot_depths
 from footfall.terrain.settings import TerrainSettings
+
+SMEARED = 4
+"""Beside its mask the robot may be found so far still, at its own depth [px]: matching smears it over."""
 
 Exchange = Callable[[str], ImagePair]
 """From a pair's name to that pair rectified with its two images exchanged."""
@@ -239,10 +242,13 @@ def without_robot(
     settings: TerrainSettings,
     errors: Sequence[LegError] | None = None,
 ) -> None:
-    """Set to NaN, in place, pixels that show the robot in either image of the pair; errors: of each leg's posture."""
+    """Set to NaN, in place, pixels that show the robot in either image of the pair; errors: of each leg's posture.
+
+    So are those beside it that lie no deeper than it may.
+    """
     extra = settings.block_size // 2 + 1
     in_left, in_right = (
-        robot_mask(
+        robot_depths(
             robot,
             state,
             camera,
@@ -254,8 +260,13 @@ def without_robot(
         for camera in (pair.camera_left, pair.camera_right)
     )
     rows, cols = np.nonzero(np.isfinite(disparity))
-    partner = np.clip(np.rint(cols - disparity[rows, cols]).astype(np.int64), 0, disparity.shape[1] - 1)
-    hidden = in_left[rows, cols] | in_right[rows, partner]
+    found = disparity[rows, cols]
+    partner = np.clip(np.rint(cols - found).astype(np.int64), 0, disparity.shape[1] - 1)
+    hidden = (in_left[rows, cols] > 0) | (in_right[rows, partner] > 0)
+    # rectified cameras see a point at one depth
+    depth = stereo.depth(pair, found)
+    hidden |= depth <= beside(in_left, SMEARED)[rows, cols]
+    hidden |= depth <= beside(in_right, SMEARED)[rows, partner]
     disparity[rows[hidden], cols[hidden]] = np.nan
 
 

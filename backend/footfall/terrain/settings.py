@@ -55,7 +55,7 @@ class TerrainSettings(Value):
     max_skew: float = MAX_SKEW
     max_jump: float = 0.35
     max_edge: float = 0.1
-    max_deviation: float = 0.045
+    max_deviation: float = 0.03
     least_angle: float = 0.25
     mask_margin: float = 0.03
     fit_legs: bool = True

@@ -8,6 +8,10 @@ Gauss–Newton on grey values (Lucas & Kanade, IJCAI 1981; Baker & Matthews, IJC
 in Bleyer, Rhemann & Rother, *PatchMatch stereo*, BMVC 2011. Weights leave out what does not fit the plane: occlusions,
 and surfaces at other disparities. What the fit leaves open is each disparity's variance, in units of what the images
 were found to differ by, and the plane says how the surface lies: both tell what was matched by chance.
+
+Windows grow from step to step, and a neighbour counts by how far its disparity of the step before is off the plane, in
+standard deviations of the pixel's own (adaptive weights smoothing: Polzehl & Spokoiny, J. R. Stat. Soc. B 62, 2000): in
+faint images a pixel takes its whole window, where they are clear it stays on its own surface.
 """
 
 from typing import NamedTuple
@@ -20,14 +24,14 @@ from footfall.terrain.pairs.refine_kernel import fit_planes
 
 Image = NDArray[np.float32]
 
-RADII = (3, 4, 4)
+RADII = (3, 5, 7)
 """Of the windows, step by step [px]."""
 
 WIDE_REACH, NARROW_REACH = 1.0, 0.35
-"""A neighbour whose disparity is so far off the plane counts a quarter [px]: in the first step, and in the last."""
+"""A neighbour whose disparity is so far off the plane counts a quarter [px]: in the first step, and later at least."""
 
-NOISY_REACH = 4.0
-"""Between them, this many standard deviations of what came in: a small rise in noise can't be told from it yet."""
+REACH_IN_DEVIATIONS = 3.0
+"""Later, this many standard deviations of the pixel's own disparity: what differs by less may be the same surface."""
 
 NOISE = 2.0
 """Grey levels by which a difference of two images may be wrong where they are even."""
@@ -72,8 +76,11 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     came_in = np.where(known, disparity, np.float32(0.0)).astype(np.float32)
     planes = np.stack([came_in, np.zeros_like(came_in), np.zeros_like(came_in)])
     compared = _Compared(grey_left, grey_right, known)
-    reach, residual = WIDE_REACH, came_in
-    for step, radius in enumerate(RADII):
+    # every other row tells how much the images differ
+    some = known.copy()
+    some[1::2] = False
+    reach, deviation = np.full_like(came_in, WIDE_REACH), came_in
+    for radius in RADII:
         at = planes[0]
         error, slope = compared.at(at)
         planes, variance = fit_planes(
@@ -88,11 +95,9 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
         )
         np.clip(planes[0], came_in - np.float32(FARTHEST), came_in + np.float32(FARTHEST), out=planes[0])
         np.clip(planes[1:], -STEEPEST, STEEPEST, out=planes[1:])
-        reach = NARROW_REACH
-        if step == 0:
-            reach = max(NARROW_REACH, NOISY_REACH * _deviation(planes[0][known] - came_in[known]))
-        residual = error + slope * (at - planes[0])
-    deviation = _in_units_of(residual[known] * np.sqrt(weight[known]), variance)
+        residual = error[some] + slope[some] * (at[some] - planes[0][some])
+        deviation = _in_units_of(residual * np.sqrt(weight[some]), variance)
+        reach = np.maximum(np.float32(REACH_IN_DEVIATIONS) * deviation, np.float32(NARROW_REACH))
     planes[:, ~known] = np.nan
     return Refined(planes[0], planes[1], planes[2], np.where(known, deviation, np.float32(np.nan)))
 

@@ -36,29 +36,6 @@ SIGMAS = 2.0
 """Errors up to this many standard deviations are covered."""
 
 
-def robot_mask(
-    robot: Robot,
-    state: RobotState,
-    camera: Camera,
-    margin: float = 0.03,
-    extra_px: int = 3,
-    *,
-    errors: Sequence[LegError] | None = None,
-    fitted_margin: float = 0.01,
-) -> NDArray[np.bool_]:
-    """Pixels that may show the robot, (height, width), True on the robot; see :func:`robot_depths`."""
-    depths = robot_depths(
-        robot,
-        state,
-        camera,
-        margin,
-        extra_px,
-        errors=errors,
-        fitted_margin=fitted_margin,
-    )
-    return depths > 0
-
-
 def robot_depths(
     robot: Robot,
     state: RobotState,
@@ -92,6 +69,18 @@ def robot_depths(
         along = SIGMAS * np.linalg.norm(spread[:, 2], axis=1) + np.abs(bend[:, 2])
         deeper.append(max(float(along.max()), margins[-1]))
     return mesh_depths(parts, camera, margins, extra_px, widths, deeper)
+
+
+def beside(depths: NDArray[np.float32], width: int) -> NDArray[np.float32]:
+    """Greatest depth of the robot's rims within ``width`` [px] along rows and columns of each pixel, (height, width)
+    [m]: 0 where there is none. depths: as :func:`robot_depths` has them.
+
+    Matching carries the disparities of a leg on beside its outline (boundary overreach: Okutomi, Katayama & Oka, *A
+    simple stereo algorithm to recover precise object boundaries and smooth surfaces*, IJCV 2002): what lies no deeper
+    there may be it.
+    """
+    rims = np.where(np.isinf(depths), np.float32(0.0), depths)
+    return np.asarray(cv2.dilate(rims, np.ones((2 * width + 1, 2 * width + 1), np.uint8)), np.float32)
 
 
 def displacements(
