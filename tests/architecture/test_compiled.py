@@ -44,8 +44,9 @@ def third_of_ten(package):
     """What a new process answers, and how often it found its code on the disk."""
     program = "from thing.caller import third; print(third(10.0), sum(third.stats.cache_hits.values()))"  # type: ignore
     kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
+    # Python takes its own compiled module for the present one if it has the same size and second of change
     answer = subprocess.run(
-        [sys.executable, "-c", program],
+        [sys.executable, "-B", "-c", program],
         env={**kept, "PYTHONPATH": str(package.parent)},
         capture_output=True,
         text=True,

@@ -7,15 +7,16 @@ import pytest
 import rasterio
 from PIL import Image
 
-from footfall.core.errors import InvalidInput, NotFound
+from footfall.core.errors import InvalidInput, InvalidTerrain, NotFound
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.io.map_files import ALL, ONE, layer_npy, maps_geotiff, require_map_file, write_maps
-from footfall.io.terrain_files import read_terrain
+from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import LAYERS, MapStack
 from footfall.maps.reach_classes import BEYOND, HINDERED_BY, UNSEEN
 from footfall.robot.obstacles import TERRAIN as GROUND
+from footfall.terrain.from_arrays import from_heights
 
 GRID = GridGeometry(-1.25, 3.5, 0.25, 5, 7)
 CLASSES = {
@@ -64,11 +65,18 @@ def test_the_same_maps_give_the_same_geotiff(stack):
 
 
 def test_a_geotiff_lies_on_its_terrain(stack, tmp_path):
-    """Read as a terrain its first band has the grid of the maps: both lie on each other in any GIS."""
+    """It has the transform that a terrain on the same grid is written with: both lie on each other in any GIS."""
     write_maps(stack, tmp_path / "maps.tif")
-    grid = read_terrain(tmp_path / "maps.tif").geometry
-    assert grid.shape == GRID.shape
-    assert (grid.x0, grid.y0, grid.resolution) == pytest.approx((GRID.x0, GRID.y0, GRID.resolution))
+    write_terrain(from_heights(np.zeros(GRID.shape), GRID.resolution, GRID.x0, GRID.y0, "flat"), tmp_path / "dem.tif")
+    with rasterio.open(tmp_path / "maps.tif") as maps, rasterio.open(tmp_path / "dem.tif") as dem:
+        assert maps.shape == dem.shape == GRID.shape
+        np.testing.assert_allclose(maps.transform, dem.transform)
+
+
+def test_maps_are_not_taken_for_heights(stack, tmp_path):
+    write_maps(stack, tmp_path / "maps.tif")
+    with pytest.raises(InvalidTerrain, match="heights must be the first band"):
+        read_terrain(tmp_path / "maps.tif")
 
 
 def test_an_npz_comes_back_to_the_last_bit(stack, tmp_path):

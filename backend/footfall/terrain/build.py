@@ -34,6 +34,10 @@ from footfall.terrain.settings import TerrainSettings
 SMEARED = 4
 """Beside its mask the robot may be found so far still, at its own depth [px]: matching smears it over."""
 
+UNMODELLED = 0.002
+"""Standard deviation of a height beyond what its images tell [m]: planes over windows, and triangles between pixels,
+leave that much of real ground. Heights that claim less were too sure of themselves, most of all where views agree."""
+
 Exchange = Callable[[str], ImagePair]
 """From a pair's name to that pair rectified with its two images exchanged."""
 
@@ -317,7 +321,7 @@ def dem_of(
             f"{name}: none of the matched points lies on the map; choose a larger half_size, max_range or resolution"
         )
     # a height that had to be replaced is less sure by as much as it was off
-    variance = fused.variance + np.square(fused.heights - heights)
+    variance = fused.variance + UNMODELLED**2 + np.square(fused.heights - heights)
     times = np.array([pair.time for pair in pairs], np.float64)
     return Dem(
         heights,
