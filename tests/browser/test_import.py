@@ -39,7 +39,7 @@ def test_a_row_that_was_changed_into_a_collision_is_marked(console: Page, quiet:
     last = len(before["commands"])
     row = console.locator("#commands tbody tr").nth(last - 1)
     expect(row).to_have_class("failing")
-    expect(row).to_contain_text("leg2_wheel cuts 0.067 m into terrain")
+    expect(row).to_contain_text("leg2_wheel cuts 0.068 m into terrain")
     expect(console.locator("#sequence-start")).to_be_visible()
     expect(console.locator("#sequence-start")).to_contain_text("doesn't say from where they start")
     expect(console.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
