@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, field, replace
 from enum import Enum, StrEnum
 
 import numpy as np
@@ -20,7 +20,15 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
-from footfall.core.value import FrozenMapping, Provenance, Value, digest, flatten, unflatten, value, value_enum
+from footfall.core.value import LATER, FrozenMapping, Provenance, Value, digest, flatten, unflatten, value, value_enum
+
+
+@value
+class CoreTestLater(Value):
+    share: float = field(default=0.03, metadata=LATER)
+    count: int = field(default=1000, metadata=LATER)
+    shift: float = field(default=0.0, metadata=LATER)
+    flag: bool = field(default=True, metadata=LATER)
 
 
 @value_enum
@@ -258,6 +266,20 @@ def test_the_software_version_is_not_part_of_the_digest():
     assert one.digest != replace(one, seed=1).digest
     assert one.digest != replace(one, settings=CoreTestInner(0.0)).digest
     assert CoreTestInner(0.0, "software").digest != CoreTestInner(0.0, "").digest
+
+
+@pytest.mark.parametrize("words", ["0.03", "1000", "0.0", "true"])
+def test_a_later_field_is_left_out_while_it_equals_its_default_wherever_that_came_from(words):
+    name = {"0.03": "share", "1000": "count", "0.0": "shift", "true": "flag"}[words]
+    same_number = CoreTestLater(**{name: json.loads(words)})  # another object, as one of a file or a request is
+    assert same_number.digest == CoreTestLater().digest
+    assert flatten(same_number)[0] == {"value": "CoreTestLater", "of": {}}
+
+
+@pytest.mark.parametrize("other", [{"share": 0.030000001}, {"count": 1001}, {"shift": -0.0}, {"flag": False}])
+def test_a_later_field_counts_where_it_is_not_its_default(other):
+    assert CoreTestLater(**other).digest != CoreTestLater().digest
+    assert same(unflatten(*flatten(CoreTestLater(**other))), CoreTestLater(**other))
 
 
 SCRIPT = """

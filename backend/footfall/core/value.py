@@ -242,7 +242,7 @@ def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
         arrays.append(item)
         return {"array": len(arrays) - 1}
     if isinstance(item, Value):
-        told = [f for f in fields(item) if not ("later" in f.metadata and getattr(item, f.name) is f.default)]  # type: ignore[arg-type]
+        told = [f for f in fields(item) if not ("later" in f.metadata and _same(getattr(item, f.name), f.default))]  # type: ignore[arg-type]
         body = {f.name: _flatten(getattr(item, f.name), arrays) for f in told}
         return {"value": type(item).__name__, "of": body}
     if isinstance(item, Mapping):
@@ -250,6 +250,13 @@ def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(item, (list, tuple)):
         return [_flatten(one, arrays) for one in item]
     raise InvalidInput(f"a {type(item).__name__} can't be part of a value")
+
+
+def _same(one: Any, default: Any) -> bool:
+    # a number that was read from a file is another object; the words for -0.0 are not those for 0.0
+    return one is default or (
+        type(one) is type(default) and isinstance(one, (int, float)) and repr(one) == repr(default)
+    )
 
 
 def unflatten(structure: Any, arrays: list[np.ndarray]) -> Any:
