@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import terrain_memory
-from benchmarks.ground_truth import cells_seen, true_heights
+from benchmarks.ground_truth import cells_seen, pixels_across, true_heights
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import Stance, random_stance
 from benchmarks.timing import SEED, Figure, paired, seconds
@@ -23,11 +23,12 @@ from footfall.maps.traversability import traversability
 from footfall.robot.kinematics import wheel_centers
 from footfall.sim.optics import PRESETS
 from footfall.sim.render import render_snapshot
-from footfall.telemetry.images import Snapshot
-from footfall.terrain.build import build_terrain, match_pairs
+from footfall.telemetry.images import ImagePair, Snapshot
+from footfall.terrain.build import build_terrain
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import pick
 from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.matched import match_pairs
 from footfall.terrain.pairs.epipolar import align_pair
 from footfall.terrain.pairs.stereo import disparity
 from footfall.terrain.rover_mask.posture_fit import fit_posture
@@ -53,6 +54,10 @@ NINE_PAIRS = {"hh": 3.0, "3way": 2.0}
 ROCK_TOLERANCE = 0.02
 SEEN_SHARE = 0.5
 """A rock counts as seen when this share of its cells lies open to both cameras of some pair."""
+RESOLVED = 2.0
+"""It counts as resolved when the tolerance spans so many pixels of such a pair."""
+BELLY = ("haz0", "haz1", "haz2")
+"""Pairs that look across below the chassis, farther than any other at ground beside wheels."""
 
 
 def figures(quick: bool) -> Iterator[Figure]:
@@ -108,7 +113,8 @@ def _build_and_weigh(snapshot: Snapshot, settings: TerrainSettings) -> float:
 
 def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     """Random stances with encoder noise and sag; the builder is told what the encoders say."""
-    errors, above, cover, remnants, beside_rocks, kept, flat = [], [], [], [], [], [], []
+    errors, above, cover, remnants, beside_rocks, too_low = [], [], [], [], [], []
+    kept, across, kept_finer, flat = [], [], [], []
     wheels_told, wheels_fitted = [], []
     for seed in range(SEED, SEED + count):
         stance = random_stance(seed)
@@ -128,9 +134,20 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
         errors.append(error[known & near])
         above.append(float((error[known & near] > 0.1).mean()))
         cover.append(float(known[seen & near].mean()))
-        of_seen, of_unseen = _rocks(stance, dem, truth, seen)
-        kept += of_seen
-        flat += of_unseen
+        assert dem.variance is not None
+        below = error < -3.0 * np.sqrt(dem.variance)
+        finer = {pair.name: pair for pair in _belly_finer(stance, seed, effects)}
+        dem_finer = build_terrain(robot(), Snapshot(stance.told, tuple(finer.get(one.name, one) for one in told.pairs)))
+        for on, xy in _rocks(stance, dem):
+            too_low += below[on & known].tolist()
+            share = float(seen[on].mean())
+            if share >= SEEN_SHARE:
+                top = float(truth[on & seen].max())
+                kept.append(abs(_highest(dem, on) - top) <= ROCK_TOLERANCE)
+                kept_finer.append(abs(_highest(dem_finer, on) - top) <= ROCK_TOLERANCE)
+                across.append(pixels_across(robot(), stance.true, stance.world, told, *xy, ROCK_TOLERANCE))
+            elif share == 0:
+                flat.append(bool(-np.inf < _highest(dem, on) < float(truth[on].max()) - ROCK_TOLERANCE))
         beside_rocks.append(_standing_out(stance, dem, truth))
         # without the rocks, whose own rims stand out where they are a cell off: what stands out is left of the legs
         images = render_snapshot(robot(), stance.true, stance.ground, seed=seed, effects=PRESETS[effects])
@@ -148,6 +165,14 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     yield Figure(f"{name}_wheels_off_as_fitted", tuple(wheels_fitted), "m")
     if kept:
         yield Figure(f"{name}_{len(kept)}_seen_rocks_kept", (float(np.mean(kept)),), "share", 1.0, at_most=False)
+        name_finer = f"{name}_{len(kept)}_seen_rocks_kept_belly_1280x960"
+        yield Figure(name_finer, (float(np.mean(kept_finer)),), "share", 1.0, at_most=False)
+        large = np.array(kept)[np.array(across) >= RESOLVED]
+        if len(large):
+            kept_share = float(large.mean())
+            yield Figure(f"{name}_{len(large)}_resolved_rocks_kept", (kept_share,), "share", 1.0, at_most=False)
+    if too_low:
+        yield Figure(f"{name}_rock_cells_low_by_3_deviations", (float(np.mean(too_low)),), "share")
     if flat:
         yield Figure(f"{name}_{len(flat)}_unseen_rocks_flat", (float(np.sum(flat)),), "rocks", 0.0)
 
@@ -163,18 +188,24 @@ def _standing_out(stance: Stance, dem: Dem, truth: np.ndarray) -> int:
     return int((dem.heights[at_wheels] - truth[at_wheels] > STANDS_OUT).sum())
 
 
-def _rocks(stance: Stance, dem: Dem, truth: np.ndarray, seen: np.ndarray) -> tuple[list[bool], list[bool]]:
-    """Whether each seen rock is there within the tolerance, and whether each that nobody saw is shown as ground."""
-    kept, flat = [], []
-    for x, y, diameter, _ in stance.rocks:
-        on = _within(dem, np.array([x, y]), 0.5 * diameter)
-        share = float(seen[on].mean())
-        highest = float(np.nanmax(dem.heights[on], initial=-np.inf))
-        if share >= SEEN_SHARE:
-            kept.append(abs(highest - float(truth[on & seen].max())) <= ROCK_TOLERANCE)
-        elif share == 0:
-            flat.append(bool(-np.inf < highest < float(truth[on].max()) - ROCK_TOLERANCE))
-    return kept, flat
+def _rocks(stance: Stance, dem: Dem) -> Iterator[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]]:
+    """Of each rock the cells of the map, bool, and the x and y of their middles, (n,) each."""
+    x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    for *xy, diameter, _ in stance.rocks:
+        on = _within(dem, np.array(xy), 0.5 * diameter)
+        yield on, (x[on], y[on])
+
+
+def _highest(dem: Dem, on: np.ndarray) -> float:
+    return float(np.nanmax(dem.heights[on], initial=-np.inf))
+
+
+def _belly_finer(stance: Stance, seed: int, effects: str) -> tuple[ImagePair, ...]:
+    """What the pairs that look across the belly would see with twice the pixels along each side."""
+    finer = render_snapshot(
+        robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects], pairs=BELLY, scale=2.0
+    )
+    return finer.pairs
 
 
 def _motorcycle(n: int) -> Iterator[Figure]:

@@ -34,7 +34,7 @@ POSE_SHIFT, POSE_TURN = 0.03, np.deg2rad(1.0)
 SNAPSHOTS, STRIDE = 6, 0.3
 
 HALF = 0.5
-"""Memory is measured at half the cameras' resolution: the images of twelve snapshots are taken for it."""
+"""Wrong poses are planted at half the cameras' resolution: the images of two dozen snapshots are taken for them."""
 
 OBSTACLE, TALL, CLEAN, KEPT = 0.3, 0.25, 0.05, 0.05
 """Diameter and height of what comes and goes, and by how much a cell may be off [m]."""
@@ -140,7 +140,7 @@ def _obstacles(count: int) -> Iterator[Figure]:
         worlds = add_rocks(ground, gone), add_rocks(ground, come)
         states = [_placed(ground, 0.0, 60.0 * i) for i in range(2)]
         images = [
-            render_snapshot(robot(), state, world, seed=2 * seed + i, scale=HALF)
+            render_snapshot(robot(), state, world, seed=2 * seed + i)
             for i, (state, world) in enumerate(zip(states, worlds, strict=True))
         ]
         dem = build_terrain(robot(), images[1], settings, map=build_terrain(robot(), images[0], settings))

@@ -1,21 +1,27 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter
 
 from footfall.core import frames
 from footfall.core.errors import Cancelled, InvalidImages, InvalidInput
 from footfall.core.mesh import Mesh
+from footfall.core.progress import no_progress
 from footfall.robot.kinematics import wheel_centers
 from footfall.sim.raycast import RayScene
 from footfall.sim.render import render_snapshot
 from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import SMEARED, build_terrain, grid_around, without_robot
+from footfall.terrain.build import AT_WHEEL, all_samples, build_terrain, grid_around
 from footfall.terrain.dem import Dem
 from footfall.terrain.generate import plane, step
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
+from footfall.terrain.matched import Matched
 from footfall.terrain.photographs import terrain_from_pairs
 from footfall.terrain.rover_mask.selfmask import robot_depths, robot_parts
+from footfall.terrain.rover_mask.taken_out import APART, BESIDE, MAYBE, NEAR, SMEARED, without_robot
 from footfall.terrain.settings import TerrainSettings
 
 
@@ -39,6 +45,26 @@ def test_accuracy_on_a_rock_field(rock_dem, rocks, rock_state):
     assert np.quantile(np.abs(error[near]), 0.95) < 0.03
     assert (np.abs(error[known]) > 0.1).mean() < 0.005
     assert abs(np.median(error[known])) < 0.004
+
+
+def test_small_rises_say_that_they_may_be_higher(athlete, rock_snapshot, rock_dem, rocks, monkeypatch):
+    """Planes over windows flatten them, which no difference of the images tells: it shows in their variance."""
+    cells = np.isfinite(rock_dem.heights)
+    x, y = np.meshgrid(rock_dem.geometry.xs, rock_dem.geometry.ys)
+    truth = height_at(rocks, x, y)
+    rises = cells & (truth - np.median(truth) > 0.04)
+    assert rises.sum() > 500
+
+    def too_low(dem: Dem, where: np.ndarray) -> float:
+        """Share of cells that are lower than the truth by more than three standard deviations."""
+        assert dem.variance is not None
+        return float((errors(dem, rocks) < -3.0 * np.sqrt(dem.variance))[where].mean())
+
+    monkeypatch.setattr("footfall.terrain.build.off_plane", lambda disparity, along, down: np.zeros_like(disparity))
+    without = build_terrain(athlete, rock_snapshot)
+    assert too_low(rock_dem, rises) < 0.6 * too_low(without, rises)
+    # elsewhere heights stay about as sure as they were
+    assert np.nanmedian(rock_dem.variance / without.variance) < 1.3
 
 
 def test_ground_that_no_camera_saw_stays_unknown(athlete, rock_dem, rocks, rock_snapshot):
@@ -110,15 +136,81 @@ def test_beside_a_leg_goes_what_is_as_near_as_it_and_the_ground_behind_stays(ath
     deepest = float(in_left[np.isfinite(in_left)].max())
     for depth, goes in ((0.5, True), (deepest + 0.5, False)):
         disparity = np.full(pair.left.shape, camera.fx * pair.baseline / depth, np.float32)
-        without_robot(disparity, pair, athlete, state, TerrainSettings())
+        kinds = without_robot(disparity, pair, athlete, state, TerrainSettings())
         rows, cols = np.indices(disparity.shape)
         partner = np.clip(np.rint(cols - camera.fx * pair.baseline / depth).astype(int), 0, camera.width - 1)
-        masked = (in_left > 0) | (in_right[rows, partner] > 0)
-        assert np.isnan(disparity[masked]).all()
-        next_to = ~masked & (np.roll(in_left, SMEARED, 1) > 0) & (cols >= SMEARED)
+        drawn = np.isinf(in_left) | np.isinf(in_right[rows, partner])
+        assert np.array_equal(np.isnan(disparity), drawn)
+        rim = ~drawn & ((in_left > 0) | (in_right[rows, partner] > 0))
+        assert rim.any()
+        assert (kinds[rim] == MAYBE).all()
+        next_to = ~drawn & ~rim & (np.roll(in_left, SMEARED, 1) > 0) & (cols >= SMEARED)
         assert next_to.any()
-        assert np.isnan(disparity[next_to]).all() == goes
-        assert np.isfinite(disparity[next_to]).all() != goes
+        assert (kinds[next_to] == (MAYBE if goes else BESIDE)).all()
+
+
+def test_beside_the_robot_depths_have_to_be_surer_and_no_pixel_shows_ground_alone(athlete, standing):
+    ground = plane(14.0, 0.5)
+    state = standing(athlete, ground)
+    pair = render_snapshot(athlete, state, ground, scale=0.5, pairs=["haz0"]).pairs[0]
+    camera, shift = pair.camera_left, 20.0
+    disparity = np.full(pair.left.shape, shift, np.float32)
+    kinds = without_robot(disparity, pair, athlete, state, TerrainSettings())
+    rims = [
+        (depths > 0) & np.isfinite(depths)
+        for depths in (robot_depths(athlete, state, one, extra_px=2) for one in (camera, pair.camera_right))
+    ]
+    near = [maximum_filter(rim, 2 * NEAR + 1) for rim in rims]
+    rows, cols = np.indices(disparity.shape)
+    beside = near[0] | near[1][rows, np.maximum(cols - int(shift), 0)]
+    assert np.array_equal(kinds == APART, ~beside & (kinds != MAYBE))
+    assert 0.1 < beside.mean() < 0.9
+
+    def cells(deviation, gap, kind):
+        """How many are known, surely and at all, of images that show the ground throughout, but for the middle of each
+        nine pixels."""
+        seen = np.full(disparity.shape, shift, np.float32)
+        if gap:
+            seen[1::3, 1::3] = np.nan
+        flat = np.zeros_like(seen)
+        one = Matched(pair, seen, np.full_like(seen, deviation), (flat, flat), np.full(seen.shape, kind, np.uint8))
+        samples = all_samples([one], 1, np.eye(4), grid_around(0.0, 0.0, settings), settings, no_progress)
+        sure, doubtful = (np.unique(which.cell) for which in samples[0])
+        return len(sure), len(np.union1d(sure, doubtful))
+
+    settings = replace(TerrainSettings(), max_edge=1.0, half_size=30.0, resolution=0.1)
+    z = camera.fx * pair.baseline / shift
+    unsure = 0.5 * (settings.max_deviation + settings.max_deviation_beside) / z**2 * camera.fx * pair.baseline
+    every, in_all = cells(unsure, False, APART)
+    assert every == in_all > 0
+    for deviation, kind in ((unsure, BESIDE), (unsure, MAYBE), (0.01 * unsure, MAYBE)):
+        surely, in_all = cells(deviation, False, kind)
+        assert surely == 0
+        assert in_all >= every
+    every, _ = cells(0.01 * unsure, True, APART)
+    surely, in_all = cells(0.01 * unsure, True, BESIDE)
+    assert 0 < surely < 0.9 * every
+    assert in_all >= every
+
+
+def test_doubtful_pixels_fill_gaps_and_nothing_under_a_wheel(athlete, rock_snapshot, rock_dem, rocks):
+    sure = build_terrain(athlete, rock_snapshot, TerrainSettings(doubtful_deviation=0.0))
+    known = np.isfinite(sure.heights)
+    # but for cells that the sure ones alone would not keep either
+    assert np.mean(sure.heights[known] == rock_dem.heights[known]) > 0.99
+    added = np.isfinite(rock_dem.heights) & ~known
+    assert 0.01 < added.sum() / known.sum() < 0.1
+    error = np.abs(errors(rock_dem, rocks)[added])
+    assert np.nanmedian(error) < 0.01
+    assert np.nanquantile(error, 0.95) < 0.08  # at half the resolution, rocks included
+    # what was doubtful is said to be less sure
+    assert np.median(rock_dem.variance[added]) > 1.5 * np.nanmedian(rock_dem.variance[known])
+    state = rock_snapshot.state
+    x, y = np.meshgrid(sure.geometry.xs, sure.geometry.ys)
+    for wheel in frames.apply(state.T_site_base, wheel_centers(athlete, state.posture)):
+        at = np.hypot(x - wheel[0], y - wheel[1])
+        assert not (added & (at < AT_WHEEL - 0.05)).any()  # wheels are where the images show them, to centimetres
+        assert (added & (at < 2.0 * AT_WHEEL)).any()
 
 
 def test_without_the_self_filter_the_legs_would_stand_there(athlete, standing):
@@ -246,6 +338,7 @@ def test_single_pair_out_of_range_is_refused(make_pair, speckle):
         {"fitted_margin": -1.0},
         {"least_angle": 0.6},
         {"max_deviation": 0.0},
+        {"max_deviation_beside": float("inf")},
     ],
 )
 def test_wrong_settings_are_refused(wrong):

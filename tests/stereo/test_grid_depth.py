@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from footfall.core import frames
 from footfall.core.grid import GridGeometry
 from footfall.terrain.fusion.fuse import fuse
-from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points, upper_surface
+from footfall.terrain.fusion.grid_depth import (
+    CellSamples,
+    grid_depth,
+    pixel_sides,
+    site_points,
+    upper_surface,
+    with_pixels,
+)
 
 WIDTH, HEIGHT, FOCAL = 64, 48, 60.0
 INTRINSICS = (FOCAL, FOCAL, (WIDTH - 1) / 2, (HEIGHT - 1) / 2)
@@ -30,11 +37,20 @@ def plane_depth(T_site_camera: np.ndarray, normal: np.ndarray, offset: float) ->
     return np.where((depth > 0.1) & (depth < 5.0), depth, np.nan)
 
 
-def sample(depth, T, grid=GRID, max_jump=100.0, max_edge=100.0, grey=None):
+def gridded(depth, T, grid=GRID, max_jump=100.0, max_edge=100.0, grey=None, sure=None):
     grey = np.zeros(depth.shape, np.uint8) if grey is None else grey
+    sure = np.ones(depth.shape, bool) if sure is None else sure
     disparity = (FOCAL * 0.2 / depth).astype(np.float32)
     points = site_points(depth, INTRINSICS, T)
-    return grid_depth(points, disparity, depth**2 / (FOCAL * 0.2), grey, grid, max_jump, max_edge)
+    return grid_depth(points, disparity, depth**2 / (FOCAL * 0.2), grey, grid, max_jump, max_edge, sure)
+
+
+def sample(depth, T, *args, **options):
+    return gridded(depth, T, *args, **options)[0]
+
+
+def as_set(samples):
+    return set(zip(samples.cell.tolist(), samples.height.tolist(), samples.variance.tolist(), strict=True))
 
 
 @given(
@@ -92,6 +108,96 @@ def test_agrees_with_every_triangle_against_every_cell(rng):
     assert [cell for cell, _ in got] == [cell for cell, _ in expected]
     assert np.allclose([h for _, h in got], [h for _, h in expected], atol=1e-9)
     assert len(got) > 500
+
+
+@given(seed=st.integers(0, 99), share=st.floats(0.0, 1.0))
+def test_what_sure_pixels_show_is_what_they_show_without_the_others(seed, share):
+    T, rng = looking_down(1.5, 1.0, 0.4), np.random.default_rng(seed)
+    depth = plane_depth(T, np.array([0.1, -0.2, 1.0]), 0.0) * (1 + 0.01 * rng.standard_normal((HEIGHT, WIDTH)))
+    sure = rng.random(depth.shape) < share
+    surely, doubtfully, gaps = gridded(depth, T, max_edge=0.3, sure=sure)
+    alone, none, gaps_alone = gridded(np.where(sure, depth, np.nan), T, max_edge=0.3)
+    assert as_set(surely) == as_set(alone)
+    assert len(none.cell) == 0
+    assert np.array_equal(gaps & sure, gaps_alone)
+    # and together they show what all of them would
+    assert as_set(surely) | as_set(doubtfully) == as_set(sample(depth, T, max_edge=0.3))
+
+
+@given(pitch=st.floats(0.2, 1.5), yaw=st.floats(-3.1, 3.1), seed=st.integers(0, 99))
+def test_points_are_those_of_the_matrix_product(pitch, yaw, seed):
+    T, depth = looking_down(1.5, pitch, yaw), np.random.default_rng(seed).uniform(0.5, 9.0, (HEIGHT, WIDTH))
+    depth[0, 0] = np.nan
+    u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    rays = np.stack([(u - INTRINSICS[2]) / FOCAL, (v - INTRINSICS[3]) / FOCAL, np.ones(u.shape)])
+    expected = np.einsum("ij,jvu->ivu", T[:3, :3], rays * depth) + T[:3, 3, None, None]
+    assert np.allclose(site_points(depth, INTRINSICS, T), expected, rtol=0, atol=1e-12, equal_nan=True)
+
+
+def slopes_of(T, normal, offset):
+    """By how much the disparity of the plane normal · p = offset changes to the next column and row [px]."""
+    in_camera = T[:3, :3].T @ normal * FOCAL * 0.2 / (offset - T[:3, 3] @ normal)
+    return tuple(np.full((HEIGHT, WIDTH), in_camera[axis] / FOCAL, np.float32) for axis in (0, 1))
+
+
+def sample_of_pixels(depth, T, slopes, alone: np.ndarray | bool = True, max_edge=100.0):
+    disparity = (FOCAL * 0.2 / depth).astype(np.float32)
+    points, deviation = site_points(depth, INTRINSICS, T), depth**2 / (FOCAL * 0.2)
+    grey = np.full(depth.shape, 7, np.uint8)
+    sure = np.ones(depth.shape, bool)
+    joined, _, gaps = grid_depth(points, disparity, deviation, grey, GRID, 100.0, max_edge, sure)
+    rows, cols = np.nonzero(gaps & alone)
+    sides = pixel_sides(rows, cols, depth, slopes, FOCAL * 0.2, INTRINSICS, T)
+    return with_pixels(joined, rows, cols, sides, points, deviation, grey, GRID, max_edge)
+
+
+@given(
+    height=st.floats(1.0, 2.5),
+    pitch=st.floats(0.6, 1.57),
+    yaw=st.floats(-3.1, 3.1),
+    tilt=st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
+    seed=st.integers(0, 99),
+)
+def test_lone_pixels_cover_what_lies_within_half_a_pixel_on_their_planes(height, pitch, yaw, tilt, seed):
+    normal = np.array([-tilt[0], -tilt[1], 1.0])
+    T = looking_down(height, pitch, yaw)
+    whole = plane_depth(T, normal, 0.0)
+    some = np.random.default_rng(seed).random(whole.shape) < 0.2
+    depth = np.where(some, whole, np.nan)
+    joined = sample(depth, T)
+    both = sample_of_pixels(depth, T, slopes_of(T, normal, 0.0))
+    n = len(joined.cell)
+    assert np.array_equal(both.cell[:n], joined.cell)
+    rows, cols = np.divmod(both.cell[n:], GRID.cols)
+    assert np.abs(both.height[n:] - tilt[0] * GRID.xs[cols] - tilt[1] * GRID.ys[rows]).max(initial=0.0) < 1e-6
+    assert not np.isin(both.cell[n:], joined.cell).any()
+    assert (both.grey[n:] == 7).all()
+    # each of those cells, seen by the camera, falls into a pixel that is known; a pixel is straight but for perspective
+    p = np.stack([GRID.xs[cols], GRID.ys[rows], both.height[n:]], axis=1) - T[:3, 3]
+    x, y, z = (p @ T[:3, :3]).T
+    u, v = FOCAL * x / z + INTRINSICS[2], FOCAL * y / z + INTRINSICS[3]
+    near = np.zeros(len(u), bool)
+    for row, col in itertools.product((-0.05, 0.05), repeat=2):
+        at = (np.clip(np.rint(v + row), 0, HEIGHT - 1).astype(int), np.clip(np.rint(u + col), 0, WIDTH - 1).astype(int))
+        near |= np.isfinite(depth[at])
+    assert near.all()
+
+
+def test_only_pixels_that_may_stand_alone_and_are_not_too_long_cover_cells():
+    T, up = looking_down(1.5, 0.8, 0.4), np.array([0.0, 0.0, 1.0])
+    depth = np.full((HEIGHT, WIDTH), np.nan)
+    for place in ((24, 20), (24, 40), (4, 30)):
+        depth[place] = plane_depth(T, up, 0.0)[place]
+    slopes = slopes_of(T, up, 0.0)
+    assert len(sample(depth, T).cell) == 0
+    everywhere = sample_of_pixels(depth, T, slopes)
+    alone = np.zeros(depth.shape, bool)
+    alone[24, 20] = True
+    one = sample_of_pixels(depth, T, slopes, alone)
+    assert 0 < len(one.cell) < len(everywhere.cell)
+    assert set(one.cell) < set(everywhere.cell)
+    assert np.allclose(one.variance, (depth[24, 20] ** 2 / (FOCAL * 0.2)) ** 2)
+    assert len(sample_of_pixels(depth, T, slopes, max_edge=0.01).cell) == 0
 
 
 def test_no_surface_is_invented_across_a_depth_jump():

@@ -59,7 +59,7 @@ def from_above(depth, height=2.0, f=100.0, size=41) -> DepthView:
     T = np.diag([1.0, -1.0, -1.0, 1.0])
     T[:3, 3] = 0.1, 0.1, height
     inverse = np.full((size, size), 1.0 / depth, np.float32) if np.isscalar(depth) else (1.0 / depth).astype(np.float32)
-    return DepthView(inverse, (f, f, (size - 1) / 2, (size - 1) / 2), T, 0.0005)
+    return DepthView(inverse, (f, f, (size - 1) / 2, (size - 1) / 2), T, np.full_like(inverse, 0.0005))
 
 
 def test_the_same_again_halves_the_variance_and_keeps_the_height(rng):
@@ -116,13 +116,18 @@ def test_a_new_obstacle_stays():
     assert np.allclose(again.heights[4:8, 4:8], 0.3)
 
 
-def test_what_is_seen_badly_does_not_overrule_the_map():
+def test_what_is_seen_badly_does_not_overrule_the_map_but_makes_it_unknown():
     flat, rock = seen(np.zeros((9, 9)), variance=1e-5), np.zeros((9, 9))
     rock[3:6, 3:6] = 0.6
-    assert (merge(flat, seen(rock, variance=0.01), STILL).heights == 0).all()
+    merged = merge(flat, seen(rock, variance=0.01), STILL)
+    assert np.array_equal(np.isnan(merged.heights), rock > 0)
+    assert np.nanmax(np.abs(merged.heights)) == 0
+    assert (merged.count[rock > 0] == 0).all()
     lonely = np.full((9, 9), np.nan)
     lonely[4, 4] = 0.6
-    assert (merge(flat, seen(lonely), STILL).heights == 0).all()
+    assert np.array_equal(np.isnan(merge(flat, seen(lonely), STILL).heights), np.isfinite(lonely))
+    # so unsure that it contradicts nothing
+    assert np.isfinite(merge(flat, seen(rock, variance=0.1), STILL).heights).all()
 
 
 def test_a_phantom_goes_and_hidden_ground_stays():

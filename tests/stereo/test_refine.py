@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from footfall.terrain.pairs.refine import FARTHEST, refined
+from footfall.terrain.pairs.refine import FARTHEST, RADII, off_plane, refined
 from footfall.terrain.pairs.refine_kernel import fit_planes
 
 HEIGHT, WIDTH = 60, 90
@@ -186,3 +186,29 @@ def test_one_step_agrees_with_least_squares_pixel_by_pixel(rng):
             step = np.linalg.lstsq(A, np.r_[root * r, 0.0, 0.0, 0.0], rcond=None)[0]
             assert np.allclose(found[:, v, u], planes[:, v, u] + step, atol=2e-4)
             assert np.isclose(variance[v, u], np.linalg.inv(A.T @ A)[0, 0], rtol=2e-3)
+
+
+@settings(max_examples=25)
+@given(d=st.floats(4.0, 40.0), along=st.floats(-0.4, 0.4), down=st.floats(-0.4, 0.4), holes=st.integers(0, 2**32 - 1))
+def test_nothing_is_off_a_plane_whatever_of_it_is_unknown(d, along, down, holes):
+    surface = (d + along * U + down * V).astype(np.float32)
+    surface[np.random.default_rng(holes).random(surface.shape) < 0.4] = np.nan
+    off = off_plane(surface, *(np.full(U.shape, slope, np.float32) for slope in (along, down)))
+    assert off.max() < 1e-3
+
+
+def test_how_far_the_surface_is_off_its_planes_pixel_by_pixel():
+    """Against the mean over the window, neighbour by neighbour; borders and unknown pixels included."""
+    rng = np.random.default_rng(5)
+    surface = rng.normal(20.0, 0.5, (23, 31)).astype(np.float32)
+    surface[rng.random(surface.shape) < 0.3] = np.nan
+    along, down = rng.normal(0.0, 0.1, (2, *surface.shape)).astype(np.float32)
+    off, reach = off_plane(surface, along, down), RADII[-1]
+    # windows that lie inside; at an image's border cv2 mirrors what it has
+    for v in range(reach, surface.shape[0] - reach):
+        for u in range(reach, surface.shape[1] - reach):
+            window = np.s_[v - reach : v + reach + 1, u - reach : u + reach + 1]
+            y, x = np.mgrid[window]
+            plane = surface[v, u] + along[v, u] * (x - u) + down[v, u] * (y - v)
+            wanted = 0.0 if np.isnan(surface[v, u]) else abs(np.nanmean(surface[window] - plane))
+            assert off[v, u] == pytest.approx(wanted, abs=1e-3)

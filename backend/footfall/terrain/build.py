@@ -1,55 +1,50 @@
 """Stereo images to terrain: match every pair, take the robot out, lay the depths onto one grid, fuse."""
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable
+from contextlib import closing
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core import frames
+from footfall.core.ahead import ahead
 from footfall.core.errors import InvalidImages
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
-from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.align import align
-from footfall.terrain.fusion.fuse import despike, fuse
-from footfall.terrain.fusion.grid_depth import CellSamples, grid_depth, site_points, upper_surface
+from footfall.terrain.fusion.fuse import Fused, despike, fuse
+from footfall.terrain.fusion.goes_on import goes_on
+from footfall.terrain.fusion.grid_depth import (
+    CellSamples,
+    grid_depth,
+    pixel_sides,
+    site_points,
+    upper_surface,
+    with_pixels,
+)
 from footfall.terrain.fusion.memory import merge
 from footfall.terrain.fusion.visibility import DepthView
+from footfall.terrain.matched import Exchange, Matched, match_pairs
 from footfall.terrain.pairs import stereo
-from footfall.terrain.pairs.epipolar import align_pair, fits
-from footfall.terrain.pairs.rectify import require_simultaneous
-from footfall.terrain.rover_mask.leg_errors import LegError
+from footfall.terrain.pairs.refine import off_plane
 from footfall.terrain.rover_mask.posture_fit import fit_posture
-from footfall.terrain.rover_mask.selfmask import beside, robot_depths
+from footfall.terrain.rover_mask.taken_out import APART, BESIDE, MAYBE, without_robot
 from footfall.terrain.settings import TerrainSettings
-
-SMEARED = 4
-"""Beside its mask the robot may be found so far still, at its own depth [px]: matching smears it over."""
 
 UNMODELLED = 0.002
 """Standard deviation of a height beyond what its images tell [m]: planes over windows, and triangles between pixels,
 leave that much of real ground. Heights that claim less were too sure of themselves, most of all where views agree."""
 
-Exchange = Callable[[str], ImagePair]
-"""From a pair's name to that pair rectified with its two images exchanged."""
-
-_SWAPPED = "left and right seem to be swapped: exchanged, the images match"
-
-
-class Matched(NamedTuple):
-    """A pair, its disparities, NaN where unknown, and their standard deviations, (height, width) [px]."""
-
-    pair: ImagePair
-    disparity: NDArray[np.float32]
-    deviation: NDArray[np.float32]
+AT_WHEEL = 0.2
+"""So near to the middle of a wheel doubtful pixels show no ground [m]: where it stands the wheel itself tells more, and
+a centimetre too much there would be taken for ground that it leans against."""
 
 
 def build_terrain(
@@ -80,78 +75,34 @@ def build_terrain(
         fit = fit_posture(robot, state.posture, [(one.pair, one.disparity) for one in matched])
         progress(0.7, fit.text)
         state, errors = replace(state, posture=fit.posture), fit.errors
-    for pair, disparity, _ in matched:
-        without_robot(disparity, pair, robot, state, settings, errors)
     parents = {"snapshot": snapshot.digest, "robot": robot.digest}
     center = snapshot.state.T_site_base[:3, 3]
-    if map is None or not settings.keep:
-        geometry = grid_around(float(center[0]), float(center[1]), settings)
-        samples = all_samples(matched, np.eye(4), geometry, settings, progress)
-        dem = dem_of(samples, [one.pair for one in matched], geometry, settings, name, Provenance(parents, settings))
-        dem = replace(dem, viewpoint=tuple(float(c) for c in center))
-    else:
-        dem = _onto(map, matched, center, settings, name, progress)
-        dem = replace(dem, provenance=Provenance({**parents, "map": map.digest}, settings))
+    wheels = frames.apply(snapshot.state.T_site_base, wheel_centers(robot, state.posture))
+
+    def take_out(one: Matched) -> Matched:
+        return one._replace(kinds=without_robot(one.disparity, one.pair, robot, state, settings, errors))
+
+    with closing(ahead(take_out, matched)) as following:
+        bare = (one.result() for _, one in following)
+        if map is None or not settings.keep:
+            geometry = grid_around(float(center[0]), float(center[1]), settings)
+            samples = all_samples(bare, len(matched), np.eye(4), geometry, settings, progress)
+            pairs = [one.pair for one in matched]
+            dem = dem_of(samples, pairs, geometry, settings, name, Provenance(parents, settings), wheels)
+            dem = replace(dem, viewpoint=tuple(float(c) for c in center))
+        else:
+            dem = _onto(map, list(bare), center, wheels, settings, name, progress)
+            dem = replace(dem, provenance=Provenance({**parents, "map": map.digest}, settings))
     dem = replace(dem, left_out=left_out)
     progress(1.0, f"{np.isfinite(dem.heights).mean():.0%} of the cells known")
     return dem
-
-
-def match_pairs(
-    pairs: Sequence[ImagePair],
-    settings: TerrainSettings,
-    progress: Progress = no_progress,
-    left_out: Mapping[str, str] | None = None,
-    exchange: Exchange | None = None,
-) -> tuple[list[Matched], str, dict[str, str]]:
-    """Disparities of all pairs that can be used, what to call their map, and why each other pair was left out.
-
-    left_out: pairs that could not be used before, with the reasons. exchange: of pairs that were not taken rectified:
-    tells swapped images. Raises InvalidImages where no pair is left, InvalidInput where the settings name one that is
-    not there.
-    """
-    matched: list[Matched] = []
-    reasons = dict(left_out or {})
-    not_chosen = settings.not_chosen([*reasons, *(pair.name for pair in pairs)])
-    reasons |= {name: f"pair {name}: not chosen" for name in not_chosen}
-    pairs = [pair for pair in pairs if pair.name not in not_chosen]
-    brief = [f"{name} ({_briefly(name, reason)})" for name, reason in reasons.items()]
-    told: list[str] = []
-    for i, pair in enumerate(pairs):
-        progress(0.7 * i / len(pairs), f"matching {pair.name}")
-        try:
-            require_simultaneous(pair.name, pair.time, pair.time_right, settings.max_skew)
-            pair, alignment = align_pair(pair)
-            found = stereo.match(pair, settings)
-        except InvalidImages as err:
-            swapped = exchange is not None and fits(exchange(pair.name))
-            reason = f"pair {pair.name}: {_SWAPPED}" if swapped else err.message
-            short = None if swapped else err.details.get("brief")
-            reasons[pair.name] = reason
-            brief.append(f"{pair.name} ({short or _briefly(pair.name, reason)})")
-            continue
-        if alignment.corrected or not alignment.checked:
-            told.append(alignment.text)
-        matched.append(Matched(pair, found.disparity, stereo.deviations(found, pair, settings)))
-    if not matched:
-        raise InvalidImages("no image pair can be used: " + "; ".join(reasons.values()), pairs=reasons)
-    name = "images, 1 pair" if len(matched) == 1 else f"images, {len(matched)} pairs"
-    if told:
-        name += f", {', '.join(told)}"
-    if brief:
-        name += f", without {', '.join(brief)}"
-    return matched, name, reasons
-
-
-def _briefly(pair: str, reason: str) -> str:
-    """The first clause of why a pair was left out."""
-    return re.split(r"[;:,(]", reason.removeprefix(f"pair {pair}: "))[0].strip()
 
 
 def _onto(
     map: Dem,
     matched: list[Matched],
     center: NDArray[np.float64],
+    wheels: NDArray[np.float64],
     settings: TerrainSettings,
     name: str,
     progress: Progress,
@@ -165,9 +116,10 @@ def _onto(
     correction = found.correction @ before
     corrected = frames.apply(correction, center)
     geometry = grid_around(float(corrected[0]), float(corrected[1]), settings)
-    samples = all_samples(matched, correction, geometry, settings, progress)
+    samples = all_samples(matched, len(matched), correction, geometry, settings, progress)
     name = f"{name}, {found.text}"
-    new = dem_of(samples, [one.pair for one in matched], geometry, settings, name, Provenance({}))
+    wheels = frames.apply(correction, wheels)
+    new = dem_of(samples, [one.pair for one in matched], geometry, settings, name, Provenance({}), wheels)
     new = replace(new, viewpoint=tuple(float(c) for c in corrected), correction=correction)
     progress(0.97, found.text)
     views = tuple(depth_view(one, correction) for one in matched)
@@ -176,30 +128,31 @@ def _onto(
 
 def depth_view(matched: Matched, correction: NDArray[np.float64]) -> DepthView:
     """How far each pixel of the left image sees, the camera moved onto the map by p_map = correction @ p_site."""
-    pair, disparity, deviation = matched
+    pair, disparity, deviation = matched[:3]
     camera = pair.camera_left
     focal_baseline = camera.fx * pair.baseline
-    known = np.isfinite(disparity + deviation)
+    inverse_depth = np.maximum((disparity + np.float32(stereo.offset(pair))) / np.float32(focal_baseline), 0.0)
     return DepthView(
-        inverse_depth=np.maximum((disparity + np.float32(stereo.offset(pair))) / np.float32(focal_baseline), 0.0),
+        inverse_depth=np.where(matched.kinds == MAYBE, np.float32(np.nan), inverse_depth),
         intrinsics=(camera.fx, camera.fy, camera.cx, camera.cy),
         T_site_camera=correction @ pair.T_site_base @ camera.T_base_camera,
-        # one for all: in nineteen of twenty pixels it is smaller
-        deviation=(float(np.quantile(deviation[known], 0.95)) if known.any() else 1.0) / focal_baseline,
+        deviation=deviation / np.float32(focal_baseline),
     )
 
 
 def all_samples(
-    matched: list[Matched],
+    matched: Iterable[Matched],
+    count: int,
     correction: NDArray[np.float64],
     geometry: GridGeometry,
     settings: TerrainSettings,
     progress: Progress,
-) -> list[CellSamples]:
-    """What each pair says of the cells of a grid, its points moved by p_map = correction @ p_site."""
+) -> list[tuple[CellSamples, CellSamples]]:
+    """What each of ``count`` pairs says of the cells of a grid, surely and doubtfully, its points moved by p_map =
+    correction @ p_site."""
     samples = []
     for i, one in enumerate(matched):
-        progress(0.72 + 0.2 * i / len(matched), f"gridding {one.pair.name}")
+        progress(0.72 + 0.2 * i / count, f"gridding {one.pair.name}")
         samples.append(_samples(one, geometry, settings, correction))
     progress(0.93, "fusing")
     return samples
@@ -214,7 +167,7 @@ def _sparse_points(
         found, depth, deviation = site_points_of(one, settings, correction)
         part = np.zeros(depth.shape, bool)
         part[:: _every(one.pair), :: _every(one.pair)] = True
-        part &= np.isfinite(depth)
+        part &= is_sure(one, deviation, settings) & np.isfinite(depth)
         points.append(found[:, part].T)
         deviations.append(deviation[part])
     return np.concatenate(points), np.concatenate(deviations)
@@ -238,83 +191,79 @@ def grid_around(x: float, y: float, settings: TerrainSettings) -> GridGeometry:
     )
 
 
-def without_robot(
-    disparity: NDArray[np.float32],
-    pair: ImagePair,
-    robot: Robot,
-    state: RobotState,
-    settings: TerrainSettings,
-    errors: Sequence[LegError] | None = None,
-) -> None:
-    """Set to NaN, in place, pixels that show the robot in either image of the pair; errors: of each leg's posture.
-
-    So are those beside it that lie no deeper than it may.
-    """
-    extra = settings.block_size // 2 + 1
-    in_left, in_right = (
-        robot_depths(
-            robot,
-            state,
-            camera,
-            settings.mask_margin,
-            extra,
-            errors=errors,
-            fitted_margin=settings.fitted_margin,
-        )
-        for camera in (pair.camera_left, pair.camera_right)
-    )
-    rows, cols = np.nonzero(np.isfinite(disparity))
-    found = disparity[rows, cols]
-    partner = np.clip(np.rint(cols - found).astype(np.int64), 0, disparity.shape[1] - 1)
-    hidden = (in_left[rows, cols] > 0) | (in_right[rows, partner] > 0)
-    # rectified cameras see a point at one depth
-    depth = stereo.depth(pair, found)
-    hidden |= depth <= beside(in_left, SMEARED)[rows, cols]
-    hidden |= depth <= beside(in_right, SMEARED)[rows, partner]
-    disparity[rows[hidden], cols[hidden]] = np.nan
-
-
 def site_points_of(
     matched: Matched, settings: TerrainSettings, correction: NDArray[np.float64] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Site points (3, height, width), depths and their standard deviations (height, width) [m].
 
-    Points and depths are NaN outside the ranges of the settings, and where too unsure. correction: moves the points,
-    p_map = correction @ p_site.
+    Points and depths are NaN outside the ranges of the settings, and where they are neither sure nor merely doubtful.
+    correction: moves the points, p_map = correction @ p_site.
     """
-    pair, disparity, deviation = matched
+    pair, disparity, deviation = matched[:3]
     camera: Camera = pair.camera_left
     depth = stereo.depth(pair, disparity)
     depth[(depth < settings.min_range) | (depth > settings.max_range)] = np.nan
     # z = f·B / (d + offset)
     deviation_of_depth = deviation * depth**2 / (camera.fx * pair.baseline)
-    depth[deviation_of_depth > settings.max_deviation] = np.nan
+    used = is_sure(matched, deviation_of_depth, settings) | (deviation_of_depth <= settings.doubtful_deviation)
+    depth[~used] = np.nan
+    return site_points(depth, *_seen_from(pair, correction)), depth, deviation_of_depth
+
+
+def is_sure(matched: Matched, deviation_of_depth: NDArray[np.float64], settings: TerrainSettings) -> NDArray[np.bool_]:
+    """Which pixels (height, width) show ground by themselves. deviation_of_depth: (height, width) [m]."""
+    most = np.where(matched.kinds == BESIDE, settings.max_deviation_beside, settings.max_deviation)
+    return (deviation_of_depth <= most) & (matched.kinds != MAYBE)
+
+
+def _seen_from(
+    pair: ImagePair, correction: NDArray[np.float64] | None
+) -> tuple[tuple[float, float, float, float], NDArray[np.float64]]:
+    """fx, fy, cx, cy [px] and T_site_camera of the left camera, moved by the correction."""
+    camera = pair.camera_left
     T_site_camera = pair.T_site_base @ camera.T_base_camera
     if correction is not None:
         T_site_camera = correction @ T_site_camera
-    return site_points(depth, (camera.fx, camera.fy, camera.cx, camera.cy), T_site_camera), depth, deviation_of_depth
+    return (camera.fx, camera.fy, camera.cx, camera.cy), T_site_camera
 
 
 def _samples(
     matched: Matched, geometry: GridGeometry, settings: TerrainSettings, correction: NDArray[np.float64]
-) -> CellSamples:
+) -> tuple[CellSamples, CellSamples]:
+    pair = matched.pair
     points, depth, deviation = site_points_of(matched, settings, correction)
     known = np.where(np.isfinite(depth), matched.disparity, np.float32(np.nan))
-    seen = grid_depth(points, known, deviation, matched.pair.left, geometry, settings.max_jump, settings.max_edge)
-    return upper_surface(seen, geometry, settings.gate)
+    sure = is_sure(matched, deviation, settings)
+    focal_baseline = pair.camera_left.fx * pair.baseline
+    deviation = np.hypot(deviation, off_plane(matched.disparity, *matched.slopes) * depth**2 / focal_baseline)
+    *seen, gaps = grid_depth(points, known, deviation, pair.left, geometry, settings.max_jump, settings.max_edge, sure)
+    alone = gaps & sure & (matched.kinds == APART)
+
+    def whole(joined: CellSamples, pixels: NDArray[np.bool_]) -> CellSamples:
+        rows, cols = np.nonzero(pixels)
+        sides = pixel_sides(rows, cols, depth, matched.slopes, focal_baseline, *_seen_from(pair, correction))
+        joined = with_pixels(joined, rows, cols, sides, points, deviation, pair.left, geometry, settings.max_edge)
+        return upper_surface(joined, geometry, settings.gate)
+
+    return whole(seen[0], alone), whole(seen[1], gaps & ~alone)
 
 
 def dem_of(
-    samples: list[CellSamples],
+    samples: list[tuple[CellSamples, CellSamples]],
     pairs: list[ImagePair],
     geometry: GridGeometry,
     settings: TerrainSettings,
     name: str,
     provenance: Provenance,
+    wheels: NDArray[np.float64] | None = None,
 ) -> Dem:
-    """One map of the samples of all pairs. Raises InvalidImages where none of them lies on the grid."""
-    fused = fuse(samples, geometry, settings.gate)
+    """One map of the samples of all pairs. Raises InvalidImages where none of them lies on the grid.
+
+    wheels: (k, 3) middles of the wheels that the images may show [m].
+    """
+    fused = fuse([sure for sure, _ in samples], geometry, settings.gate)
     heights = despike(fused.heights, settings.despike, settings.min_neighbours)
+    fused, heights = _gone_on_with(fused, heights, samples, geometry, settings, wheels)
     known = np.isfinite(heights)
     if not known.any():
         raise InvalidImages(
@@ -335,3 +284,25 @@ def dem_of(
         source=np.where(known, fused.view + 1, 0).astype(np.uint8),
         sources=tuple(pair.name for pair in pairs),
     )
+
+
+def _gone_on_with(
+    fused: Fused,
+    heights: NDArray[np.float32],
+    samples: list[tuple[CellSamples, CellSamples]],
+    geometry: GridGeometry,
+    settings: TerrainSettings,
+    wheels: NDArray[np.float64] | None,
+) -> tuple[Fused, NDArray[np.float32]]:
+    """``fused`` and its despiked heights, in unknown cells with what all samples say where they only go on with it."""
+    known = np.isfinite(heights)
+    all_of_them = [sure for sure, _ in samples] + [doubtful for _, doubtful in samples]
+    more = fuse([one.some(~known.ravel()[one.cell]) for one in all_of_them], geometry, settings.gate)
+    tried = np.where(known, heights, more.heights)
+    tried = despike(tried, settings.despike, settings.min_neighbours, ~known)
+    added = goes_on(heights, tried, geometry.resolution)
+    for x, y, _ in () if wheels is None else wheels:
+        added &= np.hypot(geometry.xs - x, (geometry.ys - y)[:, None]) > AT_WHEEL
+    view = np.where(more.view < 0, more.view, more.view % len(samples))
+    layers = zip(fused, more._replace(view=view), strict=True)
+    return Fused(*(np.where(added, new, old) for old, new in layers)), np.where(added, tried, heights)

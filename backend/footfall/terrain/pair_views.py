@@ -15,10 +15,11 @@ from footfall.core.value import Value, value
 from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
-from footfall.terrain.build import Matched, match_pairs, without_robot
+from footfall.terrain.matched import Matched, match_pairs
 from footfall.terrain.pairs import stereo
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.rover_mask.selfmask import robot_depths
+from footfall.terrain.rover_mask.taken_out import MAYBE, without_robot
 from footfall.terrain.settings import TerrainSettings
 
 FREE, RIM, ROBOT = 0, 1, 2
@@ -100,8 +101,8 @@ def snapshot_views(
             views.append(PairView(pair.name, None, mask, 0.0, (0.0, 0.0), (0.0, 0.0), reasons.get(pair.name, "")))
             continue
         left = found.disparity.copy()
-        without_robot(left, found.pair, robot, state, settings, errors)
-        views.append(_view(found, mask, float(np.isfinite(left).mean())))
+        kinds = without_robot(left, found.pair, robot, state, settings, errors)
+        views.append(_view(found, mask, float((np.isfinite(left) & (kinds != MAYBE)).mean())))
     return SnapshotViews(tuple(views), legs)
 
 

@@ -13,16 +13,14 @@ from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.telemetry.photographs import PhotographedPair, Photographs
 from footfall.telemetry.state import RobotState
 from footfall.terrain.build import (
-    Exchange,
-    Matched,
     all_samples,
     build_terrain,
     dem_of,
     grid_around,
-    match_pairs,
     site_points_of,
 )
 from footfall.terrain.dem import Dem
+from footfall.terrain.matched import Exchange, Matched, match_pairs
 from footfall.terrain.pairs.bundle_adjustment import refine
 from footfall.terrain.pairs.rectify import rectify
 from footfall.terrain.settings import TerrainSettings
@@ -107,7 +105,7 @@ def terrain_from_pairs(
     """The ground seen by rectified pairs that show no robot, in the site frame of their ``T_site_base``.
 
     left_out: pairs that could not be used before, with the reasons. center: of the map, site [m]; by default the
-    middle of what all pairs see. exchange: see :func:`footfall.terrain.build.match_pairs`. Raises InvalidImages.
+    middle of what all pairs see. exchange: see :func:`footfall.terrain.matched.match_pairs`. Raises InvalidImages.
     """
     settings = settings or TerrainSettings()
     matched, name, reasons = match_pairs(pairs, settings, progress, left_out, exchange)
@@ -117,7 +115,7 @@ def terrain_from_pairs(
             raise InvalidImages(f"{name}: nothing lies within {settings.max_range} m")
         center = float(np.median(seen[0])), float(np.median(seen[1]))
     geometry = grid_around(*center, settings)
-    samples = all_samples(matched, np.eye(4), geometry, settings, progress)
+    samples = all_samples(matched, len(matched), np.eye(4), geometry, settings, progress)
     used = [one.pair for one in matched]
     provenance = Provenance({pair.name: pair.digest for pair in pairs}, settings)
     dem = dem_of(samples, used, geometry, settings, name, provenance)

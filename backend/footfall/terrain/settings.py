@@ -26,6 +26,9 @@ class TerrainSettings(Value):
     max_jump: neighbouring pixels whose disparities differ by more than this belong to two surfaces [px].
     max_edge: depth triangles with a longer side seen from above are left open [m].
     max_deviation: pixels whose depth has a larger standard deviation than this are left out [m].
+    max_deviation_beside: the same near to where the rover itself is seen [m].
+    doubtful_deviation: pixels that would be left out, but have a deviation up to this, count where they only go on with
+        what surer ones show around them [m]; so do those that may be the rover. 0: none.
     least_angle: so are those whose ray meets the surface at less than this: such lead over a depth jump [rad].
     mask_margin: how wrong the robot's pose in its own images may be [m].
     fit_legs: look in the images for where the legs really are, before they are taken out.
@@ -55,7 +58,9 @@ class TerrainSettings(Value):
     max_skew: float = MAX_SKEW
     max_jump: float = 0.35
     max_edge: float = 0.1
-    max_deviation: float = 0.03
+    max_deviation: float = 0.05
+    max_deviation_beside: float = field(default=0.03, metadata=LATER)
+    doubtful_deviation: float = field(default=0.1, metadata=LATER)
     least_angle: float = 0.25
     mask_margin: float = 0.03
     fit_legs: bool = True
@@ -92,8 +97,14 @@ class TerrainSettings(Value):
             raise InvalidInput("max_jump, max_edge, gate and despike need numbers above zero")
         if not (0 <= self.mask_margin <= 1 and 0 <= self.fitted_margin <= 1 and 0 <= self.min_neighbours <= 25):
             raise InvalidInput("needs mask_margin and fitted_margin 0…1 m and min_neighbours 0…25")
-        if not 0 < self.max_deviation < math.inf:
-            raise InvalidInput("max_deviation needs a finite number above zero [m]", max_deviation=self.max_deviation)
+        for name in ("max_deviation", "max_deviation_beside"):
+            if not 0 < (most := getattr(self, name)) < math.inf:
+                raise InvalidInput(f"{name} needs a finite number above zero [m]", **{name: most})
+        if not 0 <= self.doubtful_deviation < math.inf:
+            raise InvalidInput(
+                "doubtful_deviation needs a finite number of at least zero [m]",
+                doubtful_deviation=self.doubtful_deviation,
+            )
         if not 0 <= self.least_angle <= 0.5:
             raise InvalidInput("least_angle needs 0 to 0.5 rad (29°)", least_angle=self.least_angle)
         if not 0 < self.memory_half_size <= 1000:

@@ -66,16 +66,19 @@ def fuse(samples: list[CellSamples], geometry: GridGeometry, gate: float) -> Fus
     )
 
 
-def despike(heights: NDArray[np.float32], limit: float, min_neighbours: int) -> NDArray[np.float32]:
-    """Spikes take the median of their 5 × 5 neighbours.
+def despike(
+    heights: NDArray[np.float32], limit: float, min_neighbours: int, where: NDArray[np.bool_] | None = None
+) -> NDArray[np.float32]:
+    """Spikes take the median of their 5 × 5 neighbours; where: of those cells alone, the others stay.
 
     A spike is a cell further from that median than ``limit`` [m] and than OUTLYING times the neighbours' median
     distance from it (Hampel's identifier: Davies & Gather, JASA 1993): on level ground a step of ``limit`` is one, the
     top of a rock among its own flanks is none. Cells with fewer than ``min_neighbours`` known ones among those 25
     (themselves included) become unknown; unknown cells stay so.
     """
-    median, spread, known = median_around(heights, 2)
+    where = np.isfinite(heights) if where is None else where
+    median, spread, known = median_around(heights, 2, where)
     most = np.maximum(np.float32(limit), np.float32(OUTLYING) * spread)
     cleaned = np.where(np.abs(heights - median) > most, median, heights)
-    cleaned[known < min_neighbours] = np.nan
+    cleaned[where & (known < min_neighbours)] = np.nan
     return cleaned

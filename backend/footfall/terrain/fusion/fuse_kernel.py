@@ -97,10 +97,10 @@ def _sort(values: NDArray[np.float32], n: int) -> None:
 
 @njit(parallel=True)
 def median_around(
-    heights: NDArray[np.float32], radius: int
+    heights: NDArray[np.float32], radius: int, where: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
-    """Of the known cells of the square around each known cell: lower median, lower median of the distances from it, and
-    their number; NaN, NaN and 0 at unknown cells."""
+    """Of the known cells of the square around each known cell that is asked for: lower median, lower median of the
+    distances from it, and their number; NaN, NaN and 0 at others. where: (rows, cols)."""
     rows, cols = heights.shape
     median, spread = np.full((rows, cols), np.nan, np.float32), np.full((rows, cols), np.nan, np.float32)
     known = np.zeros((rows, cols), np.int64)
@@ -108,7 +108,7 @@ def median_around(
         row = np.int64(k)
         around = np.empty((2 * radius + 1) ** 2, np.float32)
         for col in range(cols):
-            if np.isnan(heights[row, col]):
+            if np.isnan(heights[row, col]) or not where[row, col]:
                 continue
             n = 0
             for i in range(max(row - radius, 0), min(row + radius, rows - 1) + 1):

@@ -1,7 +1,10 @@
 """A depth image laid onto the terrain grid: triangles between neighbouring pixels, open where depth jumps.
 
 Counting points in cells would leave stripes where pixels lie further apart than cells. Triangles fill those, and the
-ones that would bridge from a surface to what stands behind it are left out, so that unseen ground stays unknown.
+ones that would bridge from a surface to what stands behind it are left out, so that unseen ground stays unknown. Where
+one is left out, each pixel still shows a piece of ground as large as itself: the parallelogram of half a pixel to all
+sides on the plane that was fitted at it (a splat: Zwicker, Pfister, van Baar & Gross, *Surface splatting*, SIGGRAPH
+2001). It is taken where no triangle reaches.
 """
 
 import numpy as np
@@ -9,7 +12,7 @@ from numpy.typing import NDArray
 
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Value, value
-from footfall.terrain.fusion.grid_kernel import cover_cells
+from footfall.terrain.fusion.grid_kernel import cells_of_pixels, cover_cells, points_at
 from footfall.terrain.fusion.overhang_kernel import lies_under
 
 
@@ -28,18 +31,40 @@ class CellSamples(Value):
     variance: NDArray[np.float64]
     grey: NDArray[np.float64]
 
+    def some(self, which: NDArray[np.bool_]) -> "CellSamples":
+        """Those of them that are asked for, (n,)."""
+        return CellSamples(self.cell[which], self.height[which], self.variance[which], self.grey[which])
+
 
 def site_points(depth: NDArray, intrinsics: tuple[float, float, float, float], T_site_camera: NDArray) -> NDArray:
-    """Points of the site frame, (3, height, width), for depths [m] at every pixel; fx, fy, cx, cy [px].
+    """Points of the site frame, (3, height, width), for depths [m] at every pixel; fx, fy, cx, cy [px]."""
+    return points_at(depth.astype(np.float64, copy=False), *intrinsics, np.ascontiguousarray(T_site_camera))
 
-    Written out instead of a matrix product: the result must not depend on the number of threads.
+
+def pixel_sides(
+    rows: NDArray[np.int64],
+    cols: NDArray[np.int64],
+    depth: NDArray[np.float64],
+    slopes: tuple[NDArray[np.float32], NDArray[np.float32]],
+    focal_baseline: float,
+    intrinsics: tuple[float, float, float, float],
+    T_site_camera: NDArray,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """From the middles of pixels to those of the pixels on their right and below them, were these on the same plane:
+    (n, 3) each, site [m].
+
+    rows, cols: (n,). depth: (height, width) [m]. slopes: change of the disparity to the next column and row, (height,
+    width) each [px]. Derivatives of z (x, y, 1) with z = f·B / (d + offset).
     """
     fx, fy, cx, cy = intrinsics
-    rows, cols = depth.shape
-    x = (np.arange(cols) - cx)[None, :] / fx * depth
-    y = (np.arange(rows) - cy)[:, None] / fy * depth
-    T = T_site_camera
-    return np.stack([T[i, 0] * x + T[i, 1] * y + T[i, 2] * depth + T[i, 3] for i in range(3)])
+    z = depth[rows, cols]
+    x, y = (cols - cx) / fx, (rows - cy) / fy
+    to_right, to_below = (-np.square(z) / focal_baseline * slope[rows, cols] for slope in slopes)
+    R = T_site_camera[:3, :3]
+    return (
+        np.stack([R[i, 0] * (x * to_right + z / fx) + (R[i, 1] * y + R[i, 2]) * to_right for i in range(3)], axis=1),
+        np.stack([R[i, 1] * (y * to_below + z / fy) + (R[i, 0] * x + R[i, 2]) * to_below for i in range(3)], axis=1),
+    )
 
 
 def grid_depth(
@@ -50,24 +75,66 @@ def grid_depth(
     geometry: GridGeometry,
     max_jump: float,
     max_edge: float,
-) -> CellSamples:
-    """Heights of the surface through neighbouring pixels at the cell centres that it covers.
+    sure: NDArray[np.bool_],
+) -> tuple[CellSamples, CellSamples, NDArray[np.bool_]]:
+    """Heights of the surface through neighbouring pixels at the cell centres that it covers, from sure pixels alone and
+    from others; and the pixels (height, width) beside which the sure ones leave a gap.
 
     points: (3, height, width) site [m]; disparity: (height, width) [px], NaN = unknown; deviation: (height,
     width) of the depth [m], proportional to z²/(f·B); grey: (height, width).
-    max_jump: largest difference of disparity within a triangle [px]; max_edge: longest side from above [m].
+    max_jump: largest difference of disparity within a triangle [px]; max_edge: longest side from above [m]; sure:
+    (height, width).
     """
-    cell, found = cover_cells(
+    cell, found, is_sure, gaps = cover_cells(
         (points[0] - geometry.x0) / geometry.resolution,
         (points[1] - geometry.y0) / geometry.resolution,
         disparity,
-        np.stack([points[2], deviation, grey.astype(np.float64)], axis=-1),
+        (points[2], deviation, grey),
         geometry.rows,
         geometry.cols,
         max_jump,
         max_edge / geometry.resolution,
+        sure,
     )
-    return CellSamples(cell=cell, height=found[:, 0], variance=found[:, 1] ** 2, grey=found[:, 2])
+    seen = CellSamples(cell=cell, height=found[:, 0], variance=found[:, 1] ** 2, grey=found[:, 2])
+    return seen.some(is_sure), seen.some(~is_sure), gaps & np.isfinite(disparity)
+
+
+def with_pixels(
+    joined: CellSamples,
+    rows: NDArray[np.int64],
+    cols: NDArray[np.int64],
+    sides: tuple[NDArray[np.float64], NDArray[np.float64]],
+    points: NDArray[np.float64],
+    deviation: NDArray[np.float64],
+    grey: NDArray[np.uint8],
+    geometry: GridGeometry,
+    max_edge: float,
+) -> CellSamples:
+    """``joined``, and in the cells that it does not have what single pixels show there.
+
+    rows, cols: (n,) of those pixels; sides: as :func:`pixel_sides` has them; the rest as in :func:`grid_depth`.
+    """
+    covered = np.zeros(geometry.rows * geometry.cols, bool)
+    covered[joined.cell] = True
+    in_cells = np.array([1.0 / geometry.resolution, 1.0 / geometry.resolution, 1.0])
+    to_right, to_below = sides
+    cell, height, pixel = cells_of_pixels(
+        (points[:, rows, cols].T - (geometry.x0, geometry.y0, 0.0)) * in_cells,
+        to_right * in_cells,
+        to_below * in_cells,
+        covered,
+        geometry.rows,
+        geometry.cols,
+        max_edge / geometry.resolution,
+    )
+    rows, cols = rows[pixel], cols[pixel]
+    return CellSamples(
+        np.concatenate([joined.cell, cell]),
+        np.concatenate([joined.height, height]),
+        np.concatenate([joined.variance, deviation[rows, cols] ** 2]),
+        np.concatenate([joined.grey, grey[rows, cols].astype(np.float64)]),
+    )
 
 
 def upper_surface(seen: CellSamples, geometry: GridGeometry, gate: float) -> CellSamples:
@@ -76,4 +143,4 @@ def upper_surface(seen: CellSamples, geometry: GridGeometry, gate: float) -> Cel
     gate: surfaces lie apart by more than this [m]. A map has one height for a cell; a leg comes from above.
     """
     open_ = ~lies_under(seen.cell, seen.height, geometry.rows, geometry.cols, gate)
-    return CellSamples(seen.cell[open_], seen.height[open_], seen.variance[open_], seen.grey[open_])
+    return seen.some(open_)

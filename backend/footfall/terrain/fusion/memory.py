@@ -1,10 +1,10 @@
 """The map that persists while the rover moves: each new terrain is merged into what is remembered.
 
 A cell is a height that stands still, known with a variance. What comes new and agrees is fused (a gated Kalman
-update); what contradicts is believed when it is seen clearly; what a new ray passes through is forgotten; all else
-is kept, with the time it was seen. See P. Fankhauser et al., "Robot-centric elevation mapping with uncertainty
-estimates", CLAWAR 2014, and its clean-up of cells by visibility in "Probabilistic terrain mapping for mobile robots
-with uncertain localization", RA-L 2018.
+update); what contradicts is believed when it is seen clearly, else neither is; what a new ray passes through is
+forgotten; all else is kept, with the time it was seen. See P. Fankhauser et al., "Robot-centric elevation mapping with
+uncertainty estimates", CLAWAR 2014, and its clean-up of cells by visibility in "Probabilistic terrain mapping for
+mobile robots with uncertain localization", RA-L 2018.
 """
 
 from dataclasses import replace
@@ -41,7 +41,8 @@ def merge(map: Dem, new: Dem, settings: TerrainSettings | None = None, views: tu
     Per cell, with height h and variance P of the map (after drift) and z, R of the new one:
 
     * |z − h| ≤ max(gate, 3·√(P + R)): h += K·(z − h), P = (1 − K)·P with K = P / (P + R);
-    * else z, where it is clear (√R ≤ clear_deviation) and its neighbours are known too, else h;
+    * else z, where it is clear (√R ≤ clear_deviation) and its neighbours are known too, or a view passed
+      ``see_through`` below h; else unknown: both can't be right;
     * no z: h, unless a view passed ``see_through`` below it.
     """
     settings = settings or TerrainSettings()
@@ -60,7 +61,7 @@ def merge(map: Dem, new: Dem, settings: TerrainSettings | None = None, views: tu
         clear = (np.sqrt(R) <= settings.clear_deviation) & (_known_around(seen) >= MIN_SUPPORT)
     gone = seen_through(old["heights"], grid, views, settings.see_through) & was
     replaced = (both & ~agree & (clear | gone)) | (seen & ~was)
-    forgotten = gone & ~seen
+    forgotten = (gone & ~seen) | (both & ~agree & ~replaced)
     K = P / (P + R)
     heights = np.where(agree, h + K * (z - h), np.where(replaced, z, h))
     variance = np.where(agree, (1.0 - K) * P, np.where(replaced, R, P))

@@ -9,7 +9,7 @@ LEAST_SUPPORT = 4
 """So many of the eight cells around must be as high, or the upper surface is taken for a mistake."""
 
 
-@njit()
+@njit(nogil=True)
 def lies_under(
     cell: NDArray[np.int64], height: NDArray[np.float64], rows: int, cols: int, gate: float
 ) -> NDArray[np.bool_]:

@@ -22,17 +22,19 @@ class DepthView(Value):
 
     inverse_depth: (height, width) float32 [1/m]; 0 = beyond all bounds, NaN = not known (no match, the robot itself).
     intrinsics: fx, fy, cx, cy [px].
-    deviation: standard deviation of the inverse depths, σ_disparity / (f·B) [1/m].
+    deviation: (height, width) standard deviations of the inverse depths, σ_disparity / (f·B) [1/m].
     """
 
     inverse_depth: NDArray[np.float32]
     intrinsics: tuple[float, ...]
     T_site_camera: NDArray[np.float64]
-    deviation: float
+    deviation: NDArray[np.float32]
 
     def check(self) -> None:
-        if self.inverse_depth.ndim != 2 or len(self.intrinsics) != 4 or not self.deviation > 0:
-            raise InvalidImages("a view needs an image of inverse depths, fx, fy, cx, cy and a deviation above zero")
+        if self.inverse_depth.ndim != 2 or len(self.intrinsics) != 4:
+            raise InvalidImages("a view needs an image of inverse depths, and fx, fy, cx, cy")
+        if self.deviation.shape != self.inverse_depth.shape or (self.deviation <= 0).any():
+            raise InvalidImages("a view needs a deviation above zero for each of its inverse depths")
         require_transform(self.T_site_camera, "T_site_camera")
 
 
@@ -57,12 +59,10 @@ def seen_through(
         v = np.rint(fy * y[in_front] / z[in_front] + cy)
         inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
         asked = in_front[inside]
+        at_most = view.inverse_depth + np.float32(CERTAIN) * view.deviation
         # beyond the image's border dilation repeats nothing: unknown there says nothing either
-        nearest = cv2.dilate(
-            np.where(np.isnan(view.inverse_depth), np.float32(np.inf), view.inverse_depth), np.ones((3, 3), np.uint8)
-        )
-        seen = nearest[v[inside].astype(np.int64), u[inside].astype(np.int64)]
-        passed[asked] = seen + CERTAIN * view.deviation < 1.0 / z[asked]
+        nearest = cv2.dilate(np.where(np.isnan(at_most), np.float32(np.inf), at_most), np.ones((3, 3), np.uint8))
+        passed[asked] = nearest[v[inside].astype(np.int64), u[inside].astype(np.int64)] < 1.0 / z[asked]
     out = np.zeros(heights.shape, bool)
     out[rows, cols] = passed
     return out

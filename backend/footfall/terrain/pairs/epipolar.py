@@ -205,11 +205,11 @@ def _seen_in(pair: ImagePair, left: Array, right: Array) -> PairAlignment:
     sigma, rotation = fit.uncertainty[:3], fit.found[:3]
     bent = abs(rotation[1]) * _yaw_in_rows(rays) * focal < BENT_ROWS
     if bent or (sigma[1] > YAW_OBSERVABLE and np.abs(rotation).max() < LARGEST_CORRECTION):
-        rotation = _fit(rays, 1.0 / focal, TURN_WITHOUT_YAW).found[:3]
+        rotation = _fit(rays, 1.0 / focal, TURN_WITHOUT_YAW, fit.found).found[:3]
     if (np.abs(rotation) < np.maximum(SMALLEST_CORRECTION, 3.0 * sigma)).all():
         rotation = np.zeros(3)
     after = float(np.median(np.abs(_row_errors(rays, np.r_[rotation, 0.0, 0.0])))) * focal
-    freely = _fit(rays, 1.0 / focal, EVERYTHING)
+    freely = _fit(rays, 1.0 / focal, EVERYTHING, fit.found)
     aside = np.where(np.abs(freely.found[3:]) > 4.0 * freely.uncertainty[3:], freely.found[3:], 0.0)
     return PairAlignment(
         pair.name, rotation, sigma, before, after, len(left), bool(rotation.any()), aside * pair.baseline
@@ -237,9 +237,12 @@ class _Rays(NamedTuple):
     """(n, 2) x and y of their partners at depth one."""
 
 
-def _fit(rays: _Rays, tolerance: float, free: NDArray[np.bool_]) -> _Fit:
-    """Robust least squares of the row errors over the ``free`` unknowns; ``tolerance``: of an inlier [rad]."""
-    found = _best_sample(rays, tolerance, free)
+def _fit(rays: _Rays, tolerance: float, free: NDArray[np.bool_], near: Array | None = None) -> _Fit:
+    """Robust least squares of the row errors over the ``free`` unknowns; ``tolerance``: of an inlier [rad].
+
+    near: unknowns (5,) of a fit to begin at; None: at the best of many samples.
+    """
+    found = _best_sample(rays, tolerance, free) if near is None else np.where(free, near, 0.0)
     count = int(free.sum())
     inverse, A, weighted = np.eye(count), np.zeros((0, count)), np.zeros(0)
     for _ in range(ROUNDS):

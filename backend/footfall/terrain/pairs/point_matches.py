@@ -27,7 +27,7 @@ FEATURES = 800
 CORNERS = 1200
 """Corners tracked from the left into the right image once matches tell where to look."""
 
-WIDEST = 320
+WIDEST = 240
 """Features are searched in images reduced to about this width [px]."""
 
 BAND = np.deg2rad(4.0)
@@ -73,18 +73,19 @@ def _partners(
     left: NDArray[Any], right: NDArray[Any], at_left: Array, at_right: Array, pair: ImagePair
 ) -> tuple[NDArray, NDArray]:
     """Indices of descriptors that are each other's nearest by far, among those that the geometry allows."""
-    distance = np.sqrt(np.maximum((left**2).sum(1)[:, None] + (right**2).sum(1) - 2.0 * left @ right.T, 0.0))
-    apart = at_left[:, None] - at_right[None]
+    squared = (left**2).sum(1)[:, None] + (right**2).sum(1) - 2.0 * left @ right.T
+    (x, y), (x_right, y_right) = at_left.T, at_right.T
     offset = pair.camera_right.cx - pair.camera_left.cx
-    shift = BAND * pair.camera_right.fx
-    distance[(np.abs(apart[..., 1]) > BAND * pair.camera_right.fy) | (apart[..., 0] + offset < -shift)] = np.inf
+    below = np.abs(np.subtract.outer(y, y_right)) > BAND * pair.camera_right.fy
+    behind = np.less.outer(x + offset + BAND * pair.camera_right.fx, x_right)
+    squared[below | behind] = np.inf
     each = np.arange(len(left))
-    partner = distance.argmin(axis=1)
-    mutual = distance.argmin(axis=0)[partner] == each
-    best = distance[each, partner]
-    distance[each, partner] = np.inf
-    second = distance.min(axis=1)
-    chosen = np.flatnonzero(np.isfinite(best) & (best < RATIO * second) & mutual)
+    partner = squared.argmin(axis=1)
+    mutual = squared.argmin(axis=0)[partner] == each
+    best = squared[each, partner]
+    squared[each, partner] = np.inf
+    second = squared.min(axis=1)
+    chosen = np.flatnonzero(np.isfinite(best) & (best < RATIO**2 * second) & mutual)
     return chosen, partner[chosen]
 
 

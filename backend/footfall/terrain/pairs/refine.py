@@ -77,8 +77,8 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
     planes = np.stack([came_in, np.zeros_like(came_in), np.zeros_like(came_in)])
     compared = _Compared(grey_left, grey_right, known)
     # every other row tells how much the images differ
-    some = known.copy()
-    some[1::2] = False
+    some = np.s_[::2]
+    known_there, root = known[some], np.sqrt(weight[some])
     reach, deviation = np.full_like(came_in, WIDE_REACH), came_in
     for radius in RADII:
         at = planes[0]
@@ -96,10 +96,29 @@ def refined(left: NDArray[np.uint8], right: NDArray[np.uint8], disparity: Image)
         np.clip(planes[0], came_in - np.float32(FARTHEST), came_in + np.float32(FARTHEST), out=planes[0])
         np.clip(planes[1:], -STEEPEST, STEEPEST, out=planes[1:])
         residual = error[some] + slope[some] * (at[some] - planes[0][some])
-        deviation = _in_units_of(residual * np.sqrt(weight[some]), variance)
+        deviation = _in_units_of((residual * root)[known_there], variance)
         reach = np.maximum(np.float32(REACH_IN_DEVIATIONS) * deviation, np.float32(NARROW_REACH))
     planes[:, ~known] = np.nan
     return Refined(planes[0], planes[1], planes[2], np.where(known, deviation, np.float32(np.nan)))
+
+
+def off_plane(disparity: Image, along: Image, down: Image) -> Image:
+    """How far the surface around each pixel is off the pixel's plane, the mean over the largest window [px]; 0 where
+    unknown. Arguments as in :class:`Refined`.
+
+    A fit that took all neighbours for one surface would be off by that. What differs by little from the plane is
+    taken for it, so disparities of small things and rims may be wrong by as much, which no difference of images shows.
+    """
+    known = np.isfinite(disparity)
+    rows, cols = np.indices(disparity.shape, np.float32)
+    side = 2 * RADII[-1] + 1
+
+    def mean(of: ArrayLike) -> Image:
+        return _single(cv2.blur(np.where(known, of, np.float32(0.0)).astype(np.float32), (side, side)))
+
+    share = mean(np.ones_like(disparity))
+    off = mean(disparity) - share * disparity - along * (mean(cols) - share * cols) - down * (mean(rows) - share * rows)
+    return np.where(known, np.abs(off) / np.maximum(share, np.float32(1.0 / side**2)), np.float32(0.0))
 
 
 def _in_units_of(residuals: Image, variance: Image) -> Image:

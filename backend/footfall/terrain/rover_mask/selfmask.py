@@ -79,8 +79,17 @@ def beside(depths: NDArray[np.float32], width: int) -> NDArray[np.float32]:
     simple stereo algorithm to recover precise object boundaries and smooth surfaces*, IJCV 2002): what lies no deeper
     there may be it.
     """
-    rims = np.where(np.isinf(depths), np.float32(0.0), depths)
-    return np.asarray(cv2.dilate(rims, np.ones((2 * width + 1, 2 * width + 1), np.uint8)), np.float32)
+    return np.asarray(_spread(np.where(np.isinf(depths), np.float32(0.0), depths), width), np.float32)
+
+
+def near_rims(depths: NDArray[np.float32], width: int) -> NDArray[np.bool_]:
+    """Which pixels (height, width) have a rim of the robot within ``width`` [px] along rows and columns."""
+    return _spread(((depths > 0) & (depths < np.inf)).astype(np.uint8), width) > 0
+
+
+def _spread(image: NDArray, width: int) -> NDArray:
+    """The largest value within ``width`` along rows and columns."""
+    return cv2.dilate(image, np.ones((2 * width + 1, 2 * width + 1), np.uint8))
 
 
 def displacements(
