@@ -21,6 +21,8 @@ STEP = 0.06
 TRIES = 5
 PAUSE = 0.3
 """Before it is tried again [s]: three frames of telemetry."""
+PATIENCE = 10.0
+"""So long telemetry may speak against a run [s]: several times what it takes to clear a stop over a bad link."""
 ENDED = ("done", "failed", "cancelled")
 
 
@@ -34,11 +36,11 @@ class Moved(Interrupted):
 
 class Stale(Interrupted):
     """The gate refused because of what the rover said last: too old (a busy machine), from before a stop was cleared,
-    or not yet that it has heard of the epoch.
+    not yet that it has heard of the epoch; or because a bad link was just lost and is made again.
     """
 
 
-REFUSED = {"start": Moved, "terrain": Moved, "telemetry": Stale, "mode": Stale, "epoch": Stale}
+REFUSED = {"start": Moved, "terrain": Moved, "telemetry": Stale, "mode": Stale, "epoch": Stale, "link": Stale}
 """Check of the gate → what its refusal is here."""
 
 
@@ -180,17 +182,17 @@ class Script:
             raise Interrupted(f"run {run['number']} ended: {run['outcome']}, {run['reason']}")
 
     def _sent(self, digest: str) -> Any:
-        """Arm and send; again, a few times, where newer telemetry may let it."""
-        why = ""
-        for _ in range(TRIES):
+        """Arm and send; again for a while where newer telemetry may let it: a clearing that got lost is told again."""
+        patience = time.monotonic() + PATIENCE
+        while True:
             try:
                 token = self._post(f"/sequences/{digest}/arm", None, 200)["token"]
                 return self._post(f"/sequences/{digest}/send", {"arming": token}, 202)
             except Stale as err:
-                why = str(err)
+                if time.monotonic() > patience:
+                    raise Interrupted(f"telemetry spoke against it for {PATIENCE:g} s: {err}") from err
                 time.sleep(PAUSE)
-                until(self.linked, "fresh telemetry", 10.0)
-        raise Interrupted(f"telemetry spoke against it {TRIES} times: {why}")
+                until(self.linked, "fresh telemetry", PATIENCE)
 
     def _get(self, path: str) -> Any:
         return self._answered(self.client.get(path), 200)

@@ -4,10 +4,9 @@ import re
 import sqlite3
 import stat
 import threading
-import time
 
 import pytest
-from argon2 import PasswordHasher
+from argon2 import PasswordHasher, extract_parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
@@ -185,19 +184,27 @@ def test_many_guesses_at_once_are_not_more_than_one_after_the_other(in_file):
 
 
 def test_a_name_that_nobody_has_costs_as_much_time(tmp_path):
-    accounts = Accounts(tmp_path / FILE, hasher=PasswordHasher(time_cost=2, memory_cost=2**15, parallelism=1))
+    """By what is worked out, not by a clock: one comparison each, of equal cost, with the password that was given."""
+    compared = []
+
+    class Watched(PasswordHasher):
+        def verify(self, hash, password):
+            assert isinstance(hash, str)
+            compared.append((extract_parameters(hash), password))
+            return super().verify(hash, password)
+
+    accounts = Accounts(tmp_path / FILE, hasher=Watched(time_cost=2, memory_cost=64, parallelism=1))
     accounts.add("ada", Role.ADMIN, PASSWORD, BOSS)
-
-    def least(name):
-        spent = []
-        for i in range(4):
-            before = time.perf_counter()
-            with pytest.raises(LoginRefused, match="name or password is wrong"):
-                accounts.log_in(name, "a wrong password", f"10.0.0.{i}")
-            spent.append(time.perf_counter() - before)
-        return min(spent)
-
-    assert 0.5 < least("ada") / least("nobody") < 2
+    costs = []
+    for name in ("ada", "nobody", "no name at all"):
+        with pytest.raises(LoginRefused, match="name or password is wrong"):
+            accounts.log_in(name, f"a wrong password of {name}", "10.0.0.1")
+        ((cost, password),) = compared
+        assert password == f"a wrong password of {name}".encode()
+        costs.append(cost)
+        compared.clear()
+    assert costs[0].time_cost == 2
+    assert costs == [costs[0]] * 3
     accounts.close()
 
 

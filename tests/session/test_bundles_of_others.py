@@ -3,6 +3,7 @@
 import copy
 import io
 import json
+import re
 import zipfile
 
 import pytest
@@ -11,11 +12,18 @@ from hypothesis import strategies as st
 
 from footfall.core.declared import misfit
 from footfall.core.errors import InvalidBundle
+from footfall.io.artifacts import HOMES
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION, read_bundle
 from footfall.io.event_log import line, rechain
+from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.log.fold import Note, SessionState
+from footfall.session.replay.page_story import page_story
+from footfall.session.replay.side_by_side import side_by_side
+from footfall.session.storage import kinds
+from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.telemetry.link import EPOCHS_AHEAD
 
+DIGEST = re.compile("[0-9a-f]{32}")
 ODD = [
     None, True, 0, -1, 1.5, 1e308, 10**400, 2**63, "", "x", "0" * 32, "../../x", "\ud800", "\0",
     [], [1, 2], [None], [[]], {}, {"a": 1}, {"name": 5}, ["a", "b", "c"],
@@ -98,6 +106,81 @@ def test_whatever_it_says_it_is_refused_or_can_be_shown(sessions, told, data):
     if live.gate["stopped"]:
         live.clear_stop()  # else the next one would have to carry it on
     sessions._open.pop(live.id).close()
+
+
+def digests(item):
+    """Every place in plain JSON that holds the digest of an artifact."""
+    for place in places(item):
+        found = item
+        for name in place:
+            found = found[name]
+        if isinstance(found, str) and DIGEST.fullmatch(found):
+            yield place
+
+
+@settings(
+    max_examples=200, derandomize=True, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_whatever_value_an_event_names_it_is_refused_or_told_and_compared(sessions, session, told, data):
+    records = [{**one, "payload": json.loads(json.dumps(dict(one["payload"])))} for one in told.records]
+    row = data.draw(st.sampled_from([row for row, one in enumerate(records) if any(digests(one["payload"]))]))
+    payload = records[row]["payload"]
+    place = data.draw(st.sampled_from(list(digests(payload))))
+    other = data.draw(st.sampled_from(sorted(name.partition(".")[0] for name in told.files)))
+    # also in all later events: else the fold finds that they do not fit
+    was = payload
+    for name in place:
+        was = was[name]
+    everywhere = data.draw(st.booleans())
+    records = [
+        {**one, "payload": json.loads(json.dumps(one["payload"]).replace(was, other))} if everywhere else one
+        for one in records
+    ]
+    if not everywhere:
+        records[row]["payload"] = changed(payload, place, other)
+    records = rechain(records)
+    about = {**told.session, "head": {"seq": len(records) - 1, "hash": records[-1]["hash"]}}
+    try:
+        live = sessions.import_bundle(packed(about, records, told.files))
+    except InvalidBundle:
+        return
+    live.summary()
+    page_story(live.events(), live.get, live.robot)
+    side_by_side(live, session)
+    if live.gate["stopped"]:
+        live.clear_stop()
+    sessions._open.pop(live.id).close()
+
+
+def test_a_value_of_another_kind_is_refused_with_the_place_that_names_it(sessions, told):
+    ground = next(
+        name.partition(".")[0] for name, content in told.files.items() if verify_artifact(name, content()) == "Dem"
+    )
+    for place, wanted in ((("digest",), "PlanResult"), (("parents", "state"), "RobotState or PredictedState")):
+        records = [dict(one) for one in told.records]
+        made = next(one for one in records if one["payload"].get("kind") == "plan")
+        made["payload"] = changed(json.loads(json.dumps(made["payload"])), place, ground)
+        named = re.escape(f"event {made['seq']} (product) names a Dem as {'.'.join(place)}, where a {wanted} belongs")
+        with pytest.raises(InvalidBundle, match=named):
+            sessions.import_bundle(packed({**told.session, "head": None}, rechain(records), told.files))
+
+
+def test_a_product_without_what_it_was_made_from_is_refused(sessions, told):
+    records = [dict(one) for one in told.records]
+    made = next(one for one in records if one["payload"].get("kind") == "plan")
+    made["payload"] = changed(json.loads(json.dumps(made["payload"])), ("parents", "dem"), None)
+    with pytest.raises(InvalidBundle, match=f"event {made['seq']}: plan is said to be made without dem"):
+        sessions.import_bundle(packed({**told.session, "head": None}, rechain(records), told.files))
+
+
+def test_every_product_that_can_be_made_has_its_kind_and_its_parents():
+    """One without would be taken in unseen."""
+    assert set(kinds._PRODUCTS) == set(kinds._MADE_FROM) == set(PRODUCTS)
+    assert {name for names in kinds._MADE_FROM.values() for name in names} <= set(kinds._PARENTS)
+    known = {cls for places in kinds._NAMED.values() for classes in places.values() for cls in classes}
+    known |= {cls for classes in (*kinds._PRODUCTS.values(), *kinds._PARENTS.values()) for cls in classes}
+    assert known - {kinds.FILE} <= {name for names in HOMES.values() for name in names}
 
 
 def test_a_time_that_is_none_is_refused(sessions, told):

@@ -235,15 +235,14 @@ def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
 
     def hold(message):
         held.set()
-        free.wait(5)
+        free.wait(60)
 
     unlisten = ready.listen(hold)
     thread = threading.Thread(target=ready.add_note, args=("slow listener",))
     thread.start()
-    held.wait(5)
-    start = time.monotonic()
+    assert held.wait(20)
     ready.stop("now")
-    assert time.monotonic() - start < 1.0
+    assert thread.is_alive()  # the listener is held still
     assert rover.types()[-1] == "stop"
     free.set()
     thread.join()

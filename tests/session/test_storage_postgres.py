@@ -5,13 +5,16 @@ import json
 import os
 import shutil
 import signal
+import time
 from contextlib import closing
 
 import psycopg
 import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput
+from footfall.session import commanding
 from footfall.session import journal as journal_module
+from footfall.session.access.identity import Identity, Role
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
 from footfall.session.registry import Sessions
@@ -333,6 +336,30 @@ def test_a_server_that_hangs_is_given_up_and_the_event_is_in_the_log_once(folder
     log.record("note", {"text": "e"})
     log.close()
     assert texts(folder) == ["a", "b", "c", "d", "e"]
+
+
+def test_a_stop_is_answered_while_the_server_hangs_and_written_when_it_goes_on(
+    work, postgres, athlete, tiny, frame_of, monkeypatch
+):
+    monkeypatch.setattr(commanding, "STOP_PATIENCE", 0.2)
+    sent = []
+    with Sessions(work, jobs=InlineJobs("tiny_recipes"), robot=athlete) as sessions:
+        running = sessions.create("test")
+        running.rover_connected(sent.append)
+        running.take_telemetry(frame_of(0))
+        hangs = backend(running._store)
+        os.kill(hangs, signal.SIGSTOP)
+        try:
+            began = time.monotonic()
+            assert running.stop("the database hangs", Identity("ann", Role.COMMANDER))["stopped"]
+            assert time.monotonic() - began < 10.0  # the database itself is waited for 20 s
+            assert json.loads(sent[-1])["type"] == "stop"
+            assert [event for event in running._journal._events if event.type == "stop_requested"] == []
+        finally:
+            os.kill(hangs, signal.SIGCONT)
+        running.add_note("it goes on")
+        told = [event.payload for event in running.events() if event.type == "stop_requested"]
+        assert [(one["reason"], one["by"]["name"]) for one in told] == [("the database hangs", "ann")]
 
 
 def test_locked_tables_are_waited_for_a_bounded_time(folder, database, monkeypatch):

@@ -9,6 +9,7 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextvars import copy_context
 from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
@@ -26,6 +27,8 @@ from footfall.telemetry.link import CommandMessage, HelloMessage, encode
 
 WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
+STOP_PATIENCE = 1.0
+"""A stop is answered after this long though its record is not written yet [s]."""
 ENDED = ("done", "refused")
 """States of a command that nothing changes any more."""
 
@@ -55,6 +58,7 @@ class Commanding:
         self.gate = Gate(
             stopped=known.stop.latched,
             acknowledged=known.stop.acknowledged,
+            stops=max(known.stop.number, known.stop.heard, known.stop.cleared),
             runs=known.runs,
             conn=0 if known.conn is None else known.conn.number,
             epoch=known.epoch,
@@ -68,6 +72,7 @@ class Commanding:
         self._state = state
         self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
+        self._stop_writer: threading.Thread | None = None
         self._closing = threading.Event()
 
     # -- the conn ------------------------------------------------------------------------------
@@ -177,22 +182,36 @@ class Commanding:
     def stop(self, reason: str, at: float, who: Identity) -> None:
         """Stop the rover and send nothing more until the stop is cleared. Needs neither disk, conn nor session lock.
 
-        at: wall clock. Again while stopped: the rover is told again.
+        at: wall clock. Again while stopped: the rover is told again. A log that hangs is not waited for: it is written
+        once it goes on.
         """
-        first, run = self.gate.latch()
+        number, run = self.gate.latch()
         reached = self._tell.stop()
         with contextlib.suppress(RuntimeError):  # no thread can be started: the stop goes on without being repeated
             self._start_watch()
-        if first:
-            told = {"reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch, **self._by(who)}
+        if number is None:
+            return
+        told = {"stop": number, "reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch}
+        told |= self._by(who)
+
+        def write() -> None:
             self._record_anyway("stop_requested", told)
-        if run is not None:
-            self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
+            if run is not None:
+                self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
+
+        writer = threading.Thread(target=copy_context().run, args=(write,), name="footfall-stop-log", daemon=True)
+        try:
+            writer.start()
+        except RuntimeError:
+            write()
+        else:
+            self._stop_writer = writer
+            writer.join(STOP_PATIENCE)
 
     def stop_acknowledged(self, stop_id: str | None = None) -> None:
         """The rover stands still, because of the stop ``stop_id`` (None: the latest)."""
-        if self.gate.stop_acknowledged(stop_id):
-            self._record_anyway("stop_acknowledged", {})
+        if (number := self.gate.stop_acknowledged(stop_id)) is not None:
+            self._record_anyway("stop_acknowledged", {"stop": number})
 
     def clear_stop(self, who: Identity) -> None:
         """Raises Conflict while a connected rover has not acknowledged the stop, or where another stop came.
@@ -210,7 +229,7 @@ class Commanding:
         if was_stopped:
             if self._link.connected and not self.gate.acknowledged:
                 raise Conflict("the rover has not acknowledged the stop yet; the stop stays in force")
-            self._record("stop_cleared", {"epoch": self.gate.epoch, **self._by(who)})
+            self._record("stop_cleared", {"stop": stops, "epoch": self.gate.epoch, **self._by(who)})
         elif frame is None or frame.state.mode != "stopped":
             return
         if self.gate.unlatch(stops, self._tell.clear):
@@ -218,7 +237,7 @@ class Commanding:
         if was_stopped:
             # the log says cleared, and must not stay behind the gate
             again = {"reason": "asked for while a stop was being cleared", "at": time.time(), "rover_reached": True}
-            self._record_anyway("stop_requested", {**again, "epoch": self.gate.epoch})
+            self._record_anyway("stop_requested", {"stop": self.gate.stops(), **again, "epoch": self.gate.epoch})
         raise Conflict("another stop came while this one was being cleared; it stays in force")
 
     # -- the link ------------------------------------------------------------------------------
@@ -247,11 +266,12 @@ class Commanding:
             self._end(run.number, "link_lost", reason)
 
     def close(self) -> None:
-        """End the run, if there is one, and the thread that watches it."""
+        """End the run, if there is one, the thread that watches it, and the one that records a stop."""
         self._end(None, "closed", "the session was closed")
         self._closing.set()
-        if self._watch is not None and self._watch is not threading.current_thread():
-            self._watch.join()
+        for thread in (self._watch, self._stop_writer):
+            if thread is not None and thread is not threading.current_thread():
+                thread.join()
 
     def _ask(self) -> None:
         """Ask the rover what became of the commands of the latest run whose end is not known."""

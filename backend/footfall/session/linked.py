@@ -164,7 +164,12 @@ class LinkedSession(ExecutionSession):
     def take_epoch(self, about: str, epoch: int) -> None:
         """The rover has heard of ``epoch``, and says so about the message called ``about``. Raises InvalidTelemetry."""
         self.require_epoch(epoch)
-        self.link.hear(lambda _: self._commanding.epoch_heard(about, epoch))
+        self.link.hear(lambda _: self._epoch_heard(about, epoch))
+
+    def _epoch_heard(self, about: str, epoch: int) -> None:
+        self._commanding.epoch_heard(about, epoch)
+        # whether anything can be armed may be another answer now
+        self._journal.tell("link", link=self.link.as_dict())
 
     def require_epoch(self, epoch: int) -> None:
         """Raises InvalidTelemetry where no ground can have told the rover of ``epoch``."""

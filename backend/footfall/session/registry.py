@@ -24,6 +24,7 @@ from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
 from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.session.storage.interface import Listed
+from footfall.session.storage.kinds import require_kinds
 from footfall.session.storage.listing import found_sessions, is_session_folder
 from footfall.session.storage.store import SessionStore, read_session, remove_session
 from footfall.telemetry.link import EPOCHS_AHEAD
@@ -186,8 +187,8 @@ class Sessions:
         read = read_bundle(bundle)
         if not read.records or read.records[0]["type"] != "session_created":
             raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
-        for name, content in read.files.items():
-            verify_artifact(name, content())
+        kinds = {name.partition(".")[0]: verify_artifact(name, content()) for name, content in read.files.items()}
+        require_kinds(read.records, kinds)
         with self._guard:
             session_id = self._new_id()
             folder = self.folder / session_id

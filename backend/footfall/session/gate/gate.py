@@ -21,7 +21,8 @@ from footfall.session.gate.runs import Run
 class Gate:
     """:mod:`footfall.session.gate.machine`, thread-safe; its methods raise CommandRefused as the functions there.
 
-    runs, conn, epoch: the latest run's, conn's and epoch's numbers that the session knows; all go on from there.
+    stops, runs, conn, epoch: the latest stop's, run's, conn's and epoch's numbers that the session knows; all go on
+    from there.
     told: is called, with the lock free, with whatever became of the conn.
     """
 
@@ -30,6 +31,7 @@ class Gate:
         *,
         stopped: bool = False,
         acknowledged: bool = False,
+        stops: int = 0,
         runs: int = 0,
         conn: int = 0,
         epoch: int = 0,
@@ -38,7 +40,7 @@ class Gate:
     ) -> None:
         self._clock, self._told = clock, told
         self._guard = threading.Lock()
-        self._state = State(Conn(conn), runs, epoch, stop=Latch(stopped, acknowledged))
+        self._state = State(Conn(conn), runs, epoch, stop=Latch(stopped, acknowledged, stops, stops))
         # ids of another process must not look like ours: its acknowledgements may still be on their way
         self._stop_prefix = f"stop-{secrets.token_hex(4)}"
 
@@ -149,11 +151,11 @@ class Gate:
 
     # -- the stop ------------------------------------------------------------------------------
 
-    def latch(self) -> tuple[bool, Run | None]:
-        """Set the stop: whether it was not set before, and the run that it ended."""
+    def latch(self) -> tuple[int | None, Run | None]:
+        """Set the stop: its number, None where it was set before, and the run that it ended."""
         with self._guard:
             before, self._state = self._state, machine.latch(self._state)
-            return not before.stop.stopped, before.run
+            return None if before.stop.stopped else self._state.stop.count, before.run
 
     def remind(self, transmit: Callable[[], object]) -> None:
         """Call ``transmit`` where a stop is in force that the rover has not acknowledged.
@@ -217,14 +219,17 @@ class Gate:
         """Whether the rover on the link has confirmed the present epoch, or is not told of it."""
         return machine.epoch_known(self._state)
 
-    def stop_acknowledged(self, stop_id: str | None = None) -> bool:
-        """The rover stands: whether that is news. ``stop_id``: of which stop; one that was cleared since is none."""
+    def stop_acknowledged(self, stop_id: str | None = None) -> int | None:
+        """The rover stands: up to which stop, None where that is no news.
+
+        stop_id: the stop that it tells of; one that was cleared since is none.
+        """
         with self._guard:
             stop = self._state.stop
             if stop_id is not None and stop_id not in (self._named(n) for n in range(stop.cleared, stop.count + 1)):
-                return False
+                return None
             self._state = machine.acknowledged(self._state, True)
-            return stop.stopped and not stop.acknowledged
+            return stop.count if stop.stopped and not stop.acknowledged else None
 
     @property
     def stop_id(self) -> str:

@@ -37,12 +37,20 @@ class CommandRecord(Value):
 
 @value
 class StopRecord(Value):
-    """The stop. latched: nothing is sent until it is cleared; acknowledged: the rover said that it stands."""
+    """The stop. latched: nothing is sent until it is cleared; acknowledged: the rover said that it stands.
+
+    number: of the latest stop, which counts up for ever; heard, cleared: up to which one the rover on the link said
+    that it stands, and up to which one they were cleared. What is in force goes by them: the record of a stop may come
+    after those of what answers it.
+    """
 
     latched: bool = False
     acknowledged: bool = False
     reason: str = ""
     time: float | None = None
+    number: int = field(default=0, metadata=LATER)
+    heard: int = field(default=0, metadata=LATER)
+    cleared: int = field(default=0, metadata=LATER)
 
 
 @value
@@ -82,6 +90,8 @@ class Commanded(Protocol):
     @property
     def stop(self) -> StopRecord: ...
     @property
+    def runs(self) -> int: ...
+    @property
     def run(self) -> RunRecord | None: ...
     @property
     def conn(self) -> ConnRecord | None: ...
@@ -116,6 +126,10 @@ def _run_started(state: Commanded, event: Event, payload: Payload) -> Changes:
         queued=float(event.time),
         mark=payload.get("mark", ""),
     )
+    known = state.run
+    if known is not None and known.number == run.number and known.state == "ended":
+        # a stop came before the beginning was written
+        run = replace(run, state="ended", reason=known.reason, outcome=known.outcome, ended=known.ended)
     return {"runs": run.number, "run": run}
 
 
@@ -132,9 +146,13 @@ def _run_aborted(state: Commanded, event: Event, payload: Payload) -> Changes:
 
 
 def _run_ended(state: Commanded, event: Event, payload: Payload) -> Changes:
-    told = {"state": "ended", "outcome": payload.get("outcome", ""), "ended": float(event.time)}
-    ended = _run_is(state, payload, **told, reason=payload["reason"])
-    return {"commands": _settled(state, event, payload["reason"]), **ended}
+    told = {"outcome": payload.get("outcome", ""), "reason": payload["reason"], "ended": float(event.time)}
+    number = payload.get("run")
+    if number is not None and number > state.runs:
+        run = RunRecord(number, "", 0, "whole", "", float(event.time), state="ended", **told)
+        return {"runs": number, "run": run}
+    settled = _settled(state, event, payload["reason"], number)
+    return {"commands": settled, **_run_is(state, payload, state="ended", **told)}
 
 
 def _run_is(state: Commanded, payload: Payload, /, **changes: Any) -> Changes:
@@ -163,31 +181,48 @@ def _command_changed(state: Commanded, event: Event, payload: Payload) -> Change
     return {"commands": tuple(changed(record) for record in state.commands)}
 
 
-def _settled(state: Commanded, event: Event, reason: str) -> tuple[CommandRecord, ...]:
+def _settled(state: Commanded, event: Event, reason: str, run: int | None = None) -> tuple[CommandRecord, ...]:
+    """Nobody waits any more for the ends of the commands (``run``: of that run)."""
     at = float(event.time)
     return tuple(
         replace(c, state="unknown", reason=reason, time=at, times={**(c.times or {}), "unknown": at})
-        if c.state in OPEN_STATES
+        if c.state in OPEN_STATES and run in (None, c.run)
         else c
         for c in state.commands
     )
 
 
 def _stop_requested(state: Commanded, event: Event, payload: Payload) -> Changes:
-    return {"stop": StopRecord(True, False, payload["reason"], float(payload["at"]))}
+    stop, number = state.stop, _number_of_stop(payload, state.stop.number + 1)
+    if number <= stop.cleared or number < stop.number:
+        return {}
+    told = StopRecord(True, stop.heard >= number, payload["reason"], float(payload["at"]))
+    return {"stop": replace(told, number=number, heard=stop.heard, cleared=stop.cleared)}
 
 
 def _stop_acknowledged(state: Commanded, event: Event, payload: Payload) -> Changes:
-    return {"stop": replace(state.stop, acknowledged=True)}
+    stop, number = state.stop, _number_of_stop(payload, state.stop.number)
+    told = stop.latched and number >= stop.number
+    return {"stop": replace(stop, acknowledged=stop.acknowledged or told, heard=max(stop.heard, number))}
 
 
 def _stop_cleared(state: Commanded, event: Event, payload: Payload) -> Changes:
-    return {"stop": StopRecord()}
+    stop, number = state.stop, _number_of_stop(payload, state.stop.number)
+    still = stop if number < stop.number else StopRecord(number=stop.number, heard=stop.heard)
+    return {"stop": replace(still, cleared=max(stop.cleared, number))}
+
+
+def _number_of_stop(payload: Payload, otherwise: int) -> int:
+    """``otherwise``: as it was before stops were numbered, when the order of the events told."""
+    number = payload.get("stop", otherwise)
+    if type(number) is not int or not 0 <= number < 2**53:
+        raise ValueError(f"{number!r} is no number of a stop")
+    return number
 
 
 def _link_connected(state: Commanded, event: Event, payload: Payload) -> Changes:
     # whoever is there now has acknowledged nothing yet
-    return {"stop": replace(state.stop, acknowledged=False)}
+    return {"stop": replace(state.stop, acknowledged=False, heard=0)}
 
 
 def _conn_changed(state: Commanded, event: Event, payload: Payload) -> Changes:

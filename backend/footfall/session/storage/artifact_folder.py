@@ -12,6 +12,7 @@ from footfall.core.value import Value
 from footfall.io.artifacts import decode, encode
 from footfall.io.bundles import ARTIFACTS
 from footfall.session.storage.interface import StoreRefused
+from footfall.session.storage.kinds import FILE
 
 
 class ArtifactFolder:
@@ -61,13 +62,17 @@ def bytes_digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:32]
 
 
-def verify_artifact(name: str, data: bytes) -> None:
-    """Raises InvalidBundle unless the content of artifact file ``name`` is what its name says."""
+def verify_artifact(name: str, data: bytes) -> str:
+    """Of which kind artifact file ``name`` is: the class of its value, or FILE.
+
+    Raises InvalidBundle unless its content is what its name says.
+    """
     digest, _, extension = name.partition(".")
     if extension == "npz":
-        decode(data, expect=digest, name=f"{ARTIFACTS}/{name}")
-    elif bytes_digest(data) != digest:
+        return type(decode(data, expect=digest, name=f"{ARTIFACTS}/{name}")).__name__
+    if bytes_digest(data) != digest:
         raise InvalidBundle(f"{ARTIFACTS}/{name} is damaged", file=f"{ARTIFACTS}/{name}")
+    return FILE
 
 
 def write_whole(path: Path, data: bytes) -> None:

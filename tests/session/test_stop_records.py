@@ -1,0 +1,152 @@
+"""The records of stops may be written in another order than it happened in: the stop is answered before its record."""
+
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from footfall.core.errors import InvalidBundle
+from footfall.session import commanding
+from footfall.session.log.event import next_event
+from footfall.session.log.fold import fold_all
+
+STOPS = st.lists(st.tuples(st.booleans(), st.integers(0, 2)), min_size=1, max_size=4)
+"""Of each stop: whether the rover said that it stands, and how often it was asked for again."""
+
+
+def happened(stops, cleared):
+    """What is told of ``stops`` one after the other; the last one is cleared or not."""
+    told, number = [], 0
+    for heard, again in stops:
+        number += 1
+        told.append(("stop_requested", {"stop": number, "reason": f"number {number}", "at": float(number)}))
+        number += again
+        if heard:
+            told.append(("stop_acknowledged", {"stop": number}))
+        told.append(("stop_cleared", {"stop": number}))
+    return told if cleared else told[:-1]
+
+
+def folded(steps):
+    events = []
+    for i, (type, payload) in enumerate(steps):
+        events.append(next_event(events[-1] if events else None, 1000.0 + i, type, payload))
+    return fold_all(events)
+
+
+@given(STOPS, st.booleans(), st.data())
+def test_the_order_of_the_records_changes_nothing(stops, cleared, data):
+    told = happened(stops, cleared)
+    state = folded(data.draw(st.permutations(told))).stop
+    assert state.latched == (not cleared)
+    assert state.acknowledged == (not cleared and stops[-1][0])
+    assert state.reason == ("" if cleared else f"number {sum(1 + again for _, again in stops[:-1]) + 1}")
+
+
+@given(st.lists(st.tuples(st.booleans(), st.just(0)), max_size=3), st.booleans())
+def test_logs_from_before_stops_were_numbered_are_read_by_their_order(stops, cleared):
+    stops = [*stops, (True, 0)]
+    old = [(type, {k: v for k, v in payload.items() if k != "stop"}) for type, payload in happened(stops, cleared)]
+    assert folded(old).stop.digest == folded(happened(stops, cleared)).stop.digest
+
+
+def test_a_rover_that_comes_has_heard_of_no_stop_yet():
+    told = happened([(True, 0)], cleared=False)
+    assert not folded([*told, ("link_connected", {"epoch": 2})]).stop.acknowledged
+    assert folded([*told, ("link_connected", {"epoch": 2}), told[1]]).stop.acknowledged
+
+
+@pytest.mark.parametrize("number", [-1, 1.0, True, "1", 2**53])
+def test_what_is_no_number_of_a_stop_is_refused(number):
+    with pytest.raises(InvalidBundle, match="no number of a stop"):
+        folded([("stop_acknowledged", {"stop": number})])
+
+
+@given(st.permutations(["run_started", "command_sent", "run_ended"]))
+def test_a_run_that_a_stop_ends_has_ended_whenever_its_beginning_is_written(order):
+    told = {
+        "run_started": {"run": 3, "mark": "m", "sequence": "s", "rows": 2},
+        "command_sent": {"id": "m-1", "sequence": "s", "run": 3, "row": 0},
+        "run_ended": {"run": 3, "outcome": "stopped", "reason": "stopped", "unsent": 1},
+    }
+    state = folded([(type, told[type]) for type in order])
+    assert state.run is not None
+    assert (state.runs, state.run.number, state.run.state, state.run.outcome) == (3, 3, "ended", "stopped")
+    if order.index("run_started") < order.index("run_ended"):
+        assert (state.run.rows, state.run.mark) == (2, "m")
+
+
+def test_the_end_of_a_run_says_nothing_of_the_commands_of_the_next():
+    state = folded(
+        [
+            ("run_started", {"run": 2, "rows": 1}),
+            ("command_sent", {"id": "b", "sequence": "s", "run": 2, "row": 0}),
+            ("run_ended", {"run": 1, "reason": "stopped"}),
+        ]
+    )
+    assert [command.state for command in state.commands] == ["sent"]
+    assert state.run is not None
+    assert state.run.state == "going"
+
+
+@pytest.fixture
+def ready(session, frame_of):
+    """A session with a rover on the link."""
+    session.rover_connected(lambda text: None)
+    session.take_telemetry(frame_of(0))
+    return session
+
+
+@pytest.fixture
+def slow_record(ready, monkeypatch):
+    """The log writes that a stop was asked for only once this is set."""
+    monkeypatch.setattr(commanding, "STOP_PATIENCE", 0.05)
+    goes_on, record = threading.Event(), ready._commanding._record_anyway
+
+    def record_anyway(type, payload):
+        if type == "stop_requested":
+            assert goes_on.wait(20)
+        record(type, payload)
+
+    monkeypatch.setattr(ready._commanding, "_record_anyway", record_anyway)
+    return goes_on
+
+
+def written(ready, slow_record):
+    slow_record.set()
+    ready._commanding._stop_writer.join()
+    return [event.type for event in ready.events() if event.type.startswith("stop_")]
+
+
+def test_an_acknowledgement_that_is_written_before_its_stop_counts(ready, slow_record):
+    ready.stop("now")
+    ready.take_stop_acknowledgement()
+    assert written(ready, slow_record) == ["stop_acknowledged", "stop_requested"]
+    assert ready.state.stop.latched
+    assert ready.state.stop.acknowledged
+    assert ready.summary()["stop"]["acknowledged"]
+
+
+def test_a_clearing_that_is_written_before_its_stop_counts(ready, slow_record):
+    ready.stop("now")
+    ready.take_stop_acknowledgement()
+    ready.clear_stop()
+    assert written(ready, slow_record) == ["stop_acknowledged", "stop_cleared", "stop_requested"]
+    assert not ready.state.stop.latched
+    assert not ready.gate["stopped"]
+
+
+def test_stops_are_counted_on_after_the_session_was_closed(sessions, ready):
+    for _ in range(2):
+        ready.stop("now")
+        ready.stop("again")
+        ready.take_stop_acknowledgement()
+        ready.clear_stop()
+    session_id = ready.id
+    ready.close()
+    del sessions._open[session_id]
+    again = sessions.open(session_id)
+    again.stop("after it was opened anew")
+    assert again.state.stop.latched
+    assert again.state.stop.number == 5
