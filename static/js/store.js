@@ -14,6 +14,12 @@ export const known = {
   sequence: null, // the current Sequence, with its ETag
 };
 
+const SILENT_AFTER = 5; // seconds
+
+// How long the server has said nothing [s], and whether it answers.
+export const silent = () => (performance.now() - known.heardAt) / 1000;
+export const alive = () => known.connected && silent() < SILENT_AFTER;
+
 export function subscribe(listener) {
   listeners.push(listener);
 }

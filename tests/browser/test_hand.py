@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.test_console_access import violations
 from tests.support.page_steps import SLOW, held, press
@@ -70,6 +70,32 @@ def test_the_footfall_goes_cell_by_cell_and_is_chosen_once(console: Page, quiet:
     # without anything in hand the arrows are the page's
     console.keyboard.press("ArrowDown")
     assert held(quiet)["hand"] is None
+
+
+def test_set_again_while_it_is_being_set_it_is_chosen_once(console: Page, quiet: Running) -> None:
+    """Enter just when the pause ends: the second finds nothing left to choose."""
+    x, y = place(quiet)
+    cell = held(quiet)["terrain"]["resolution"]
+    before = len(events(quiet))
+    asked: list[Route] = []
+    console.route("**/hand/commit", lambda route: asked.append(route))
+    console.locator("#h-footfall").click()
+    console.keyboard.press("a")
+    expect(console.locator("#hand-title")).to_have_text("In hand: footfall")
+    console.keyboard.press("ArrowRight")
+    expect(console.locator("#hand-title")).to_have_text("In hand: footfall, not set yet")
+    console.keyboard.press("Enter")
+    console.keyboard.press("Enter")
+    console.wait_for_timeout(500)  # for a second one to be on its way, if there is one
+    for route in asked:
+        route.continue_()
+    until(lambda: place(quiet) == pytest.approx((x + cell, y)), "the moved footfall")
+    console.unroute("**/hand/commit")
+    # what comes after it is chosen as well
+    console.keyboard.press("ArrowRight")
+    console.keyboard.press("Enter")
+    until(lambda: place(quiet) == pytest.approx((x + 2 * cell, y)), "the footfall that was moved on")
+    assert [event["type"] for event in events(quiet)[before:]] == ["footfall_chosen"] * 2
 
 
 def test_undo_goes_back_over_choices_and_edits_in_their_order(console: Page, quiet: Running, look: Keep) -> None:

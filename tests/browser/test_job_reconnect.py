@@ -1,5 +1,6 @@
 """The server ends and comes back with the same store and port: the page goes on as it is."""
 
+import re
 from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
@@ -35,16 +36,21 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
         expect(server).to_have_attribute("data-state", "good", timeout=SLOW)
         page.locator("#seed").fill("7")  # typed, and not yet sent to anybody
         page.evaluate("window.marker = 'the same page'")
+        arm = page.get_by_role("button", name="Arm", exact=True)
+        expect(arm).to_be_enabled()
         before, session = shown(page), held(first)["id"]
         port = int(first.url.rsplit(":", 1)[1])
     expect(server).to_contain_text("silent for", timeout=SLOW)
     expect(server).to_have_attribute("data-state", "bad")
+    expect(arm).to_be_disabled()
+    expect(arm).to_have_attribute("title", re.compile("server is silent for"))
     assert shown(page)["rows"] == before["rows"]
     page.screenshot(path=OUTPUTS / "test_the_page_goes_on_without_reload_when_its_server_is_back-lost.png")
     with running_server(tmp_path, prepare=lambda s: s.open(session), port=port) as second:
         expect(server).to_have_attribute("data-state", "good", timeout=SLOW)
         expect(page.locator("#commands tbody tr").first).to_be_visible(timeout=SLOW)
         until(lambda: shown(page) == before, "choices and commands as before", 60)
+        expect(arm).to_be_enabled(timeout=SLOW)
         with second.client() as client:
             client.post("/sessions/current/notes", json={"text": "written after the restart"}).raise_for_status()
         expect(page.locator("#log li").first).to_contain_text("written after the restart", timeout=SLOW)

@@ -11,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from footfall.session.storage.sqlite_log import SqliteLog
+from footfall.session.telling import Telling
 from footfall.telemetry.link import ErrorMessage
 from tests.support.page_steps import held, press
 from tests.support.server import Running, running_server, until
@@ -52,6 +53,22 @@ def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, quiet: R
     expect(bare.locator("#commands tbody")).to_contain_text("unknown", timeout=SLOW)
     expect(bare.locator("#arm-state")).to_have_text("not armed", timeout=SLOW)
     assert held(quiet)["commands"][-1]["state"] == "unknown"
+
+
+def test_nothing_is_armed_before_the_rover_has_confirmed_the_epoch(
+    bare: Page, quiet: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(Telling, "epoch", lambda _: None)  # as if the way to the rover lost it each time
+        quiet.rover.start()
+        expect(bare.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+        arm = bare.get_by_role("button", name="Arm", exact=True)
+        expect(arm).to_be_disabled()
+        expect(arm).to_have_attribute("title", re.compile("rover has not confirmed"))
+        expect(bare.locator("#arm-state")).to_contain_text("not armed. The rover has not confirmed")
+    # told again every second, and the page needs no other event to see that it was answered
+    expect(arm).to_be_enabled(timeout=SLOW)
+    expect(bare.locator("#arm-state")).to_have_text("not armed")
 
 
 def test_another_session_becomes_current_and_the_page_follows(bare: Page, quiet: Running) -> None:

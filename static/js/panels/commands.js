@@ -7,7 +7,7 @@ import { $, attempt, element } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
-import { kept } from "./conn.js";
+import { kept, unsure } from "./conn.js";
 import { choose, chosenRow, onChoice } from "./row.js";
 import { rowStates } from "./run.js";
 
@@ -17,7 +17,7 @@ let drawn = "";
 export function start() {
   act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
-  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? "" : "Arm the commands first.") });
+  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? unsure() : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
@@ -89,7 +89,8 @@ function notArmable() {
   if (!known.sequence) return "There is no sequence yet.";
   if (!known.sequence.valid) return "A rule does not hold: see the list.";
   if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
-  return known.summary?.gate?.state === "sending" ? "A sequence is being sent already." : kept();
+  if (known.summary?.gate?.state === "sending") return "A sequence is being sent already.";
+  return kept() || unsure();
 }
 
 function draw({ summary, sequence }) {
@@ -101,7 +102,8 @@ function draw({ summary, sequence }) {
   $("arm-state").dataset.state = armed || (sending && summary.gate.waiting) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
-    : sending ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}` : "not armed";
+    : sending ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
+      : sequence && unsure() ? `not armed. ${unsure()}` : "not armed"; // what passes is said in sight: no hand has to point at the button
   drawTable(summary, sequence);
 }
 

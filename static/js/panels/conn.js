@@ -2,10 +2,10 @@
 
 import { act } from "../acts.js";
 import { PAGE, post } from "../api.js";
-import { $, attempt, toast, untoast } from "../dom.js";
+import { $, age, attempt, toast, untoast } from "../dom.js";
 import { refresh } from "../stream.js";
 import { LOCAL } from "../who.js";
-import { known, subscribe } from "../store.js";
+import { alive, known, silent, subscribe } from "../store.js";
 
 const HEARTBEAT = 15_000; // ms; the server waits for six of them
 
@@ -30,6 +30,12 @@ const unasked = () => notMine() || (known.summary.conn.request ? "" : "Nobody as
 
 // Why this page may not steer what is being sent; "" where it may. What nobody holds is taken by the act itself.
 export const kept = () => (!holder() || mine() ? "" : `${name(holder())} holds the conn: request it first.`);
+
+// Why nothing may go to the rover that this page or the server can't be sure of; "" where nothing is in the way.
+export function unsure() {
+  if (!alive()) return `The server is silent for ${age(silent())}: what is shown may be over.`;
+  return known.summary?.gate.epoch_known === false ? "The rover has not confirmed yet that what was held back on the way is outdated; it is asked again every second." : "";
+}
 
 const ask = (what) => attempt(async () => {
   await post(`/sessions/current/conn/${what}`, {});

@@ -19,6 +19,7 @@ const WAYS = { ArrowRight: [0, 1], ArrowLeft: [0, -1], ArrowUp: [1, 1], ArrowDow
 let taken = null; // {what, index} that this page took in hand
 let wanted = null; // the newest place, not yet sent
 let sending = null; // the promise that ends when nothing is left to send
+let setting = Promise.resolve(); // the latest choice that is on its way
 let pausing = 0;
 let calming = 0;
 let drawn = "";
@@ -100,9 +101,15 @@ function send() {
   });
 }
 
-// What was moved here is chosen: by Enter, after a pause, and before anything that would look at the choice.
-export async function settled() {
+// What was moved here is chosen: by Enter, after a pause, and before anything that would look at the choice. One after the
+// other: Enter at the end of the pause would choose the same place twice, and take two undos.
+export function settled() {
   clearTimeout(pausing);
+  setting = setting.catch(() => {}).then(set); // whoever asked before was told of its failure
+  return setting;
+}
+
+async function set() {
   await sending;
   if (!taken || !hand()?.moved) return;
   const { what } = taken;

@@ -6,12 +6,12 @@ import { $, attempt } from "../dom.js";
 import { COMMAND_WORDS as WORDS } from "../events.js";
 import { refresh } from "../stream.js";
 import { known, subscribe } from "../store.js";
-import { kept } from "./conn.js";
+import { kept, unsure } from "./conn.js";
 
 export function start() {
-  act({ text: "Send the next row", button: "run-next", held: true, run: () => steer("next"), refusal: () => idle() || kept() || (gate().waiting ? "" : "The present row is still under way.") });
+  act({ text: "Send the next row", button: "run-next", held: true, run: () => steer("next"), refusal: () => idle() || kept() || (gate().waiting ? unsure() : "The present row is still under way.") });
   act({ text: "Hold after the present row", button: "run-hold", run: () => steer("hold"), refusal: () => idle() || kept() || (gate().mode === "whole" ? "" : "It waits after the present row already.") });
-  act({ text: "Resume: send the rows that are left", button: "run-resume", held: true, run: () => steer("resume"), refusal: () => idle() || kept() || (gate().mode === "steps" ? "" : "It goes on already.") });
+  act({ text: "Resume: send the rows that are left", button: "run-resume", held: true, run: () => steer("resume"), refusal: () => idle() || kept() || (gate().mode === "steps" ? unsure() : "It goes on already.") });
   act({ text: "Abort: send nothing more", button: "run-abort", run: () => steer("abort"), refusal: () => idle() || kept() });
   subscribe(draw);
 }

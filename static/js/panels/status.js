@@ -4,11 +4,10 @@ import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
-import { known, subscribe } from "../store.js";
+import { alive, known, silent, subscribe } from "../store.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
-const SILENT_AFTER = 5; // seconds
 const STOP_PATIENCE = 3000; // ms
 const STOP_AGAIN = 500; // ms
 
@@ -58,15 +57,13 @@ function mark(id, state, text) {
 }
 
 function draw() {
-  const { summary, frame, connected } = known;
-  const silent = (performance.now() - known.heardAt) / 1000;
-  const alive = connected && silent < SILENT_AFTER;
-  mark("status-server", alive ? "good" : "bad", alive ? "connected" : `silent for ${age(silent)}`);
+  const { summary, frame } = known;
+  mark("status-server", alive() ? "good" : "bad", alive() ? "connected" : `silent for ${age(silent())}`);
   if (!summary) {
     if (sent) $("stop-state").textContent = STOP_TEXT[sent];
     return;
   }
-  if (alive && summary.unrecorded) mark("status-server", "bad", `connected, ${summary.unrecorded} events NOT WRITTEN`);
+  if (alive() && summary.unrecorded) mark("status-server", "bad", `connected, ${summary.unrecorded} events NOT WRITTEN`);
   $("status-session").textContent = summary.name;
   drawLink(summary, frame);
   drawMatch(summary, frame);
