@@ -1,5 +1,6 @@
 """Shared by all tests: fixed hypothesis profile, the default robot, optional shared data."""
 
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -25,6 +26,12 @@ settings.load_profile("footfall")
 
 def pytest_report_header() -> str:
     return f"footfall: numpy seed {SEED}, hypothesis derandomized"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """For ``-n auto``: one more than cores, as tests wait for processes, the disk and a rover's moves."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

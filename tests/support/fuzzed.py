@@ -22,9 +22,9 @@ from footfall.io.account_store import FILE
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.local import Jobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
+from tests.support.kept_workers import KeptWorkers
 
 CONFIG = """
 seed = 20081
@@ -71,7 +71,7 @@ EVERY, CHAINS, EACH = ("examples", "coverage", "fuzzing"), ("stateful",), ("fuzz
 NAMES = {Role.VIEWER: "vic", Role.PLANNER: "pia", Role.COMMANDER: "con"}
 
 
-class CancelledAtOnce(Jobs):
+class CancelledAtOnce(KeptWorkers):
     """A real pool whose long jobs are cancelled as soon as they are accepted; what a request waits for is made."""
 
     def submit(self, *args: Any, urgent: bool = False, **named: Any) -> Job:
