@@ -16,6 +16,7 @@ from footfall.accounts_commands import accounts_app
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.map_commands import make_map
+from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
 from footfall.referee_commands import run_referee
 from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
@@ -221,7 +222,8 @@ def plan_step(
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
-    planner: Annotated[str, typer.Option(help="auto, line, fast, astar, sbl or rrtconnect.")] = "auto",
+    planner: Annotated[str, typer.Option(help=f"One of {', '.join(PLANNERS)}.")] = "auto",
+    goals: Annotated[str, typer.Option(help=f"Which goal posture first: by {' or '.join(GOAL_ORDERS)}.")] = "motion",
     seed: Annotated[int, typer.Option(help="Same seed, same plan.")] = 0,
     conservative: Conservative = False,
     time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = 30.0,
@@ -235,7 +237,7 @@ def plan_step(
     from footfall.planning.step.problem import Status, StepSettings
 
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
-    settings = StepSettings(planner=planner, seed=seed, conservative=conservative, time_limit=time_limit)
+    settings = StepSettings(planner=planner, seed=seed, conservative=conservative, time_limit=time_limit, goals=goals)
     with bar("plan") as progress:
         result = run(body, dem, state, leg, target, settings=settings, progress=progress)
     if out is not None:

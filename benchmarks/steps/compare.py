@@ -20,7 +20,7 @@ from benchmarks.steps.problem import build
 from benchmarks.steps.quality import Outcome, planned
 from benchmarks.timing import machine
 
-ORDER = ("line", "fast", "astar", "sbl", "rrtconnect", "kpiece", "bitstar", "auto")
+ORDER = ("line", "fast", "astar", "sbl", "rrtconnect", "kpiece", "bitstar", "auto", "race")
 LABELS = {
     "line": "line",
     "fast": "fast (compiled SBL)",
@@ -30,6 +30,7 @@ LABELS = {
     "kpiece": "KPIECE1 (OMPL)",
     "bitstar": "BIT* (OMPL)",
     "auto": "auto",
+    "race": "race",
 }
 SEED = 1
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"

@@ -34,9 +34,11 @@ class Outcome:
     result: PlanResult
 
 
-def planned(problem: StepProblem, scene: Scene, planner: str, limit: float, seed: int = 1) -> Outcome:
-    """Ask one planner for the step; ``limit``: of its wall clock [s]."""
-    settings = StepSettings(planner=planner, seed=seed, time_limit=limit)
+def planned(
+    problem: StepProblem, scene: Scene, planner: str, limit: float, seed: int = 1, goals: str = "motion"
+) -> Outcome:
+    """Ask one planner for the step; ``limit``: of its wall clock [s]; ``goals``: which it tries first."""
+    settings = StepSettings(planner=planner, seed=seed, time_limit=limit, goals=goals)
     begin = time.process_time()
     result = footfall.plan_step(
         scene.robot, scene.dem, scene.state, leg=problem.leg, target=problem.target, settings=settings

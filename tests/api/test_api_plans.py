@@ -12,7 +12,7 @@ import pytest
 from footfall.core.frames import apply
 from footfall.io.robot_files import load_robot
 from footfall.planning.stance.stand import stand
-from footfall.planning.step.problem import PLANNERS, StepSettings
+from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, StepSettings
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.from_arrays import from_heights
 from tests.support.chassis_ground import wavy
@@ -50,6 +50,8 @@ def test_what_can_be_asked_for_is_served(standing):
     assert served["planners"] == dict(PLANNERS)
     assert served["settings"]["lift"] == StepSettings().lift
     assert served["settings"]["branch"] is None
+    assert served["goals"] == dict(GOAL_ORDERS)
+    assert served["settings"]["goals"] in served["goals"]
     # every name that is served is taken, and so are the defaults
     for name in served["planners"]:
         StepSettings(**{**served["settings"], "planner": name})
@@ -62,6 +64,17 @@ def test_a_plan_says_what_was_tried_and_taken(standing, target):
     assert {(one["about"], one["taken"]) for one in answer["decisions"]} >= {("goal", True), ("planner", True)}
 
 
+def test_planners_race_to_the_posture_with_the_most_room_where_that_is_asked_for(standing, target):
+    answer = planned(standing, target, settings={"planner": "race", "goals": "clearance"})
+    assert answer["status"] == "found", answer["reason"]
+    used = answer["provenance"]["settings"]
+    assert (used["planner"], used["goals"]) == ("race", "clearance")
+    assert answer["plan"]["planner"] not in ("auto", "race")
+    taken = {one["about"]: one["text"] for one in answer["decisions"] if one["taken"]}
+    assert "by clearance" in taken["goal"]
+    assert taken["planner"] == f"{answer['plan']['planner']} found the swing in turn 1 of the race"
+
+
 @pytest.mark.parametrize(
     ("body", "kind", "said"),
     [
@@ -69,6 +82,9 @@ def test_a_plan_says_what_was_tried_and_taken(standing, target):
         ({"settings": {"time_limit": 0.0}}, "invalid-input", "time_limit must be above zero"),
         ({"settings": {"time_limit": -1.0}}, "invalid-input", "time_limit must be above zero"),
         ({"settings": {"planner": "teleport"}}, "invalid-input", "planner is one of auto, line"),
+        ({"settings": {"planner": "races"}}, "invalid-input", "bitstar, race"),
+        ({"settings": {"goals": "prettiest"}}, "invalid-input", "goals is one of motion, clearance"),
+        ({"settings": {"goals": None}}, "validation", "goals"),
         ({"settings": {"branch": 8}}, "invalid-input", "branch is 0…7"),
         ({"settings": {"branch": 1.5}}, "validation", "branch"),
         ({"through": [[1.0, 2.0]]}, "validation", "through"),

@@ -43,11 +43,15 @@ def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Runn
     assert float(console.locator("#set-lift").input_value()) == asked["settings"]["lift"]
     console.locator("#planner").select_option("astar")
     expect(console.locator("#planner-text")).to_have_text(asked["planners"]["astar"])
+    assert console.locator("#set-goals").input_value() == asked["settings"]["goals"]
+    assert [one.get_attribute("value") for one in console.locator("#set-goals option").all()] == list(asked["goals"])
+    console.get_by_label("Goal posture").select_option("most room")
     console.locator("#set-lift").fill("0.3")
     console.locator("#set-branch").select_option("0")
     result = planned(console, quiet)
     used = result["provenance"]["settings"]
     assert (used["planner"], used["lift"], used["branch"]) == ("astar", 0.3, 0)
+    assert used["goals"] == "clearance"
     assert result["status"] == "found", result["reason"]
     console.get_by_text("Why this plan", exact=True).click()
     expect(console.locator("#decisions li")).to_have_count(len(result["decisions"]), timeout=SLOW)
@@ -55,6 +59,7 @@ def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Runn
     look("why")
     press(console, "As delivered")
     assert float(console.locator("#set-lift").input_value()) == asked["settings"]["lift"]
+    assert console.locator("#set-goals").input_value() == asked["settings"]["goals"]
     # what makes no sense is refused in words, and the plan stays
     console.locator("#set-time_limit").fill("0")
     press(console, "Plan step")

@@ -78,6 +78,10 @@ def test_plan_step_and_export(level, tmp_path):
     assert json.loads(run(*asked).stdout)["digest"] == answer["digest"]
     sequence = json.loads(run("export", plan, "--format", "seqjson").stdout)
     assert sequence["steps"]
+    raced = json.loads(run(*asked, "--planner", "race", "--goals", "clearance").stdout)
+    assert raced["status"] == "found"
+    assert raced["digest"] != answer["digest"]
+    assert "motion, clearance" in run(*asked, "--goals", "prettiest", code=2).stderr
     run("export", plan, "--format", "csv", "--out", tmp_path / "steps.csv")
     run("export", plan, "--format", "docx", code=2)
 

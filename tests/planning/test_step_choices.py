@@ -3,6 +3,7 @@
 import itertools
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -144,6 +145,8 @@ def test_alternatives_are_what_they_say(athlete, rocky, explained):
             scene = CollisionScene(athlete, rocky[1].posture, 0, rocky[1].T_site_base, None, CLEARER)
             assert not any(scene.collides(q[own], "none") for q in alternative.waypoints)
             assert settings.clearance == CLEARER
+        kept = replace(plan, provenance=replace(plan.provenance, settings=StepSettings(goals="clearance")))
+        assert asked_otherwise(kept, kind)[0].goals == "clearance"
     with pytest.raises(InvalidInput, match="higher_lift, other_knee, more_clearance"):
         asked_otherwise(plan, "prettier")
 

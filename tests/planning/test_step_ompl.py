@@ -8,8 +8,9 @@ import pytest
 from footfall.core.errors import Cancelled
 from footfall.planning.step import with_ompl
 from footfall.planning.step.edges import Space, samples
-from footfall.planning.step.planners import REGISTRY, chain
+from footfall.planning.step.planners import REGISTRY
 from footfall.planning.step.problem import PLANNERS
+from footfall.planning.step.turns import AUTO, QUICK, RACE
 
 SEARCHES = {"kpiece": with_ompl.kpiece, "bitstar": with_ompl.bitstar}
 START, GOAL = np.array([-0.6, -0.6]), np.array([0.6, -0.6])
@@ -26,8 +27,8 @@ def found(name, free, seed=1, milestones=5000, tick=lambda: None):
 
 
 def test_every_planner_that_can_be_named_is_there():
-    assert set(PLANNERS) == {"auto", *REGISTRY}
-    assert set(chain("auto")) <= set(REGISTRY)
+    assert set(PLANNERS) == {"auto", "race", *REGISTRY}
+    assert set(QUICK) < set(AUTO) < set(RACE) == set(REGISTRY)
 
 
 @pytest.mark.parametrize("name", SEARCHES)

@@ -175,7 +175,7 @@ def test_off_the_map(athlete, open_ground):
     dem, state = open_ground
     result = plan_step(athlete, dem, state, 0, (4.5, 0.0))
     assert result.status is Status.OFF_MAP
-    assert "0.50 m off the map" in result.reason
+    assert "0.5 m off the map" in result.reason
 
 
 def test_too_far(athlete, open_ground):

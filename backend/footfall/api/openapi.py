@@ -10,6 +10,8 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 
+from footfall.planning.step.problem import PLANNERS
+
 PROBLEM_JSON = "application/problem+json"
 
 # status → name of the response among the components, when it comes
@@ -53,7 +55,7 @@ _DOCUMENT = {
         "type": "/problems/invalid-input",
         "title": "The request can't be used",
         "status": 422,
-        "detail": "planner is one of auto, line, fast, astar, sbl, rrtconnect",
+        "detail": f"planner is one of {', '.join(PLANNERS)}",
         "planner": "rrt",
     },
 }

@@ -38,10 +38,12 @@ function fill() {
   for (const field of fields()) field.value = served.settings[field.id.replace("set-", "")] ?? "";
 }
 
+const numberOrWord = (text) => (Number.isNaN(Number(text)) ? text : Number(text));
+
 // An empty field is no zero: it stands for what is delivered.
 function settings() {
   const chosen = { planner: $("planner").value, seed: Number($("seed").value), conservative: $("conservative").checked };
-  for (const field of fields()) if (field.value !== "") chosen[field.id.replace("set-", "")] = Number(field.value);
+  for (const field of fields()) if (field.value !== "") chosen[field.id.replace("set-", "")] = numberOrWord(field.value);
   return chosen;
 }
 

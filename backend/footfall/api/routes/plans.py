@@ -13,7 +13,7 @@ from footfall.api.routes.jobs import accepted, job_body
 from footfall.api.routing import Routes
 from footfall.core.errors import Conflict
 from footfall.planning.step.alternatives import KINDS
-from footfall.planning.step.problem import PLANNERS, PlanResult, StepSettings
+from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, PlanResult, StepSettings
 from footfall.session.recorded import present
 
 router = Routes(tags=["plans"])
@@ -23,6 +23,7 @@ class PlannersAnswer(TypedDict):
     """What a plan can be asked for with."""
 
     planners: Mapping[str, str]
+    goals: Mapping[str, str]
     settings: dict[str, Any]
     alternatives: Mapping[str, str]
 
@@ -42,10 +43,11 @@ class JobsAnswer(TypedDict):
 
 @router.get("/planners")
 def planners() -> PlannersAnswer:
-    """What a plan can be asked for with: planners, settings with their defaults, kinds of alternatives."""
+    """What a plan can be asked for with: planners, orders of goals, settings with defaults, kinds of alternatives."""
     defaults = StepSettings()
     return {
         "planners": PLANNERS,
+        "goals": GOAL_ORDERS,
         "settings": {field.name: getattr(defaults, field.name) for field in fields(defaults)},  # type: ignore[arg-type]
         "alternatives": KINDS,
     }

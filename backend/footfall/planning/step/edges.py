@@ -36,7 +36,7 @@ class Space:
     """A box of configurations and a test.
 
     lower, upper: (d,) limits. free: configuration → bool, asked only inside the limits.
-    epsilon: see the module docstring. tick: called at every test; may raise to stop a search.
+    epsilon: see the module docstring. tick: called at every test, or with how many tests; may raise to stop a search.
     first_unsure: (n, d) → the first that is not surely inside the limits and free, or n; asked before ``free``.
     edges_sure: (n, d) → whether all between n waypoints is surely free at ε or finer, the waypoints being so; asked
     before single configurations.
@@ -48,7 +48,7 @@ class Space:
         upper: Array,
         free: Callable[[Array], bool],
         epsilon: float = 0.01,
-        tick: Callable[[], None] = lambda: None,
+        tick: Callable[..., None] = lambda looks=1: None,
         first_unsure: Callable[[Array], int] = lambda qs: 0,
         edges_sure: Callable[[Array], bool] = lambda path: False,
     ) -> None:

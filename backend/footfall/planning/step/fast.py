@@ -82,7 +82,7 @@ def searched(
     trees = planted(start, goal, milestones)
     outcome = GROWING
     while outcome == GROWING:
-        space.tick()
+        space.tick(_PICKS)
         outcome = grow(
             trees, rng, radius, space.epsilon, _PICKS, certificate.clearance, certificate.body, RAISED_GROUND
         )

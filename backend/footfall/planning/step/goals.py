@@ -18,6 +18,8 @@ from footfall.planning.step.watch import Watch
 
 MOST_GOALS = 3
 """Goal postures whose lowering works that are handed to the planners, best first."""
+ALIKE = 1e-3
+"""Postures whose clearances are in the same step of this size rank by their motion [m]."""
 MOST_TOLD = 3
 """Postures that rank better than the one taken whose fault is told."""
 ADVICE = "choose a footfall nearer to the leg's present one or on more open ground, or lower raise_terrain or clearance"
@@ -44,14 +46,18 @@ class Goals:
         branch, asked = branch_of(situation.robot, situation.leg, q_start), situation.settings.branch
         everyone = candidates(situation.robot, situation.leg, contact, situation.T_site_base, q_start, branch)
         self._q_start = q_start
-        self._possible = [one for one in everyone if asked is None or one.branch // 2 == asked // 2]
+        by_motion = [one for one in everyone if asked is None or one.branch // 2 == asked // 2]
+        self._possible = by_motion
+        self._spare: list[float] = []
+        if situation.settings.goals == "clearance":
+            self._rank_by_clearance()
         self._rest = self._worked_out()
         self.refusal = self._unreachable(stance, contact, everyone) if not self._possible else ""
         if not self.refusal and next(iter(self), None) is None:
             x, y, _ = contact.point
             self.refusal = (
                 f"leg {situation.leg} can't stand at ({x:.2f}, {y:.2f}): none of {len(self._possible)} postures that "
-                f"reach it is allowed; in the nearest, {self._objection(self._possible[0])}; {ADVICE}"
+                f"reach it is allowed; in the nearest, {self._objection(by_motion[0])}; {ADVICE}"
             )
 
     def __iter__(self) -> Iterator[Goal]:
@@ -77,8 +83,21 @@ class Goals:
             told.append(Decision("goal", False, f"{more} more of better rank are not allowed either"))
         one = taken.candidate
         away = float(np.abs(one.q - self._q_start).max())
-        text = f"rank {taken.place + 1} of {count} postures that reach the footfall: {posture_text(one)}, "
+        by = " by clearance" if self._spare else ""
+        text = f"rank {taken.place + 1}{by} of {count} postures that reach the footfall: {posture_text(one)}, "
+        if self._spare:
+            text += f"{1e3 * self._spare[taken.place]:.0f} mm to spare beyond every clearance, "
         return [*told, Decision("goal", True, text + f"{away:.2f} rad from the start in the joint that turns most")]
+
+    def _rank_by_clearance(self) -> None:
+        """Most room first; of those alike in that, by motion as before."""
+        spare = []
+        for one in self._possible:
+            self._watch.tick()
+            spare.append(self._situation.spare(one.q))
+        order = np.argsort(-np.floor(np.array(spare) / ALIKE), kind="stable")
+        self._possible = [self._possible[i] for i in order]
+        self._spare = [spare[i] for i in order]
 
     def _worked_out(self) -> Iterator[Goal]:
         situation, found = self._situation, 0

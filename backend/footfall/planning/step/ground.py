@@ -65,7 +65,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
     spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
     if not (west <= x <= east and south <= y <= north):
         outside = max(west - x, x - east, south - y, y - north)
-        reason = f"the footfall ({x:.2f}, {y:.2f}) lies {outside:.2f} m off the map; {spans}; choose a place inside"
+        reason = f"the footfall ({x:.6g}, {y:.6g}) lies {outside:.3g} m off the map; {spans}; choose a place inside"
         return Refused(Status.OFF_MAP, reason)
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))

@@ -8,6 +8,7 @@ in joint space over ground that is raised by a safety height, and comes straight
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import isfinite
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift import vertical
-from footfall.planning.step.planners import QUICK, REGISTRY, Answer, Swing, chain
+from footfall.planning.step.planners import REGISTRY, Answer, Swing
 from footfall.planning.step.problem import (
     Check,
     Decision,
@@ -36,8 +37,9 @@ from footfall.planning.step.shut_in import shut_in
 from footfall.planning.step.situation import RAISED, TRUE, Situation
 from footfall.planning.step.smooth import smooth
 from footfall.planning.step.through import require_points, via_postures
+from footfall.planning.step.turns import QUICK, Turn, Turns
 from footfall.planning.step.verify import recheck
-from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
 from footfall.planning.step.way_out import way_out
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -130,11 +132,18 @@ class _Yes:
 
 @dataclass(frozen=True)
 class _Failure:
-    """A planner that did not lead to a goal; why: said when asked, as saying it takes the meshes."""
+    """A planner that did not lead to a goal; why: said when asked, as saying it takes the meshes.
 
-    planner: str
+    for_good: more looks would not help it.
+    """
+
     why: Callable[[], str]
     checks: tuple[Check, ...] = ()
+    for_good: bool = True
+
+
+_Failures = dict[str, list[_Failure]]
+"""Of each planner those of its last turn, a goal each."""
 
 
 class _Attempt:
@@ -199,21 +208,23 @@ class _Attempt:
         return up
 
     def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | _No:
-        failures: list[_Failure] = []
-        names = chain(self.settings.planner)
         space = space_of(situation, self.watch, RAISED)
         if self.through:
             vias = [via_postures(situation, space, self.through, up[-1], goal.up[-1]) for goal in goals]
             if all(isinstance(via, str) for via in vias):
                 return _No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
-        for i, name in enumerate(names):
-            if failures and name not in QUICK:
+        turns, barred = Turns(self.settings.planner), None
+        last: _Failures = {}
+        for number, turn in enumerate(turns):
+            if barred is None and last and turn.planner not in QUICK:
                 barred = shut_in(situation, up[-1], [goal.up[-1] for goal in goals])
                 if barred:
-                    return self._nowhere(failures, f"{barred}; choose a footfall on this side of it")
+                    return self._nowhere(last, f"{barred}; choose a footfall on this side of it")
+            failures = last[turn.planner] = []
             for goal in goals:
-                self.watch.phase(0.25 + 0.5 * i / len(names), f"planning the swing with {name}")
-                path = self._swing(situation, space, name, up[-1], goal)
+                # how many turns there will be is not known
+                self.watch.phase(0.25 + 0.5 * number / (number + 4), f"planning the swing with {turn.planner}")
+                path = self._swing(situation, space, turn, up[-1], goal)
                 if isinstance(path, _Failure):
                     failures.append(path)
                     continue
@@ -222,37 +233,45 @@ class _Attempt:
                 checks = recheck(situation, self.dem, waypoints, phases, self.watch.pulse)
                 bad = [check for check in checks if not check.holds]
                 if not bad:
-                    decisions = self._decisions(goals, goal, failures, name) if self.explain else ()
-                    return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, name, decisions)
-                why = partial("a path of {} fails the check of {}".format, name, _told(bad[0]))
-                failures.append(_Failure(name, why, checks))
-        return self._nowhere(failures)
+                    decisions = self._decisions(goals, goal, last, turn) if self.explain else ()
+                    return _Yes(waypoints, phases, checks, contact, goal.candidate.branch, turn.planner, decisions)
+                why = partial("a path of {} fails the check of {}".format, turn.planner, _told(bad[0]))
+                failures.append(_Failure(why, checks))
+            if all(failure.for_good for failure in failures):
+                turns.has_failed(turn.planner)
+        return self._nowhere(last)
 
-    def _nowhere(self, failures: list[_Failure], barred: str = "") -> _No:
+    def _nowhere(self, last: _Failures, barred: str = "") -> _No:
         """The answer after planners failed. barred: what proves that none can succeed, with what to try."""
         self.watch.lift_limit()
-        said = _said(failures)
+        said = _said(last)
         # several goals often fail for one reason
-        told = barred or f"{'; '.join(dict.fromkeys(why for _, why in said))}; {ADVICE}"
-        checks = next((failure.checks for failure in failures if failure.checks), ())
+        told = barred or f"{'; '.join(dict.fromkeys(why for whys in said.values() for why in whys))}; {ADVICE}"
+        checks = next((one.checks for failures in last.values() for one in failures if one.checks), ())
         reason = f"no way to the footfall was found: {told}"
         return _No(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
 
-    def _decisions(self, goals: Goals, goal: Goal, failures: list[_Failure], name: str) -> tuple[Decision, ...]:
+    def _decisions(self, goals: Goals, goal: Goal, last: _Failures, turn: Turn) -> tuple[Decision, ...]:
         self.watch.lift_limit()
         self.watch.phase(0.95, "saying why")
-        return *goals.decisions(goal), *_tried(_said(failures)), Decision("planner", True, f"{name} found the swing")
+        won = f" in turn {turn.number} of the race" if isfinite(turn.looks) else ""
+        found = Decision("planner", True, f"{turn.planner} found the swing{won}")
+        return *goals.decisions(goal), *_tried(_said(last)), found
 
-    def _swing(self, situation: Situation, space: Space, name: str, start: Array, goal: Goal) -> Array | _Failure:
+    def _swing(self, situation: Situation, space: Space, turn: Turn, start: Array, goal: Goal) -> Array | _Failure:
         """Waypoints (n, 6) from above the start to above a goal, through all points; shortened between them."""
         via = via_postures(situation, space, self.through, start, goal.up[-1])
         if isinstance(via, str):
-            return _Failure(name, lambda: via)
+            return _Failure(lambda: via)
         path = start[None]
         for there in [*via, goal.up[-1]]:
-            answer: Answer = REGISTRY[name](Swing(situation, space, path[-1], there))
+            try:
+                with self.watch.at_most(turn.looks):
+                    answer: Answer = REGISTRY[turn.planner](Swing(situation, space, path[-1], there))
+            except OutOfTurn:
+                return _Failure(lambda: f"its last turn, of {turn.looks} looks, ended", for_good=False)
             if answer.path is None:
-                return _Failure(name, answer.why)
+                return _Failure(answer.why)
             self.watch.phase(0.75, "shortening the path")
             path = np.concatenate([path, (answer.path if answer.short else smooth(space, answer.path))[1:]])
         return path
@@ -266,18 +285,17 @@ class _Attempt:
         return waypoints, phases
 
 
-def _said(failures: list[_Failure]) -> list[tuple[str, str]]:
-    """Planner and reason of each."""
-    return [(failure.planner, failure.why()) for failure in failures]
+def _said(last: _Failures) -> dict[str, list[str]]:
+    """The reasons of each planner, a goal each."""
+    return {planner: [failure.why() for failure in failures] for planner, failures in last.items() if failures}
 
 
-def _tried(said: list[tuple[str, str]]) -> list[Decision]:
+def _tried(said: dict[str, list[str]]) -> list[Decision]:
     """One decision for each planner that failed, in the order in which they were tried."""
     found = []
-    for name in dict.fromkeys(name for name, _ in said):
-        mine = [why for planner, why in said if planner == name]
-        goals = f"{len(mine)} goal postures" if len(mine) > 1 else "a goal posture"
-        found.append(Decision("planner", False, f"{name} did not lead to {goals}: {'; '.join(dict.fromkeys(mine))}"))
+    for planner, whys in said.items():
+        goals = f"{len(whys)} goal postures" if len(whys) > 1 else "a goal posture"
+        found.append(Decision("planner", False, f"{planner} did not lead to {goals}: {'; '.join(dict.fromkeys(whys))}"))
     return found
 
 

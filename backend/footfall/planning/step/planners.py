@@ -113,11 +113,3 @@ REGISTRY: dict[str, Callable[[Swing], Answer]] = {
     "kpiece": partial(_by_ompl, with_ompl.kpiece, "KPIECE1"),
     "bitstar": partial(_by_ompl, with_ompl.bitstar, "BIT*"),
 }
-AUTO = ("line", "fast", "astar", "sbl")
-QUICK = ("line", "fast")
-"""Those whose failure is known in a fraction of a second."""
-
-
-def chain(name: str) -> tuple[str, ...]:
-    """The planners that a name stands for, in the order they are tried."""
-    return AUTO if name == "auto" else (name,)

@@ -20,8 +20,14 @@ PLANNERS: Mapping[str, str] = {
     "rrtconnect": "RRT-Connect with meshes",
     "kpiece": "KPIECE1 with meshes, one tree",
     "bitstar": "BIT* with meshes, its first path",
+    "race": "all planners in turn, each turn longer: the first that leads to a plan that passes every check",
 }
 """Planners by name, with what each does."""
+GOAL_ORDERS: Mapping[str, str] = {
+    "motion": "the knee bent as at the start first, then the shortest motion",
+    "clearance": "the posture with the most room at the footfall first, however far the leg has to move",
+}
+"""Orders in which postures at the footfall are tried, with what comes first in each."""
 BRANCHES = 8
 """Branches of a leg's inverse kinematics."""
 MOST_THROUGH = 20
@@ -45,7 +51,7 @@ class Status(Enum):
 
 @value
 class StepSettings(Value):
-    """planner: one of PLANNERS; ``auto`` tries line, then fast, then astar, then sbl.
+    """planner: one of PLANNERS; ``auto`` tries line, then fast, then astar, then sbl; ``race`` lets all race.
 
     lift: height of the waypoints above start and goal [m].
     raise_terrain: the swing is checked against terrain raised by this much [m].
@@ -61,6 +67,8 @@ class StepSettings(Value):
     time_limit: wall clock [s]; a search that would run longer stops with TIME_LIMIT.
     branch: of the inverse kinematics at the goal, 0…7 (robot/ik.py), or None for whichever suits best. Its wrist does
         not count: a straight wrist joins two branches.
+    goals: one of GOAL_ORDERS, which of the postures that stand on the footfall are tried first. Of clearances within
+        1 mm the order is that of ``motion``.
     """
 
     planner: str = "auto"
@@ -77,6 +85,7 @@ class StepSettings(Value):
     seed: int = 0
     time_limit: float = 30.0
     branch: int | None = field(default=None, metadata=LATER)
+    goals: str = field(default="motion", metadata=LATER)
 
     def check(self) -> None:
         if self.planner not in PLANNERS:
@@ -88,6 +97,8 @@ class StepSettings(Value):
             raise InvalidInput("milestones must be at least 1 and the seed not negative")
         if self.branch is not None and self.branch not in range(BRANCHES):
             raise InvalidInput(f"branch is 0…{BRANCHES - 1}, or None for whichever suits best", branch=self.branch)
+        if self.goals not in GOAL_ORDERS:
+            raise InvalidInput(f"goals is one of {', '.join(GOAL_ORDERS)}", goals=self.goals)
 
 
 @value
@@ -139,7 +150,7 @@ class StepPlan(Value):
     T_site_base: chassis pose, (4, 4).
     contact: where the wheel will touch, site frame, (3,) [m]; normal: of the ground there, (3,).
     branch: id of the inverse-kinematics branch at the goal.
-    planner: which planner found it (never "auto").
+    planner: which planner found it (never "auto" or "race").
     """
 
     leg: int

@@ -76,6 +76,12 @@ class Situation:
             return True
         return self.footing.over_ground.collision(q[None], self._lift[terrain], terrain == TRUE) is not None
 
+    def spare(self, q: Array) -> float:
+        """What q, its wheel on the ground, has to spare beyond every clearance [m]; negative: it lacks some."""
+        own = self.footing.solids.own_gap(q[None])[1].spare
+        # the ground is looked at no farther than what is nearer already, and not at all where that is too near
+        return own if own <= 0 else self.footing.over_ground.gap(q[None], 0.0, touching=True, below=own)[1].spare
+
     def first_unsure(self, qs: Array, terrain: str) -> int:
         """The first of n postures (n, 6) that is not surely free, or n."""
         return self.footing.certificate.first_unsure(qs, terrain)

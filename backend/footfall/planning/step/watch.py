@@ -14,12 +14,16 @@ class OutOfTime(Exception):
     """The time limit passed; inside planning only, where it becomes the status TIME_LIMIT."""
 
 
+class OutOfTurn(Exception):
+    """The looks of a turn are used up; inside planning only, where another planner has its turn then."""
+
+
 class Watch:
     """Stop condition of one planning request.
 
     Searches call :meth:`tick` at every configuration that they check. Cancelled passes through from
-    ``progress``; OutOfTime is raised here. The limit stops a search, it never steers one: what a
-    search does until then depends on its seed alone.
+    ``progress``; OutOfTime and OutOfTurn are raised here. The limit stops a search, it never steers one: what a
+    search does until then depends on its seed alone. Looks are counted, so a turn ends at the same look anywhere.
     """
 
     def __init__(self, progress: Progress = no_progress, time_limit: float = float("inf")) -> None:
@@ -27,6 +31,7 @@ class Watch:
         self._start = self._last = time.monotonic()
         self._deadline = self._start + time_limit
         self._fraction, self.text = 0.0, ""
+        self._looks = float("inf")
 
     @property
     def elapsed(self) -> float:
@@ -40,6 +45,15 @@ class Watch:
         yield
         self._deadline += time.monotonic() - begin
 
+    @contextmanager
+    def at_most(self, looks: float) -> Iterator[None]:
+        """Raise OutOfTurn at the first look beyond so many."""
+        self._looks = looks
+        try:
+            yield
+        finally:
+            self._looks = float("inf")
+
     def lift_limit(self) -> None:
         """The answer is there: what is still said of it is not limited."""
         self._deadline = float("inf")
@@ -49,11 +63,17 @@ class Watch:
         self._fraction, self.text = fraction, text
         self._report(time.monotonic())
 
-    def tick(self) -> None:
-        """Report if it is time to, and raise OutOfTime past the limit."""
+    def tick(self, looks: int = 1) -> None:
+        """Report if it is time to, and raise OutOfTime past the limit or OutOfTurn past the last look.
+
+        looks: how many have been made, or are about to be, since the last tick.
+        """
         self.pulse()
         if time.monotonic() > self._deadline:
             raise OutOfTime
+        self._looks -= looks
+        if self._looks < 0:
+            raise OutOfTurn
 
     def pulse(self) -> None:
         """Report if it is time to; for work on a path that is already found, which the limit does not stop."""
