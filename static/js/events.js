@@ -77,7 +77,8 @@ const DONE = {
   terrain_loaded: () => "loaded terrain", terrain_undone: () => "took back a change of the terrain",
   what_if_ended: () => "ended the what-if", state_frozen: () => "froze the rover's state", note: ({ text }) => `noted: ${text}`,
   run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "sent on", run_aborted: () => "aborted the commands",
-  conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop", stop_cleared: () => "cleared the stop",
+  conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop",
+  stop_repeated: () => "asked for the same stop", stop_cleared: () => "cleared the stop",
 };
 
 // What somebody did, as "… chose a footfall for leg 3" goes on; "" of what nobody did.

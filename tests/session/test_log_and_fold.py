@@ -51,6 +51,7 @@ PAYLOADS = {
     "command_unknown": st.fixed_dictionaries({"id": REASON, "reason": REASON}),
     "conn_changed": st.fixed_dictionaries({"conn": RUN, "holder": st.none() | st.fixed_dictionaries({"name": REASON})}),
     "stop_requested": st.fixed_dictionaries({"reason": REASON, "at": st.floats(0, 1e9)}),
+    "stop_repeated": st.fixed_dictionaries({"reason": REASON, "at": st.floats(0, 1e9)}),
     "stop_acknowledged": st.just({}),
     "stop_cleared": st.just({}),
     "session_opened": st.just({}),

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidBundle
-from footfall.session import commanding
+from footfall.session import stop_log
+from footfall.session.access.identity import Identity, Role
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import fold_all
 
@@ -101,12 +102,12 @@ def ready(session, frame_of):
 @pytest.fixture
 def slow_record(ready, monkeypatch):
     """The log writes that a stop was asked for only once this is set."""
-    monkeypatch.setattr(commanding, "STOP_PATIENCE", 0.05)
+    monkeypatch.setattr(stop_log, "PATIENCE", 0.05)
     goes_on, record = threading.Event(), ready._commanding._record_anyway
 
     def record_anyway(type, payload):
         if type == "stop_requested":
-            assert goes_on.wait(20)
+            assert goes_on.wait(60)
         record(type, payload)
 
     monkeypatch.setattr(ready._commanding, "_record_anyway", record_anyway)
@@ -115,7 +116,7 @@ def slow_record(ready, monkeypatch):
 
 def written(ready, slow_record):
     slow_record.set()
-    ready._commanding._stop_writer.join()
+    ready._commanding._stop_log.close()
     return [event.type for event in ready.events() if event.type.startswith("stop_")]
 
 
@@ -150,3 +151,50 @@ def test_stops_are_counted_on_after_the_session_was_closed(sessions, ready):
     again.stop("after it was opened anew")
     assert again.state.stop.latched
     assert again.state.stop.number == 5
+
+
+ANN, BOB = (Identity(name, Role.VIEWER, "10.0.0.1") for name in ("ann", "bob"))
+
+
+def askers(ready):
+    return [
+        (event.type, event.payload["by"]["name"], event.payload["by"]["page"], event.payload["reason"])
+        for event in ready.events()
+        if event.type in ("stop_requested", "stop_repeated")
+    ]
+
+
+def test_everybody_who_asks_for_a_stop_is_in_the_log_once(ready):
+    again = Identity("ann", Role.VIEWER, "10.0.0.1", "another page")
+    for who, reason in ((ANN, "smoke"), (ANN, "smoke"), (BOB, "it tips"), (again, ""), (BOB, ""), (ANN, "")):
+        ready.stop(reason, who)
+    first = [
+        ("stop_requested", "ann", "", "smoke"),
+        ("stop_repeated", "bob", "", "it tips"),
+        ("stop_repeated", "ann", "another page", ""),
+    ]
+    assert askers(ready) == first
+    assert ready.state.stop.reason == "smoke"
+    ready.take_stop_acknowledgement()
+    ready.clear_stop()
+    assert not ready.state.stop.latched
+    ready.stop("again", BOB)
+    ready.stop("again", ANN)
+    assert askers(ready) == [*first, ("stop_requested", "bob", "", "again"), ("stop_repeated", "ann", "", "again")]
+
+
+def test_a_flood_of_pages_that_ask_for_a_stop_does_not_fill_the_log(ready):
+    for page in range(3 * stop_log.ASKED_AT_MOST):
+        ready.stop("", Identity("ann", Role.VIEWER, "10.0.0.1", f"page {page}"))
+    assert len(askers(ready)) == stop_log.ASKED_AT_MOST
+    assert ready.gate["stopped"]
+
+
+def test_a_stop_by_somebody_else_is_answered_while_the_first_is_still_being_written(ready, slow_record):
+    ready.stop("now", ANN)
+    ready.stop("now", BOB)
+    assert askers(ready) == [("stop_repeated", "bob", "", "now")]
+    assert not ready.state.stop.latched  # of the log; the gate has it
+    assert ready.gate["stopped"]
+    assert written(ready, slow_record) == ["stop_repeated", "stop_requested"]
+    assert ready.state.stop.latched

@@ -12,8 +12,8 @@ import psycopg
 import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput
-from footfall.session import commanding
 from footfall.session import journal as journal_module
+from footfall.session import stop_log
 from footfall.session.access.identity import Identity, Role
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
@@ -341,7 +341,7 @@ def test_a_server_that_hangs_is_given_up_and_the_event_is_in_the_log_once(folder
 def test_a_stop_is_answered_while_the_server_hangs_and_written_when_it_goes_on(
     work, postgres, athlete, tiny, frame_of, monkeypatch
 ):
-    monkeypatch.setattr(commanding, "STOP_PATIENCE", 0.2)
+    monkeypatch.setattr(stop_log, "PATIENCE", 0.2)
     sent = []
     with Sessions(work, jobs=InlineJobs("tiny_recipes"), robot=athlete) as sessions:
         running = sessions.create("test")

@@ -9,7 +9,6 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextvars import copy_context
 from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
@@ -22,13 +21,12 @@ from footfall.session.gate.machine import ARMED_FOR, HOLDS
 from footfall.session.gate.runs import Run
 from footfall.session.log.fold import SessionState
 from footfall.session.rover.link import RoverLink
+from footfall.session.stop_log import StopLog
 from footfall.session.telling import Telling
 from footfall.telemetry.link import CommandMessage, HelloMessage, encode
 
 WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
-STOP_PATIENCE = 1.0
-"""A stop is answered after this long though its record is not written yet [s]."""
 ENDED = ("done", "refused")
 """States of a command that nothing changes any more."""
 
@@ -72,7 +70,7 @@ class Commanding:
         self._state = state
         self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
-        self._stop_writer: threading.Thread | None = None
+        self._stop_log = StopLog()
         self._closing = threading.Event()
 
     # -- the conn ------------------------------------------------------------------------------
@@ -182,31 +180,24 @@ class Commanding:
     def stop(self, reason: str, at: float, who: Identity) -> None:
         """Stop the rover and send nothing more until the stop is cleared. Needs neither disk, conn nor session lock.
 
-        at: wall clock. Again while stopped: the rover is told again. A log that hangs is not waited for: it is written
-        once it goes on.
+        at: wall clock. Again while stopped: the rover is told again, and the log of each page or program that asks. A
+        log that hangs is not waited for: it is written once it goes on.
         """
-        number, run = self.gate.latch()
+        number, first, run = self.gate.latch()
         reached = self._tell.stop()
         with contextlib.suppress(RuntimeError):  # no thread can be started: the stop goes on without being repeated
             self._start_watch()
-        if number is None:
+        if not self._stop_log.is_news(who, first):
             return
         told = {"stop": number, "reason": reason, "at": at, "rover_reached": reached, "epoch": self.gate.epoch}
         told |= self._by(who)
 
         def write() -> None:
-            self._record_anyway("stop_requested", told)
+            self._record_anyway("stop_requested" if first else "stop_repeated", told)
             if run is not None:
                 self._record_ended(run, "stopped", "stopped" if not reason else f"stopped: {reason}")
 
-        writer = threading.Thread(target=copy_context().run, args=(write,), name="footfall-stop-log", daemon=True)
-        try:
-            writer.start()
-        except RuntimeError:
-            write()
-        else:
-            self._stop_writer = writer
-            writer.join(STOP_PATIENCE)
+        self._stop_log.write(write)
 
     def stop_acknowledged(self, stop_id: str | None = None) -> None:
         """The rover stands still, because of the stop ``stop_id`` (None: the latest)."""
@@ -269,9 +260,9 @@ class Commanding:
         """End the run, if there is one, the thread that watches it, and the one that records a stop."""
         self._end(None, "closed", "the session was closed")
         self._closing.set()
-        for thread in (self._watch, self._stop_writer):
-            if thread is not None and thread is not threading.current_thread():
-                thread.join()
+        if self._watch is not None and self._watch is not threading.current_thread():
+            self._watch.join()
+        self._stop_log.close()
 
     def _ask(self) -> None:
         """Ask the rover what became of the commands of the latest run whose end is not known."""

@@ -151,11 +151,11 @@ class Gate:
 
     # -- the stop ------------------------------------------------------------------------------
 
-    def latch(self) -> tuple[int | None, Run | None]:
-        """Set the stop: its number, None where it was set before, and the run that it ended."""
+    def latch(self) -> tuple[int, bool, Run | None]:
+        """Set the stop: its number, whether it was not set before, and the run that it ended."""
         with self._guard:
             before, self._state = self._state, machine.latch(self._state)
-            return None if before.stop.stopped else self._state.stop.count, before.run
+            return self._state.stop.count, not before.stop.stopped, before.run
 
     def remind(self, transmit: Callable[[], object]) -> None:
         """Call ``transmit`` where a stop is in force that the rover has not acknowledged.

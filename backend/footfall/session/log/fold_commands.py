@@ -269,6 +269,7 @@ _CHANGES: Mapping[str, Change] = {
     "command_refused": _command_changed,
     "command_unknown": _command_changed,
     "stop_requested": _stop_requested,
+    "stop_repeated": _nothing,
     "stop_acknowledged": _stop_acknowledged,
     "stop_cleared": _stop_cleared,
 }
