@@ -203,7 +203,7 @@ def test_no_websocket_opens_without_a_key(server, headers):
 def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
     with line(server, BASE + "/rover", bearer(gateway), subprotocols=[Subprotocol("footfall-rover-2")]) as link:
         link.send("this is no JSON")
-        assert json.loads(link.recv(timeout=10))["type"] == "error"
+        assert json.loads(link.recv(timeout=60))["type"] == "error"
     for path in ("/me", "/sessions", "/info"):
         assert httpx.get(server.api + path, headers=bearer(gateway), trust_env=False).status_code == 403
     with pytest.raises(InvalidStatus):
@@ -225,13 +225,13 @@ def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
         cookie = {"Cookie": f"footfall={made.cookies['footfall']}"}
         with line(server, BASE + "/stop/line", cookie, origin=Origin(server.url)) as stops:
             stops.send("{}")
-            assert json.loads(stops.recv(timeout=10))["stopped"] is True
+            assert json.loads(stops.recv(timeout=60))["stopped"] is True
             accounts.remove("tom", BOSS)
             assert made.get(f"{BASE}/me").status_code == 401
             time.sleep(1.1)  # an open line looks again every second
             stops.send("{}")
             with pytest.raises(ConnectionClosed) as caught:
-                stops.recv(timeout=10)
+                stops.recv(timeout=60)
             assert caught.value.rcvd is not None
             assert caught.value.rcvd.code == 1008
 
@@ -273,18 +273,18 @@ def test_stop_is_heard_while_the_accounts_cannot_be_read(server, accounts, monke
 
 def test_stop_does_not_wait_behind_requests_that_hang(server, monkeypatch, tokens):
     let_go = threading.Event()
-    monkeypatch.setattr(server.sessions, "list", lambda: let_go.wait(30) and [])
+    monkeypatch.setattr(server.sessions, "list", lambda: let_go.wait(120) and [])
     headers = bearer(tokens[Role.VIEWER])
 
     def hang():
-        httpx.get(server.api + "/sessions", headers=headers, timeout=60, trust_env=False)
+        httpx.get(server.api + "/sessions", headers=headers, timeout=150, trust_env=False)
 
     hanging = [threading.Thread(target=hang) for _ in range(45)]  # more than the pool has threads
     for thread in hanging:
         thread.start()
     try:
-        until(lambda: _held_up(server, headers), "a pool without a free thread", 20)
-        answer = httpx.post(server.api + "/stop", headers=headers, timeout=5, trust_env=False)
+        until(lambda: _held_up(server, headers), "a pool without a free thread")
+        answer = httpx.post(server.api + "/stop", headers=headers, timeout=60, trust_env=False)
         assert answer.json()["stopped"] is True
     finally:
         let_go.set()
@@ -324,14 +324,14 @@ def test_a_viewers_clicks_in_the_scene_choose_nothing(server, tokens):
     for role in (Role.VIEWER, Role.PLANNER):
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         with line(server, "/scene", bearer(tokens[role]), subprotocols=[protocol]) as scene:
-            scene.recv(timeout=10)
+            scene.recv(timeout=60)
             for message in (CAMERA, CLICK):
                 scene.send(msgspec.msgpack.encode(message))
                 time.sleep(0.5)
             if role is Role.VIEWER:
                 assert live.state.footfall is None
             else:
-                until(lambda: live.state.footfall, "a chosen footfall", 10)
+                until(lambda: live.state.footfall, "a chosen footfall")
                 chosen = [one for one in live.events() if one.type == "footfall_chosen"]
                 assert [one.payload["by"]["name"] for one in chosen] == ["pia"]
 

@@ -180,10 +180,10 @@ def test_sequence_edit_export_send_and_arrival(rest, plan):
 def test_stop_reaches_the_rover(rest, state):
     answer = rest.post("/stop", json={"reason": "test"})
     assert answer.json()["stopped"] is True
-    until(lambda: rest.get("/stop").json()["stop_acknowledged"], "the acknowledgement", timeout=5)
-    until(lambda: rest.get(f"{SESSION}/telemetry").json()["mode"] == "stopped", "standing still", timeout=5)
+    until(lambda: rest.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
+    until(lambda: rest.get(f"{SESSION}/telemetry").json()["mode"] == "stopped", "standing still")
     assert rest.post("/stop/clear").json()["stopped"] is False
-    until(lambda: rest.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "the end of the stop", timeout=5)
+    until(lambda: rest.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "the end of the stop")
 
 
 def test_a_second_rover_is_refused(rover_server, rest):

@@ -134,7 +134,7 @@ def test_a_drag_is_heard_by_all_and_chosen_when_it_is_let_go(server):
             x = START[0] + 0.1
             told = None
             while told is None or told["place"][0] != pytest.approx(x):
-                message = json.loads(line.recv(timeout=20))
+                message = json.loads(line.recv(timeout=60))
                 told = message["data"] if message["type"] == "hand" else told
                 assert message["type"] != "event", message
         assert told["by"] == {**told["by"], "name": "ada", "page": "scene"}

@@ -122,4 +122,4 @@ def test_drawing_wakes_the_loop_without_touching_its_waiters(server):
     time.sleep(0.05)
     assert not woken.done()
     server.scene.add_frame("/anything")
-    assert woken.result(timeout=10)
+    assert woken.result(timeout=60)

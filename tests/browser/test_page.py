@@ -136,7 +136,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     press("Arm")
     press("Send to rover")
-    until(lambda: held(served)["commands"], "the first command", 20)
+    until(lambda: held(served)["commands"], "the first command")
     expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
     look("5-moving")
     last = len(sequence["commands"]) - 1

@@ -153,7 +153,7 @@ def test_what_a_job_logs_names_it(started, monkeypatch):
 
         monkeypatch.setattr(Jobs, "_run", lambda self, process, job, message: (None, None))
         job = jobs.submit("maps", {}, None, done, session="s9")
-        assert ended.wait(10)
+        assert ended.wait(60)
     (line,) = [one for one in started() if one["event"] == "recorded"]
     assert (line["job"], line["session"]) == (job.id, "s9")
 

@@ -39,7 +39,7 @@ def test_the_options_reach_the_server(tmp_path):
                 asked = client.post("/api/v1/stop", headers={"X-Request-ID": "asked-by-a-test"})
                 assert asked.status_code == 200
             with connect(f"ws://127.0.0.1:{free}", subprotocols=[Subprotocol("foxglove.sdk.v1")], proxy=None) as viewer:
-                assert json.loads(viewer.recv(timeout=10))["name"] == "FootFall"
+                assert json.loads(viewer.recv(timeout=60))["name"] == "FootFall"
         finally:
             process.send_signal(signal.SIGINT)
             process.wait(timeout=60)

@@ -43,7 +43,7 @@ def test_a_server_on_postgres_works_through_its_worker_and_leaves_a_whole_log(po
                 assert predicted.json()["shift"]["dz"] == 0.01
                 session = client.get("sessions/current").json()["id"]
                 run("accounts", "token", "revoke", "test", "--data", tmp_path)
-                until(lambda: client.get("me").status_code == 401, "the end of the token", 20)
+                until(lambda: client.get("me").status_code == 401, "the end of the token")
         finally:
             process.send_signal(signal.SIGTERM)
         assert process.wait(60) == 0

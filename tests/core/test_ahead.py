@@ -28,7 +28,7 @@ def test_the_later_ones_are_begun_while_this_one_is_used():
     begun = [threading.Event() for _ in range(3)]
     with closing(ahead(lambda one: begun[one].set(), range(3))) as following:
         next(following)
-        assert begun[2].wait(10)
+        assert begun[2].wait(60)
 
 
 def test_what_was_begun_is_waited_for_and_no_more_is():
@@ -36,13 +36,13 @@ def test_what_was_begun_is_waited_for_and_no_more_is():
 
     def work(one):
         going.set()
-        go_on.wait(10)
+        go_on.wait(60)
         done.append(one)
 
     before = threading.active_count()
     with closing(ahead(work, range(50))) as following:
         next(following)
-        assert going.wait(10)
+        assert going.wait(60)
         threading.Timer(0.05, go_on.set).start()
     assert done == [0]
     assert threading.active_count() <= before + 1  # the timer may not have ended yet

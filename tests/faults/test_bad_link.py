@@ -201,7 +201,7 @@ def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
         live = sessions.create("lost stops")
         live.rover_connected(sent.append)
         live.stop("lost on the way")
-        until(lambda: len(sent) >= 3, "the stop told again", 20)
+        until(lambda: len(sent) >= 3, "the stop told again")
         (told,) = {json.loads(text)["id"] for text in sent}
         assert {json.loads(text)["type"] for text in sent} == {"stop"}
         live.take_stop_acknowledgement(told)
@@ -225,8 +225,8 @@ def test_a_clearing_is_told_again_while_the_rover_says_that_it_is_stopped(served
         )  # telemetry is lost as well, and old news speak of before the clearing
         assert rover.mode == "stopped"
         link.badness = Badness()
-        until(lambda: rover.mode == "idle", "the clearing told again", 10)
-        until(lambda: client.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "telemetry after the clearing", 10)
+        until(lambda: rover.mode == "idle", "the clearing told again")
+        until(lambda: client.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "telemetry after the clearing")
         threading.Event().wait(1.5 * AGAIN_AFTER)
         rover.stop()  # somebody else's: what was cleared before it has no part in it
         threading.Event().wait(3 * AGAIN_AFTER)

@@ -48,8 +48,8 @@ def test_a_job_whose_worker_hangs_can_be_cancelled_and_the_pool_goes_on(pool):
     os.kill(pid, signal.SIGSTOP)
     asked = time.monotonic()
     hanging.cancel()
-    assert hanging.wait(10)
-    assert time.monotonic() - asked < 8
+    assert hanging.wait(60)
+    assert time.monotonic() - asked < 30
     assert hanging.state == "cancelled"
     assert hanging.error is not None
     assert "did not stop by itself" in hanging.error.message
@@ -64,7 +64,7 @@ def test_a_large_job_that_a_hanging_worker_does_not_take_can_be_cancelled(pool):
     job = pool.submit("quick", {"dem": large}, None)
     until(lambda: job.state == "running", "the handing over")
     job.cancel()
-    assert job.wait(10)
+    assert job.wait(60)
     assert job.state == "cancelled"
     assert job.error is not None
     assert "did not take it" in job.error.message
@@ -80,7 +80,7 @@ def test_a_worker_at_work_ends_with_its_server(tmp_path):
         pid = int(server.stdout.readline())
         assert server.stdout.readline() == "deaf\n"
         server.kill()
-    until(lambda: not at_work(pid), "the end of the worker", 10)
+    until(lambda: not at_work(pid), "the end of the worker")
 
 
 def at_work(pid):

@@ -311,7 +311,7 @@ def test_what_became_of_a_command_is_asked_after_a_restart_and_never_guessed(ses
 def test_an_overdue_row_is_asked_for(ready, down, monkeypatch):
     monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
     ids = begun(ready)
-    until(lambda: [one["id"] for one in down if one["type"] == "query"] == ids[:1], "the question", 5)
+    until(lambda: [one["id"] for one in down if one["type"] == "query"] == ids[:1], "the question")
     ready.take_acknowledgement(ids[0], "refused", "the joint is stuck")
     assert ready.state.commands[0].state == "refused"
 

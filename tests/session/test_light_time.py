@@ -68,7 +68,7 @@ def test_a_path_delivers_in_order_while_its_delay_changes_and_many_send():
     path, got = LightPath("test"), []
     for number in range(300):
         path.carry(lambda number=number: got.append(number), (0.05, 0.0, 0.02)[number % 3])
-    until(lambda: len(got) == 300, "the last message", timeout=5)
+    until(lambda: len(got) == 300, "the last message")
     assert got == list(range(300))
     path.close()
 
@@ -86,7 +86,7 @@ def test_a_call_that_fails_on_arrival_does_not_stop_the_next(caplog):
     path, got = LightPath("test"), []
     path.carry(lambda: 1 / 0, 0.01)
     path.carry(lambda: got.append(1), 0.01)
-    until(lambda: got, "the second message", timeout=5)
+    until(lambda: got, "the second message")
     path.close()
     assert "could not be used when it arrived" in caplog.text
 
@@ -144,7 +144,7 @@ def test_a_message_to_a_rover_that_left_is_lost_and_never_reaches_the_next():
     link.disconnect()
     link.connect(second.append)
     link.send('{"type": "stop", "id": "s1"}')
-    until(lambda: second, "the stop", timeout=5)
+    until(lambda: second, "the stop")
     assert [json.loads(text)["id"] for text in second] == ["s1"]
     assert link.lost_on_the_way == 1
     link.close()
@@ -157,7 +157,7 @@ def test_a_stop_reaches_the_rover_though_another_session_takes_over_its_connecti
     before.disconnect()
     after.connect(heard.append)
     assert heard == []
-    until(lambda: heard, "the stop", timeout=5)
+    until(lambda: heard, "the stop")
     before.close()
 
 
@@ -177,9 +177,9 @@ def test_a_session_hears_late_what_was_said_in_time_and_records_at_once_what_it_
     assert [e.type for e in far.events()][-1] == "stop_requested"
     far.take_stop_acknowledgement()
     assert not far.gate["stop_acknowledged"]
-    until(lambda: far.frame, "the frame", timeout=5, period=0.005)
+    until(lambda: far.frame, "the frame", period=0.005)
     assert time.monotonic() - began >= 0.25
-    until(lambda: far.gate["stop_acknowledged"], "the acknowledgement", timeout=5)
+    until(lambda: far.gate["stop_acknowledged"], "the acknowledgement")
     assert sent[0] >= 0.15
     assert far.link.as_dict()["measured_age_s"] >= 0.25
     assert [e.payload["round_trip_s"] for e in far.events() if e.type == "light_time_set"] == [0.4]

@@ -114,7 +114,7 @@ def test_a_preview_goes_with_its_job(pooled, end):
         job.cancel()
     else:
         pooled.compute_maps(LEG, MapSettings(stable_margin=0.1))
-    assert job.wait(10)
+    assert job.wait(60)
     assert job.state == "cancelled"
     until(lambda: ("preview", None) in heard)
     if end == "cancelled":
@@ -139,7 +139,7 @@ def test_newer_maps_cancel_older_ones_of_their_leg_only(pooled, tiny):
     pooled.load_terrain(tiny.dem())
     newer = pooled.compute_maps(LEG)
     newer.finish(30)
-    assert older.wait(10)
+    assert older.wait(60)
     assert (older.state, other.ended) == ("cancelled", False)
     made = [event.payload["leg"] for event in pooled.events() if event.type == "product"]
     assert made == [LEG]

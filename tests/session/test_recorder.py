@@ -137,7 +137,7 @@ def test_a_slow_disk_is_never_waited_for(session, disk, frame_of):
     disk.free.clear()
     frames = [frame_of(i, time=100.0 + 0.1 * i) for i in range(600)]
     session.take_telemetry(frames[0])
-    assert disk.asked.wait(10)
+    assert disk.asked.wait(60)
     for frame in frames[1:]:
         session.take_telemetry(frame)  # whoever waited for this disk would wait for ever
     assert session.frame is frames[-1]

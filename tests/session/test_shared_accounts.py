@@ -57,13 +57,13 @@ def second(folder, first):
 def test_what_one_server_changes_the_other_hears_of_by_itself(first, second):
     login = first.log_in("ada", PASSWORD, "")
     assert who(first.by_cookie(login.secret, "")) == ("ada", Role.ADMIN)
-    until(lambda: second.by_cookie(login.secret, ""), "the login at the other server", 10)
+    until(lambda: second.by_cookie(login.secret, ""), "the login at the other server")
     token = second.add_token("script", "ada", BOSS, Role.VIEWER)
     assert who(second.by_token(token, "")) == ("ada", Role.VIEWER)
-    until(lambda: first.by_token(token, ""), "the token at the other server", 10)
+    until(lambda: first.by_token(token, ""), "the token at the other server")
     second.revoke_token("script", BOSS)
     assert second.by_token(token, "") is None
-    until(lambda: first.by_token(token, "") is None, "its end at the other server", 10)
+    until(lambda: first.by_token(token, "") is None, "its end at the other server")
 
 
 def test_of_changes_at_once_none_is_lost_and_the_record_is_whole(first, second):
@@ -113,7 +113,7 @@ def test_a_server_that_is_gone_recognises_nobody_new_and_nobody_waits(postgres, 
         assert who(first.remembered(login.secret)) == ("ada", Role.ADMIN)
     finally:
         postgres.start()
-    until(lambda: opens(first, login), "the server again", 20)
+    until(lambda: opens(first, login), "the server again")
 
 
 def test_keys_stay_good_while_nobody_asks(first, monkeypatch):
@@ -121,7 +121,7 @@ def test_keys_stay_good_while_nobody_asks(first, monkeypatch):
     login = first.log_in("ada", PASSWORD, "")
     monkeypatch.setattr(shared_accounts, "UNHEARD", 0.5)
     time.sleep(1.0)
-    until(lambda: opens(first, login), "the login", 10)
+    until(lambda: opens(first, login), "the login")
 
 
 def opens(accounts, login):

@@ -164,7 +164,7 @@ def test_waiting_for_a_lock_is_bounded_and_says_what_to_do(sessions, running, mo
     with pytest.raises(OSError, match="another program holds it locked") as caught:
         running.add_note("waits")
     assert caught.value.errno == errno.EBUSY
-    assert time.monotonic() - begin < 10
+    assert time.monotonic() - begin < 30
     release()
 
 

@@ -34,7 +34,7 @@ def rover_process(link_server, flat, standing, tmp_path) -> Iterator[subprocess.
     process = subprocess.Popen([*command, "--terrain", str(terrain), "--state", str(state), "--with-parent"])
     yield process
     process.send_signal(signal.SIGTERM)
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
 
 
 def texts(frames) -> list:

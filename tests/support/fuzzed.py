@@ -30,6 +30,7 @@ CONFIG = """
 seed = 20081
 base-url = "http://127.0.0.1"
 continue-on-failure = true
+request-timeout = 60
 workers = 1
 max-stream-events = 20
 headers = {{ {headers} }}

@@ -47,6 +47,11 @@ class Running:
         # nothing is encrypted here, and reading the certificates of all authorities takes 20 ms
         return httpx.Client(base_url=self.api, timeout=60, trust_env=False, verify=False)
 
+    def until_rover_left(self) -> None:
+        """Wait until the link is free for another rover; the session has heard of it a moment before."""
+        with self.client() as client:
+            until(lambda: not client.get("/info").json()["rover_link"]["linked"], "the end of an earlier link")
+
 
 @contextmanager
 def running_server(
@@ -76,8 +81,8 @@ def running_server(
         thread = threading.Thread(target=server.run, name="server")
         thread.start()
         try:
-            if not ready.wait(30):
-                raise RuntimeError("the server did not start within 30 s")
+            if not ready.wait(120):
+                raise RuntimeError("the server did not start within two minutes")
             yield Running(url, sessions, rover, app)
         finally:
             rover.close()
