@@ -62,21 +62,18 @@ def cover_cells(
                 d0, d1, d2 = disparity[v[0], u[0]], disparity[v[1], u[1]], disparity[v[2], u[2]]
                 # an unknown corner makes this comparison false
                 if not max(d0, d1, d2) - min(d0, d1, d2) <= max_jump or np.isnan(d0 + d1 + d2):
-                    for k in range(3):
-                        left_out[v[k], u[k]] = True
+                    _mark(left_out, v, u)
                     continue
                 x0, x1, x2 = x[v[0], u[0]], x[v[1], u[1]], x[v[2], u[2]]
                 y0, y1, y2 = y[v[0], u[0]], y[v[1], u[1]], y[v[2], u[2]]
                 west, east = min(x0, x1, x2), max(x0, x1, x2)
                 south, north = min(y0, y1, y2), max(y0, y1, y2)
                 if not (east - west <= max_edge and north - south <= max_edge):
-                    for k in range(3):
-                        left_out[v[k], u[k]] = True
+                    _mark(left_out, v, u)
                     continue
                 all_sure = sure[v[0], u[0]] and sure[v[1], u[1]] and sure[v[2], u[2]]
                 if not all_sure:
-                    for k in range(3):
-                        left_out[v[k], u[k]] = True
+                    _mark(left_out, v, u)
                 first_col, last_col = max(np.ceil(west), 0.0), min(np.floor(east), cols - 1.0)
                 first_row, last_row = max(np.ceil(south), 0.0), min(np.floor(north), rows - 1.0)
                 if first_col > last_col or first_row > last_row:
@@ -100,6 +97,12 @@ def cover_cells(
                         value[count, 2] = w0 * third[v[0], u[0]] + w1 * third[v[1], u[1]] + w2 * third[v[2], u[2]]
                         count += 1
     return cell[:count].copy(), value[:count].copy(), is_sure[:count].copy(), left_out
+
+
+@njit(error_model="numpy", nogil=True)
+def _mark(image: NDArray[np.bool_], rows: NDArray[np.int64], cols: NDArray[np.int64]) -> None:
+    for k in range(len(rows)):
+        image[rows[k], cols[k]] = True
 
 
 @njit(error_model="numpy", nogil=True)
