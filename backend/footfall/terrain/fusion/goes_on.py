@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.terrain.fusion.known_around import known_around
+
 REACH = 0.1
 """So far along rows and columns sure ground counts [m]."""
 
@@ -29,12 +31,11 @@ def goes_on(heights: NDArray[np.float32], doubtful: NDArray[np.float32], resolut
     for _ in range(ROUNDS):
         around = np.where(taken, doubtful, heights)
         known = np.isfinite(around)
-        counted = cv2.boxFilter(
-            known.astype(np.float32), -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT
-        )
         highest, lowest = _highest(around, side), -_highest(-around, side)
         with np.errstate(invalid="ignore"):
-            taken |= ~known & (counted >= SHARE * side**2) & (doubtful >= lowest) & (doubtful <= highest)
+            taken |= (
+                ~known & (known_around(known, side) >= SHARE * side**2) & (doubtful >= lowest) & (doubtful <= highest)
+            )
     return taken
 
 

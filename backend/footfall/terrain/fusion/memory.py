@@ -10,15 +10,14 @@ mobile robots with uncertain localization", RA-L 2018.
 from dataclasses import replace
 from typing import Any
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion import lattice
+from footfall.terrain.fusion.known_around import known_around
 from footfall.terrain.fusion.visibility import DepthView, seen_through
 from footfall.terrain.settings import TerrainSettings
 
@@ -58,7 +57,7 @@ def merge(map: Dem, new: Dem, settings: TerrainSettings | None = None, views: tu
     both = was & seen
     with np.errstate(invalid="ignore"):
         agree = both & (np.abs(z - h) <= np.maximum(settings.gate, DEVIATIONS * np.sqrt(P + R)))
-        clear = (np.sqrt(R) <= settings.clear_deviation) & (_known_around(seen) >= MIN_SUPPORT)
+        clear = (np.sqrt(R) <= settings.clear_deviation) & (known_around(seen, 3) >= MIN_SUPPORT)
     gone = seen_through(old["heights"], grid, views, settings.see_through) & was
     replaced = (both & ~agree & (clear | gone)) | (seen & ~was)
     forgotten = (gone & ~seen) | (both & ~agree & ~replaced)
@@ -133,9 +132,3 @@ def _on(grid: GridGeometry, dem: Dem, sources: tuple[str, ...]) -> dict[str, Any
     number = np.array([0, *(1 + sources.index(name) for name in dem.sources)], np.uint8)
     layers["source"] = number[layers["source"]]
     return layers
-
-
-def _known_around(known: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """How many of the 3 × 3 cells about each are known."""
-    counted = cv2.boxFilter(known.astype(np.float32), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return np.asarray(counted, np.float32)
