@@ -20,7 +20,18 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
-from footfall.core.value import LATER, FrozenMapping, Provenance, Value, digest, flatten, unflatten, value, value_enum
+from footfall.core.value import (
+    LATER,
+    FrozenMapping,
+    Provenance,
+    Value,
+    before,
+    digest,
+    flatten,
+    unflatten,
+    value,
+    value_enum,
+)
 
 
 @value
@@ -29,6 +40,12 @@ class CoreTestLater(Value):
     count: int = field(default=1000, metadata=LATER)
     shift: float = field(default=0.0, metadata=LATER)
     flag: bool = field(default=True, metadata=LATER)
+
+
+@value
+class CoreTestBefore(Value):
+    reserve: float = field(default=0.05, metadata=before(0.0))
+    way: str = field(default="careful", metadata=before("rigid"))
 
 
 @value_enum
@@ -412,3 +429,19 @@ def test_two_values_of_one_name_are_refused():
         @value_enum
         class CoreTestColor(Enum):
             A = 1
+
+
+def test_what_a_value_meant_before_a_field_came_keeps_its_digest_and_is_read_so():
+    old = CoreTestBefore(reserve=0.0, way="".join(["ri", "gid"]))
+    structure, arrays = flatten(old)
+    assert structure == {"value": "CoreTestBefore", "of": {}}
+    assert (read := unflatten(structure, arrays)).reserve == 0.0
+    assert read.way == "rigid"
+    assert read.digest == old.digest
+    assert pickle.loads(pickle.dumps(old)).digest == old.digest
+
+
+def test_a_default_that_is_not_what_was_meant_before_stands_in_the_flat_form():
+    structure, arrays = flatten(CoreTestBefore())
+    assert structure["of"] == {"reserve": 0.05, "way": "careful"}
+    assert unflatten(structure, arrays).digest == CoreTestBefore().digest

@@ -16,7 +16,7 @@ import json
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from enum import Enum
 from functools import lru_cache
 from types import UnionType
@@ -32,6 +32,16 @@ SOFTWARE_VERSION = "0.1.0"
 LATER: Mapping[str, Any] = {"later": True}
 """Metadata of a field that came after values without it were stored, ``field(default=None, metadata=LATER)``: while it
 has its default it is no part of the flat form, so that content which says nothing new keeps its digest."""
+
+
+def before(meaning: Any) -> Mapping[str, Any]:
+    """Metadata of a field that came later and whose default is not what values without it meant: ``meaning`` is that.
+
+    While the field equals ``meaning`` it is no part of the flat form; a flat form without it is read as ``meaning``:
+    ``reserve: float = field(default=0.05, metadata=before(0.0))``.
+    """
+    return {"later": True, "before": meaning}
+
 
 _FLOAT64 = NDArray[np.float64]
 _registry: dict[str, type] = {}
@@ -242,14 +252,21 @@ def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
         arrays.append(item)
         return {"array": len(arrays) - 1}
     if isinstance(item, Value):
-        told = [f for f in fields(item) if not ("later" in f.metadata and _same(getattr(item, f.name), f.default))]  # type: ignore[arg-type]
-        body = {f.name: _flatten(getattr(item, f.name), arrays) for f in told}
+        body = {f.name: _flatten(getattr(item, f.name), arrays) for f in fields(item) if not _says_nothing_new(item, f)}  # type: ignore[arg-type]
         return {"value": type(item).__name__, "of": body}
     if isinstance(item, Mapping):
         return {"map": [[name, _flatten(one, arrays)] for name, one in item.items()]}
     if isinstance(item, (list, tuple)):
         return [_flatten(one, arrays) for one in item]
     raise InvalidInput(f"a {type(item).__name__} can't be part of a value")
+
+
+def _says_nothing_new(item: Value, field: Field[Any]) -> bool:
+    one = getattr(item, field.name)
+    if "before" in field.metadata:
+        meaning = field.metadata["before"]
+        return type(one) is type(meaning) and repr(one) == repr(meaning)
+    return "later" in field.metadata and _same(one, field.default)
 
 
 def _same(one: Any, default: Any) -> bool:
@@ -276,7 +293,8 @@ def unflatten(structure: Any, arrays: list[np.ndarray]) -> Any:
             return _registry[structure["enum"]](structure["of"])
         cls = _registry[structure["value"]]
         body = {name: unflatten(one, arrays) for name, one in structure["of"].items()}
-        return cls(**body)
+        meant = {f.name: f.metadata["before"] for f in fields(cls) if "before" in f.metadata}
+        return cls(**(meant | body))
     except (AttributeError, LookupError, OverflowError, TypeError, ValueError) as err:
         raise InvalidInput(f"this is not a flat value of FootFall: {err}") from err
 
