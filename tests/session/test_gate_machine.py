@@ -19,6 +19,7 @@ from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
 from footfall.session.gate.machine import ARMED_FOR
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
+from footfall.session.log.fold_commands import OPEN_STATES
 from footfall.sim.orders import OrderedRover
 from footfall.telemetry.link import (
     AckMessage,
@@ -625,6 +626,12 @@ class World(RuleBasedStateMachine):
         if hasattr(self, "gate") and not self.pending:
             number = 0 if self.state.conn is None else self.state.conn.number
             assert number == self.gate.gate.conn_number
+
+    @invariant()
+    def no_row_of_an_ended_run_goes_on(self):
+        run = self.state.run
+        if run is not None and run.state == "ended":
+            assert not [one for one in self.state.commands if one.run == run.number and one.state in OPEN_STATES]
 
     def teardown(self):
         """Once the rover is heard again, what it remembers of the latest run is what the log says."""

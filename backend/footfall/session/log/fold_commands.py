@@ -1,8 +1,9 @@
 """What the log says of commands, runs, the stop and the conn: their records, and what each event changes of them.
 
 How far a command came: sent (released to the rover), received (acknowledged), started, then done, refused (failed) or
-unknown; unknown may still become one of the others when the rover is heard again. Rows of a run without a record were
-not sent.
+unknown. Unknown may still become done or refused when the rover is heard again. A run that has ended has no row that
+goes on, whichever record comes first: what the rover says late of its beginning is a time, no state. Rows of a run
+without a record were not sent.
 """
 
 from collections.abc import Callable, Mapping
@@ -165,7 +166,11 @@ def _run_is(state: Commanded, payload: Payload, /, **changes: Any) -> Changes:
 def _command_sent(state: Commanded, event: Event, payload: Payload) -> Changes:
     at = float(event.time)
     where = (payload["id"], payload["sequence"], payload["run"], payload["row"])
-    return {"commands": (*state.commands, CommandRecord(*where, "sent", "", at, {"sent": at}))}
+    sent = CommandRecord(*where, "sent", "", at, {"sent": at})
+    if _has_ended(state, sent.run):
+        reason = "" if state.run is None else state.run.reason
+        sent = _with_nobody_waiting(sent, at, reason or "its run had ended when it was sent")
+    return {"commands": (*state.commands, sent)}
 
 
 def _command_changed(state: Commanded, event: Event, payload: Payload) -> Changes:
@@ -176,6 +181,8 @@ def _command_changed(state: Commanded, event: Event, payload: Payload) -> Change
         if record.id != payload["id"] or (ended and new in ("received", "started", "unknown")):
             return record
         times = {**(record.times or {}), new: at}
+        if new in OPEN_STATES and _has_ended(state, record.run):
+            return replace(record, times=times)
         return replace(record, state=new, reason=payload.get("reason", ""), time=at, times=times)
 
     return {"commands": tuple(changed(record) for record in state.commands)}
@@ -185,11 +192,21 @@ def _settled(state: Commanded, event: Event, reason: str, run: int | None = None
     """Nobody waits any more for the ends of the commands (``run``: of that run)."""
     at = float(event.time)
     return tuple(
-        replace(c, state="unknown", reason=reason, time=at, times={**(c.times or {}), "unknown": at})
+        _with_nobody_waiting(c, at, reason)
         if c.state in OPEN_STATES and run in (None, c.run)
         else c
         for c in state.commands
     )
+
+
+def _with_nobody_waiting(command: CommandRecord, at: float, reason: str) -> CommandRecord:
+    return replace(command, state="unknown", reason=reason, time=at, times={**(command.times or {}), "unknown": at})
+
+
+def _has_ended(state: Commanded, run: int) -> bool:
+    """A run begins only once the one before has ended."""
+    known = state.run
+    return run < state.runs or (known is not None and known.number == run and known.state == "ended")
 
 
 def _stop_requested(state: Commanded, event: Event, payload: Payload) -> Changes:
