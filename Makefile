@@ -20,9 +20,11 @@ run: $(VENV)/.run
 # for itself.
 test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/footfall compile
+	rm -f test-outputs/asked-twice.txt
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m scene
+	$(BIN)/python -m tests.support.run_record
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

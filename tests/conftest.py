@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.support.run_record import RunRecord, may_be_asked_twice
+
 SEED = 20081
 KEPT = ("asyncio-portal", "AnyIO worker thread", "asyncio_")
 """Threads that schemathesis and Playwright keep for their process; they only wait."""
@@ -24,6 +26,10 @@ settings.register_profile(
 settings.load_profile("footfall")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(RunRecord(), "run-record")
+
+
 def pytest_report_header() -> str:
     return f"footfall: numpy seed {SEED}, hypothesis derandomized"
 
@@ -36,6 +42,9 @@ def pytest_xdist_auto_num_workers() -> int:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files that take minutes come first: begun last, they would keep one core busy while the others idle."""
+    for item in items:
+        if may_be_asked_twice(item):
+            item.add_marker(pytest.mark.flaky(reruns=1))
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
