@@ -3,7 +3,6 @@
 import json
 import sqlite3
 import threading
-import time
 from contextlib import closing, contextmanager
 
 import httpx
@@ -29,6 +28,7 @@ from footfall.terrain.generate import plane
 from footfall_ui.app import create_app
 from footfall_ui.listening import require_safe
 from tests.support.server import running_server, until
+from tests.support.waiting import a_while
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
@@ -228,7 +228,7 @@ def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
             assert json.loads(stops.recv(timeout=60))["stopped"] is True
             accounts.remove("tom", BOSS)
             assert made.get(f"{BASE}/me").status_code == 401
-            time.sleep(1.1)  # an open line looks again every second
+            a_while(1.1)  # an open line looks again every second
             stops.send("{}")
             with pytest.raises(ConnectionClosed) as caught:
                 stops.recv(timeout=60)
@@ -243,7 +243,7 @@ def test_an_open_stream_of_events_ends_with_the_token(server, accounts, tokens):
         lines = stream.iter_lines()
         assert next(lines)
         accounts.revoke_token("listener", BOSS)
-        time.sleep(1.1)
+        a_while(1.1)
         note = {"text": "not for the listener"}
         for _ in range(2):
             httpx.post(
@@ -327,7 +327,7 @@ def test_a_viewers_clicks_in_the_scene_choose_nothing(server, tokens):
             scene.recv(timeout=60)
             for message in (CAMERA, CLICK):
                 scene.send(msgspec.msgpack.encode(message))
-                time.sleep(0.5)
+                a_while(0.5)
             if role is Role.VIEWER:
                 assert live.state.footfall is None
             else:

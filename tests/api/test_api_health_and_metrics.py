@@ -3,7 +3,6 @@
 import errno
 import json
 import shutil
-import time
 from collections import namedtuple
 
 from prometheus_client.parser import text_string_to_metric_families
@@ -15,6 +14,7 @@ from footfall.session.jobs.job import Job
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
 from tests.support.server import running_server, until
+from tests.support.waiting import a_while
 
 
 def figures(plain, ground) -> dict[tuple, float]:
@@ -82,7 +82,7 @@ def test_jobs_are_counted_with_how_long_they_took(plain, ground):
     job.report(0.5, "half")
     found = figures(plain, ground)
     assert found["footfall_jobs", "maps", "running"] == found["footfall_jobs", "plan", "queued"] == 1
-    time.sleep(0.05)
+    a_while(0.05)
     job.end()
     waiting.end(error=Cancelled("no"))
     found = figures(plain, ground)

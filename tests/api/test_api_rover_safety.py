@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import threading
-import time
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -25,6 +24,7 @@ from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
 from tests.support.problems import problem
 from tests.support.server import running_server, until
+from tests.support.waiting import a_while
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +162,7 @@ def test_a_rover_that_leaves_while_it_is_handed_over_has_left(quiet, client, mon
 
     def slowly(live, *said):
         handed_over(live, *said)
-        time.sleep(1.0)  # a slow disk
+        a_while(1.0)  # a slow disk
 
     with rover_of(quiet):
         linked(client)

@@ -4,7 +4,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 
 import httpx
 import pytest
@@ -14,6 +13,7 @@ from footfall.cli import app
 from footfall.io.terrain_files import read_terrain
 from footfall.terrain.generate import plane
 from tests.support.command_line import FOOTFALL, run
+from tests.support.waiting import BOUND, until
 
 
 def test_help_and_version():
@@ -133,10 +133,8 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
             line = server.stdout.readline()
             assert line.startswith("FootFall answers on http://127.0.0.1:"), line
             url = line.split()[-1]
-            end = time.monotonic() + 30
-            while not httpx.get(f"{url}/api/v1/sessions/current", trust_env=False).json()["link"]["connected"]:
-                assert time.monotonic() < end
-                time.sleep(0.1)
+            current = f"{url}/api/v1/sessions/current"
+            until(lambda: httpx.get(current, trust_env=False).json()["link"]["connected"], "the rover on the link")
             taken = subprocess.run(
                 [*FOOTFALL, "serve", "--port", url.rsplit(":", 1)[1], "--data", str(tmp_path)],
                 capture_output=True,
@@ -150,10 +148,9 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
             with httpx.stream("GET", f"{url}/api/v1/sessions/current/events", trust_env=False) as stream:
                 next(stream.iter_lines())
                 server.send_signal(number)
-                assert server.wait(15) == 0
+                assert server.wait(BOUND) == 0
             assert server.stderr is not None
             assert "Traceback" not in server.stderr.read()
         finally:
             server.kill()
-    time.sleep(0.2)
-    assert not [child for child in children if runs(child)]
+    until(lambda: not [child for child in children if runs(child)], "the end of its processes")

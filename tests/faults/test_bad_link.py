@@ -21,6 +21,7 @@ from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.link import PATH
 from footfall.terrain.generate import plane
 from tests.support.server import running_server, until
+from tests.support.waiting import a_while
 
 SESSION = "/sessions/current"
 
@@ -124,7 +125,7 @@ def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
         until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop", 40)
         begun = list(rover.begun)
         assert rover.mode == "stopped"
-        threading.Event().wait(0.6)  # whatever was delayed arrives
+        a_while(0.6)  # whatever was delayed arrives
         assert rover.begun == begun
         # cleared: the operator clears again where the line lost it
         until(lambda: client.post("/stop/clear").status_code == 200 and rover.mode == "idle", "clearing", 40, 0.5)
@@ -206,7 +207,7 @@ def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
         assert {json.loads(text)["type"] for text in sent} == {"stop"}
         live.take_stop_acknowledgement(told)
         count = len(sent)
-        threading.Event().wait(1.5 * AGAIN_AFTER)
+        a_while(1.5 * AGAIN_AFTER)
         assert len(sent) == count
         assert [event.type for event in live.events()].count("stop_requested") == 1
 
@@ -220,15 +221,13 @@ def test_a_clearing_is_told_again_while_the_rover_says_that_it_is_stopped(served
         until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop")
         link.badness = Badness(lose=1.0)
         assert client.post("/stop/clear").status_code == 200
-        threading.Event().wait(
-            1.5 * AGAIN_AFTER
-        )  # telemetry is lost as well, and old news speak of before the clearing
+        a_while(1.5 * AGAIN_AFTER)  # telemetry is lost as well, and old news speak of before the clearing
         assert rover.mode == "stopped"
         link.badness = Badness()
         until(lambda: rover.mode == "idle", "the clearing told again")
         until(lambda: client.get(f"{SESSION}/telemetry").json()["mode"] == "idle", "telemetry after the clearing")
-        threading.Event().wait(1.5 * AGAIN_AFTER)
+        a_while(1.5 * AGAIN_AFTER)
         rover.stop()  # somebody else's: what was cleared before it has no part in it
-        threading.Event().wait(3 * AGAIN_AFTER)
+        a_while(3 * AGAIN_AFTER)
         assert rover.mode == "stopped"
         rover.clear_stop(rover.epoch or 0)

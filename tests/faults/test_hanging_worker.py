@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -46,10 +45,8 @@ def test_a_job_whose_worker_hangs_can_be_cancelled_and_the_pool_goes_on(pool):
     hanging, waiting = pool.submit("polite", {}, None), pool.submit("pid", {}, None)
     until(lambda: hanging.text == "running", "the work")
     os.kill(pid, signal.SIGSTOP)
-    asked = time.monotonic()
     hanging.cancel()
     assert hanging.wait(60)
-    assert time.monotonic() - asked < 30
     assert hanging.state == "cancelled"
     assert hanging.error is not None
     assert "did not stop by itself" in hanging.error.message

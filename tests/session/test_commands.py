@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 
 import pytest
 
@@ -11,6 +10,7 @@ from footfall.sequence.edit import Edit
 from footfall.session.access.identity import LOCAL
 from footfall.session.gate.gate import Gate
 from footfall.session.storage.sqlite_log import SqliteLog
+from tests.support.waiting import until
 
 
 class Rover:
@@ -251,13 +251,6 @@ def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
     assert "stop_requested" in [e.type for e in ready.events()]
 
 
-def until(condition):
-    deadline = time.monotonic() + 10
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-
-
 def ends(session):
     return [e.payload["outcome"] for e in session.events() if e.type == "run_ended"]
 
@@ -265,13 +258,15 @@ def ends(session):
 def test_a_rover_that_falls_silent_ends_the_run(ready, monkeypatch):
     ready.send(ready.arm()["token"])
     monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
-    until(lambda: ends(ready) == ["link_lost"])
+    until(lambda: ends(ready), "the end of the run")
+    assert ends(ready) == ["link_lost"]
 
 
 def test_a_row_that_is_never_acknowledged_ends_the_run(ready, rover, monkeypatch):
     monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
     ready.send(ready.arm()["token"])
-    until(lambda: ends(ready) == ["overdue"])
+    until(lambda: ends(ready), "the end of the run")
+    assert ends(ready) == ["overdue"]
     assert len(rover.ids()) == 1
 
 

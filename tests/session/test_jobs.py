@@ -3,13 +3,13 @@
 import os
 import signal
 import threading
-import time
 from types import SimpleNamespace
 
 import pytest
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, InvalidInput, NotFound, WorkerLost
 from footfall.session.jobs.local import InlineJobs, Jobs
+from tests.support.waiting import a_while, until
 
 
 @pytest.fixture
@@ -18,13 +18,6 @@ def pool(tiny):
     with Jobs("tiny_recipes", workers=1) as jobs:
         yield jobs
     assert not [t for t in set(threading.enumerate()) - before if t.name.startswith("footfall-worker")]
-
-
-def until(condition, seconds=20.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.01)
 
 
 def worker_pid(pool):
@@ -68,7 +61,7 @@ def test_progress_then_a_polite_cancel_keeps_the_worker(pool):
     pid = worker_pid(pool)
     changes = []
     job = pool.submit("polite", {}, None, None, lambda job: changes.append((job.state, job.text)))
-    until(lambda: job.text == "running")
+    until(lambda: job.text == "running", "the work")
     job.cancel()
     assert job.wait(60)
     assert job.state == "cancelled"
@@ -81,7 +74,7 @@ def test_progress_then_a_polite_cancel_keeps_the_worker(pool):
 def test_a_deaf_job_is_killed_after_its_grace_and_the_pool_goes_on(pool):
     pid = worker_pid(pool)
     job = pool.submit("deaf", {}, None)
-    until(lambda: job.text == "deaf")
+    until(lambda: job.text == "deaf", "the deaf work")
     job.cancel()
     assert job.wait(60)
     assert job.state == "cancelled"
@@ -96,7 +89,7 @@ def test_a_worker_that_dies_fails_its_job_only(pool):
     assert caught.value.details["exit_code"] == 7
     pid = worker_pid(pool)
     running = pool.submit("deaf", {}, None)
-    until(lambda: running.text == "deaf")
+    until(lambda: running.text == "deaf", "the deaf work")
     os.kill(pid, signal.SIGKILL)
     with pytest.raises(WorkerLost):
         running.finish(20)
@@ -106,7 +99,7 @@ def test_a_job_whose_worker_ends_before_it_takes_it_up_goes_to_another(pool):
     pid = worker_pid(pool)
     os.kill(pid, signal.SIGSTOP)  # it is there when the job is handed over, and never reads it
     job = pool.submit("pid", {}, None, lambda job, product: product.decode())
-    until(lambda: job.text == "starting")
+    until(lambda: job.text == "starting", "the start")
     os.kill(pid, signal.SIGKILL)
     other = int(job.finish(20))
     assert other != pid
@@ -130,7 +123,7 @@ def test_a_job_that_no_worker_can_take_up_ends_with_the_second(pool):
 def test_the_queue_is_bounded_ordered_and_cancellable(tiny):
     with Jobs("tiny_recipes", workers=1, queue_limit=3) as pool:
         blocker = pool.submit("polite", {}, None)
-        until(lambda: blocker.state == "running")
+        until(lambda: blocker.state == "running", "the work")
         order = []
         first = pool.submit("pid", {}, None, lambda job, _: order.append("first") or "x")
         urgent = pool.submit("pid", {}, None, lambda job, _: order.append("urgent") or "x", urgent=True)
@@ -148,7 +141,7 @@ def test_the_queue_is_bounded_ordered_and_cancellable(tiny):
 def test_closing_ends_what_runs_and_what_waits(tiny):
     pool = Jobs("tiny_recipes", workers=1)
     running, waiting = pool.submit("polite", {}, None), pool.submit("pid", {}, None)
-    until(lambda: running.text == "running")
+    until(lambda: running.text == "running", "the work")
     pool.close()
     assert running.state == waiting.state == "cancelled"
     with pytest.raises(Conflict, match="closed"):
@@ -176,7 +169,7 @@ def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, s
         session.set_state(state_of())
         session.load_terrain(replace(tiny.dem(), name="slow"))
         older, other = session.compute_maps(1), session.compute_maps(2)
-        until(lambda: older.state == "running")
+        until(lambda: older.state == "running", "the work")
         session.load_terrain(tiny.dem())
         newer = session.compute_maps(1)
         assert older.wait(60)
@@ -190,9 +183,10 @@ def test_a_worker_warms_up_while_no_job_waits(tiny):
     told = []
     with Jobs("warm_recipes", workers=1, warm=True) as pool:
         until(
-            lambda: pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(20) and told
+            lambda: pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(20) and told,
+            "the first answer",
         )
-        time.sleep(0.6)
+        a_while(0.6)
         for kind in ("told", "passed_over"):
             pool.submit(kind, {}, None, lambda job, product: told.append(product) or "x").finish(20)
     # the libraries alone are so many objects, which no collection of garbage goes through in a job

@@ -1,7 +1,6 @@
 """Maps on their way: coarse ones first, newer ones instead of older, and the same again without any work."""
 
 import threading
-import time
 from dataclasses import replace
 from typing import Any, cast
 
@@ -21,15 +20,9 @@ from footfall.session.log.fold import fold_all
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.terrain.generate import plane
+from tests.support.waiting import until
 
 LEG = 2
-
-
-def until(condition, seconds=30.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.01)
 
 
 @pytest.fixture
@@ -51,7 +44,7 @@ def pooled(tmp_path, tiny, athlete, state_of, slow):
 def started(live, leg=LEG, settings=None):
     """A map job whose preview is there."""
     job = live.compute_maps(leg, settings)
-    until(lambda: live.maps_shown(leg) is not None)
+    until(lambda: live.maps_shown(leg) is not None, "the maps shown")
     return job
 
 
@@ -116,11 +109,11 @@ def test_a_preview_goes_with_its_job(pooled, end):
         pooled.compute_maps(LEG, MapSettings(stable_margin=0.1))
     assert job.wait(60)
     assert job.state == "cancelled"
-    until(lambda: ("preview", None) in heard)
+    until(lambda: ("preview", None) in heard, "the preview")
     if end == "cancelled":
-        until(lambda: pooled.maps_shown(LEG) is None)
+        until(lambda: pooled.maps_shown(LEG) is None, "the maps put away")
     else:
-        until(lambda: pooled.maps_shown(LEG) is not None)
+        until(lambda: pooled.maps_shown(LEG) is not None, "the maps shown")
         assert pooled.maps_shown(LEG).provenance.settings.stable_margin == 0.1
     with pytest.raises(Cancelled):
         job.finish()
@@ -223,7 +216,7 @@ def test_a_what_if_of_a_state_that_was_frozen_anew_is_dropped(held, state_of):
 
     asking = threading.Thread(target=ask)
     asking.start()
-    until(lambda: pool.jobs)
+    until(lambda: pool.jobs, "the job")
     frozen = live.set_state(state_of(0.01))
     pool.jobs[0][0].end(state_of(0.02))
     asking.join(10)

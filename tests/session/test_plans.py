@@ -4,7 +4,6 @@ import json
 import multiprocessing
 import os
 import signal
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
+from tests.support.waiting import until
 
 
 @pytest.fixture
@@ -219,10 +219,7 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
         before = session.state
         job = session.plan_step(2, (1.0, 0.5))
         waiting = session.compute_maps(1)
-        deadline = time.monotonic() + 30
-        while job.text != "planning slowly":
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+        until(lambda: job.text == "planning slowly", "the planning", seen=lambda: job.state)
         (worker,) = set(multiprocessing.active_children()) - others
         assert worker.pid is not None
         os.kill(worker.pid, signal.SIGKILL)

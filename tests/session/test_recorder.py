@@ -22,6 +22,7 @@ from footfall.session.rover.recorder import Recorder, RecordingLimits
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import digests, moving_frames
 from tests.support.server import until
+from tests.support.waiting import a_while
 
 
 class Disk:
@@ -167,14 +168,14 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(session, disk, frame_o
     disk.full = True
     for i in range(30):
         session.take_telemetry(frame_of(i, time=100.0 + 0.1 * i))
-        time.sleep(0.02)
+        a_while(0.02)
     until(lambda: session.recorder.dropped >= 20, "the counting of what is lost")
     (fault,) = faults(session)
     assert fault == {"id": "", "reason": "telemetry is not recorded: No space left on device", "source": "recorder"}
     assert "No space left" in session.link.as_dict()["fault"]
     assert session.link.frames == 30
     disk.full = False
-    time.sleep(0.1)
+    a_while(0.1)
     frames = [frame_of(100 + i, time=200.0 + 0.1 * i) for i in range(10)]
     for frame in frames:
         session.take_telemetry(frame)

@@ -5,11 +5,11 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 from footfall.session.storage.store import SessionStore, read_session
 from footfall.session.storage.verify import verify
+from tests.support.waiting import a_while
 
 CYCLES = 25
 ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
@@ -34,7 +34,7 @@ def test_no_acknowledged_event_is_lost_or_doubled_by_kills(work):
             writer.stdin.flush()
             pid = int(writer.stdout.readline().removeprefix("pid "))
             heard = [writer.stdout.readline() for _ in range(rng.choice([0, 0, 1, 2, 5, 20]))]
-            time.sleep(rng.uniform(0.0, 0.02))
+            a_while(rng.uniform(0.0, 0.02))
             os.kill(pid, signal.SIGKILL)
             while (line := writer.stdout.readline()) != "died\n":
                 heard.append(line)

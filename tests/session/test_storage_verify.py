@@ -24,6 +24,7 @@ from footfall.session.storage.prune import prune
 from footfall.session.storage.sqlite_log import DATABASE
 from footfall.session.storage.store import SessionStore, read_session
 from footfall.session.storage.verify import verify
+from tests.support.waiting import a_while
 
 ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_sessions"
@@ -213,7 +214,7 @@ def test_a_backup_of_sessions_in_use_is_whole_and_can_be_worked_with(folder, tmp
 
     def write():
         while not enough.is_set():
-            time.sleep(0.002)  # the others want to read
+            a_while(0.002)  # the others want to read
             append(store, str(len(written)))
             written.append(len(store.events))
 

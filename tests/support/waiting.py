@@ -7,7 +7,8 @@ test is written.
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 BOUND = float(os.environ.get("FOOTFALL_TEST_BOUND", "240"))
@@ -39,6 +40,14 @@ def a_while(seconds: float) -> None:
     A machine that is too slow makes such a test see less, never fail.
     """
     threading.Event().wait(seconds)
+
+
+@contextmanager
+def at_least(seconds: float) -> Iterator[None]:
+    """What is done here takes so much real time or more, as messages with a light time do."""
+    began = time.monotonic()
+    yield
+    assert time.monotonic() - began >= seconds
 
 
 def joined(thread: threading.Thread) -> None:
