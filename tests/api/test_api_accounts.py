@@ -184,9 +184,13 @@ def test_the_cookie_alone_does_nothing_for_other_pages(server):
 
 
 def test_what_others_passed_on_is_refused_unless_a_proxy_was_announced(server):
-    for name in ("X-Forwarded-For", "Forwarded"):
+    for name in (
+        *("X-Forwarded-For", "Forwarded", "X-Forwarded-Host", "X-Forwarded-Proto", "X-Forwarded-Prefix", "X-Real-IP"),
+        *("Via", "CF-Connecting-IP", "True-Client-IP", "X-Client-IP", "Fly-Client-IP", "X-Original-Forwarded-For"),
+    ):
         answer = httpx.get(server.api + "/info", headers={name: "for=10.0.0.1"}, trust_env=False)
         assert answer.json()["type"] == "/problems/forwarded"
+        assert name.lower() in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("headers", [{}, bearer("footfall_guessed"), {"Cookie": "footfall=guessed"}])

@@ -1,5 +1,6 @@
 """Every format of a sequence over REST and on the command line: its name, its type, its content."""
 
+import hashlib
 import io
 import json
 import re
@@ -38,7 +39,7 @@ def test_every_format_is_served(client, format):
     assert name[1] == f"sequence-{sequence.digest[:8]}{SUFFIXES[format]}"
 
 
-def test_the_sheet_is_no_product_of_the_session(client):
+def test_reading_records_nothing_and_exporting_does_but_for_the_sheet(client):
     sequence = recorded("rock-step")
     address = f"/sequences/{sequence.digest}/export"
 
@@ -46,11 +47,20 @@ def test_the_sheet_is_no_product_of_the_session(client):
         return client.get("/sessions/current").json()["events"]
 
     before = products()
-    client.get(address, params={"format": "html"})
+    for format in ("html", "csv", "yamcs"):
+        assert client.get(address, params={"format": format}).status_code == 200
+    sheet = client.post(address, params={"format": "html"})
+    assert (sheet.status_code, sheet.json()["digest"]) == (201, None)
     assert products() == before
-    client.get(address, params={"format": "csv"})
-    client.get(address, params={"format": "yamcs"})
-    assert products() > before
+    made = client.post(address, params={"format": "csv"})
+    assert made.status_code == 201
+    assert made.json() == {
+        "format": "csv",
+        "digest": hashlib.sha256(export(sequence, "csv")).hexdigest()[:32],
+        "url": f"/api/v1{address}?format=csv",
+    }
+    assert products() == before + 1
+    assert client.get(made.headers["location"].removeprefix("/api/v1")).content == export(sequence, "csv")
 
 
 def test_an_unknown_format_is_refused(client):

@@ -4,6 +4,7 @@ import io
 import json
 import zipfile
 
+import httpx
 import numpy as np
 import pytest
 
@@ -101,6 +102,17 @@ def test_options_that_make_no_sense(client, path, options):
     answer = client.post(f"{path}/terrains", files={"file": ("g.asc", GRID)}, data={"options": options})
     assert answer.status_code == 422, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
+
+
+@pytest.mark.parametrize("name", ["\0.asc", "a\0b.asc", "a.asc\0", "a.\0asc"])
+@pytest.mark.parametrize("where", ["terrains", "terrains/blend", "sequences/import", "images"])
+def test_a_file_name_with_a_nul_character_is_refused_by_name(server, path, where, name):
+    disposition = f'Content-Disposition: form-data; name="file"; filename="{name}"'.encode()
+    body = b"--B\r\n" + disposition + b"\r\n\r\n" + GRID.encode() + b"\r\n--B--\r\n"
+    headers = {"content-type": "multipart/form-data; boundary=B"}
+    answer = httpx.post(f"{server.api}{path}/{where}", content=body, headers=headers, trust_env=False)
+    problem(answer, 422, "invalid-input")
+    assert "NUL character" in answer.json()["detail"]
 
 
 def test_a_path_in_a_file_name_leads_nowhere(client, path, tmp_path):

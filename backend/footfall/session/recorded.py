@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
-from footfall.io.bundles import write_zip
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.jobs.product_recipes import built_robot
@@ -14,6 +13,7 @@ from footfall.session.journal import Journal
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
 from footfall.session.shelf import Shelf
+from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore
 from footfall.session.view import ViewState
 from footfall.session.workshop import Workshop
@@ -147,9 +147,9 @@ class RecordedSession:
         self._journal.record("note", {"text": text.strip()})
 
     def export_bundle(self) -> bytes:
-        """The session so far, as a zip."""
+        """The session so far, as a zip. Raises Conflict where artifacts are missing."""
         with self._journal.lock:
-            return write_zip(self._store.bundle())
+            return whole_zip(self._store.bundle())
 
     def close(self) -> None:
         """Cancel its jobs and seal its log; harmless when done twice."""

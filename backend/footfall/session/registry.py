@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle, write_zip
+from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle
 from footfall.resources import sample_sessions_folder
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
@@ -26,6 +26,7 @@ from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.kinds import require_kinds
 from footfall.session.storage.listing import found_sessions, is_session_folder
+from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore, read_session, remove_session
 from footfall.telemetry.link import EPOCHS_AHEAD
 
@@ -203,10 +204,10 @@ class Sessions:
                 raise
 
     def export_bundle(self, session_id: str) -> bytes:
-        """A session as a zip; the same session gives the same bytes. Raises NotFound."""
+        """A session as a zip, the same bytes for the same session. Raises NotFound, Conflict where it is not whole."""
         with self._guard:
             live = self.get(session_id) if session_id == "current" else self._open.get(session_id)
-        return live.export_bundle() if live is not None else write_zip(read_session(self._existing(session_id)))
+        return live.export_bundle() if live is not None else whole_zip(read_session(self._existing(session_id)))
 
     def close(self) -> None:
         """Close every session, then the workers."""

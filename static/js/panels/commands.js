@@ -41,7 +41,8 @@ const make = () => attempt(async () => {
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
   const path = `${ROOT}/sequences/${known.sequence.digest}/export?format=${format}`;
-  const { response } = await request("GET", path); // a refusal is told here, before the browser saves anything
+  await post(path); // recorded; a refusal is told here, before the browser saves anything
+  const { response } = await request("GET", path);
   const name = /filename="([^"]+)"/.exec(response.headers.get("Content-Disposition") ?? "")?.[1] ?? `sequence.${format}`;
   const link = element("a", { href: path, download: name });
   document.body.append(link);

@@ -79,6 +79,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sequences/{sequence}/undo",
         "POST /sequences/{sequence}/redo",
         "GET /sequences/{sequence}/export",
+        "POST /sequences/{sequence}/export",
         "POST /recordings/{session}/check",
         "DELETE /jobs/{job}",
     ),

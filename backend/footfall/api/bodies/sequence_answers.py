@@ -47,6 +47,14 @@ class ArmedAnswer(TypedDict):
     conn: ConnAnswer
 
 
+class ExportedAnswer(TypedDict):
+    """What was exported; digest: of the recorded file, null for a page to print. url: gives the file."""
+
+    format: str
+    digest: DigestText | None
+    url: str
+
+
 class SentAnswer(TypedDict):
     """A run has begun: ids of its commands, row by row."""
 

@@ -19,6 +19,14 @@ from footfall.api.door.headers import protected
 from footfall.api.door.problems import problem
 
 _READING = ("GET", "HEAD", "OPTIONS")
+_OF_PROXIES = frozenset(
+    {
+        "forwarded", "via", "x-real-ip", "x-client-ip", "x-cluster-client-ip", "x-original-forwarded-for",
+        "x-original-host", "x-envoy-external-address", "x-appengine-user-ip", "x-azure-clientip", "client-ip",
+        "true-client-ip", "cf-connecting-ip", "cf-ray", "fastly-client-ip", "fly-client-ip",
+    }
+)  # fmt: skip
+"""Headers by which proxies tell that they passed a request on, besides ``X-Forwarded-…``."""
 
 
 def refusal(scope: Scope, front: Front) -> tuple[str, str] | None:
@@ -29,8 +37,9 @@ def refusal(scope: Scope, front: Front) -> tuple[str, str] | None:
     if not here and host not in front.hosts:
         names = ", ".join([*LOOPBACK_NAMES, *front.hosts])
         return "foreign-host", f"this server answers to {names} only, not to {host!r}"
-    if not front.proxied and ("forwarded" in headers or "x-forwarded-for" in headers):
-        return "forwarded", "a proxy passed this on; `footfall serve --behind-tls-proxy` allows that"
+    passed_on = next((name for name in headers if name.startswith("x-forwarded-") or name in _OF_PROXIES), None)
+    if passed_on is not None and not front.proxied:
+        return "forwarded", f"a proxy passed this on ({passed_on}); `footfall serve --behind-tls-proxy` allows that"
     if origin is not None:
         # The page and the request must share scheme, name and port: the browser's own rule.
         own = f"{'https' if scope['scheme'] in ('https', 'wss') else 'http'}://{host}"

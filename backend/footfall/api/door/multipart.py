@@ -42,6 +42,10 @@ async def form_of(
             # where the form names an odd encoding, bytes can be made into anything
             if has_lone_surrogate(name + (item if isinstance(item, str) else item.filename or "")):
                 raise InvalidInput("a text of the form has a lone surrogate, half a character; encode it as UTF-8")
+            if not isinstance(item, str) and "\0" in (item.filename or ""):
+                raise InvalidInput(
+                    f"the file name {item.filename!r:.100} has a NUL character; give the file another name"
+                )
         unknown = sorted({name for name in form if name not in (*files, *texts)})
         if unknown:
             known = ", ".join((*files, *texts))

@@ -8,7 +8,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
 from footfall.api.acting import Actor
-from footfall.api.bodies.sequence_answers import ArmedAnswer, SentAnswer, SequenceAnswer
+from footfall.api.bodies.sequence_answers import ArmedAnswer, ExportedAnswer, SentAnswer, SequenceAnswer
 from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
 from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
@@ -19,6 +19,7 @@ from footfall.io.exports import MEDIA, SUFFIXES
 from footfall.io.exports import export as encode
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
+from footfall.session.storage.artifact_folder import bytes_digest
 
 router = Routes(tags=["sequences"])
 
@@ -98,12 +99,37 @@ def export(
     sessions: AllSessions,
     format: Annotated[ExportFormat, Query(description="file format")] = "seqjson",
 ) -> Response:
-    """The sequence as a file; refused while a rule does not hold. For machines, its numbers keep their bits."""
+    """The sequence as a file; refused while a rule does not hold. For machines, its numbers keep their bits.
+
+    Nothing is recorded: POST to this address records what was exported.
+    """
     lineage, digest = find(sessions, sequence)
-    content = _sheet(lineage, digest) if format == "html" else lineage.live.export_sequence(digest, format)
+    content = encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
     name = f"sequence-{digest[:8]}{SUFFIXES[format]}"
     headers = {"Content-Disposition": f'attachment; filename="{name}"', "ETag": f'"{digest}"'}
     return Response(content, media_type=MEDIA[format], headers=headers)
+
+
+@router.post("/sequences/{sequence}/export", status_code=201)
+def record_export(
+    sequence: SequenceId,
+    sessions: AllSessions,
+    response: Response,
+    format: Annotated[ExportFormat, Query(description="file format")] = "seqjson",
+) -> ExportedAnswer:
+    """Export for somebody: the session records the file, GET of this address gives it.
+
+    The page to print (`html`) is not recorded: replay would hold later versions to how this one draws it.
+    """
+    lineage, digest = find(sessions, sequence)
+    recorded = None
+    if format == "html":
+        encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
+    else:
+        recorded = bytes_digest(lineage.live.export_sequence(digest, format))
+    url = f"{BASE}/sequences/{digest}/export?format={format}"
+    response.headers["Location"] = url
+    return {"format": format, "digest": recorded, "url": url}
 
 
 @router.post("/sequences/{sequence}/arm")
@@ -121,11 +147,6 @@ def send(sequence: SequenceId, order: SendOrder, sessions: AllSessions, who: Act
     """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
     lineage, digest = find(sessions, sequence)
     return cast(SentAnswer, lineage.live.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
-
-
-def _sheet(lineage: Lineage, digest: str) -> bytes:
-    # Not a product of the session: replay would hold later versions to how this one draws it.
-    return encode(_sequence(lineage, digest), "html", robot=lineage.live.robot)
 
 
 def _edit(model: EditModel) -> Edit:

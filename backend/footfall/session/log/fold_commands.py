@@ -192,9 +192,7 @@ def _settled(state: Commanded, event: Event, reason: str, run: int | None = None
     """Nobody waits any more for the ends of the commands (``run``: of that run)."""
     at = float(event.time)
     return tuple(
-        _with_nobody_waiting(c, at, reason)
-        if c.state in OPEN_STATES and run in (None, c.run)
-        else c
+        _with_nobody_waiting(c, at, reason) if c.state in OPEN_STATES and run in (None, c.run) else c
         for c in state.commands
     )
 

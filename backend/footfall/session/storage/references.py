@@ -4,11 +4,15 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 
+from footfall.core.errors import Conflict
 from footfall.core.value import flatten
 from footfall.io.artifacts import decode
-from footfall.io.bundles import ARTIFACTS
+from footfall.io.bundles import ARTIFACTS, Bundle, write_zip
 from footfall.io.event_log import Record
 from footfall.session.storage.artifact_folder import verify_artifact
+
+MOST_NAMED = 20
+"""So many missing artifacts are named in a refusal."""
 
 _DIGEST = re.compile(r'"([0-9a-f]{32})"')
 _NEEDED: Mapping[str, tuple[str, ...]] = {
@@ -26,6 +30,26 @@ def needed(record: Record) -> list[str]:
     named = [payload.get(key) for key in _NEEDED.get(record["type"], ())]
     parents = payload.get("parents", {}) if record["type"] == "product" else {}
     return [digest for digest in [*named, *parents.values()] if digest is not None]
+
+
+def missing(records: Iterable[Record], files: Iterable[str]) -> list[tuple[str, Record]]:
+    """Digests that events need and no artifact has, each with the event. files: names of the artifacts."""
+    present = {name.partition(".")[0] for name in files}
+    return [(digest, record) for record in records for digest in needed(record) if digest not in present]
+
+
+def whole_zip(bundle: Bundle) -> bytes:
+    """A session's bundle as a zip. Raises Conflict where artifacts are missing: it would not replay."""
+    lacking = list(dict.fromkeys(digest for digest, _ in missing(bundle.records, bundle.files)))
+    if lacking:
+        named = {digest for record in bundle.records for digest in needed(record)}
+        raise Conflict(
+            f"{len(lacking)} of the {len(named)} artifacts that the session's events name are missing, so it can't be "
+            "handed on; `footfall sessions verify` names them, put them back from a backup",
+            missing=lacking[:MOST_NAMED],
+            count=len(lacking),
+        )
+    return write_zip(bundle)
 
 
 def referenced(records: Iterable[Record], files: Iterable[str], named_by: Callable[[str], Iterable[str]]) -> set[str]:

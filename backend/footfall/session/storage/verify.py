@@ -14,7 +14,7 @@ from footfall.session.storage.head import HEAD, Comparison, Head, compare, read_
 from footfall.session.storage.interface import EventLog
 from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
-from footfall.session.storage.references import digests_in, needed, referenced
+from footfall.session.storage.references import digests_in, missing, referenced
 
 
 @dataclass(frozen=True)
@@ -115,12 +115,9 @@ def _about_artifacts(folder: Path, records: Sequence[Record]) -> Iterator[Findin
             continue  # removed meanwhile; if it was needed, it is missing
         except (FootFallError, OSError) as err:
             yield Finding(name, "artifact", _text(err))
-    present = {file.partition(".")[0] for file in files}
-    for record in records:
-        for digest in needed(record):
-            if digest not in present:
-                text = f"{ARTIFACTS}/{digest} is missing; event {record['seq']} ({record['type']}) names it"
-                yield Finding(name, "missing", text)
+    for digest, record in missing(records, files):
+        text = f"{ARTIFACTS}/{digest} is missing; event {record['seq']} ({record['type']}) names it"
+        yield Finding(name, "missing", text)
     used = referenced(records, whole, whole.__getitem__)
     for file in whole:
         if file.partition(".")[0] not in used:
