@@ -23,7 +23,7 @@ from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
-from footfall.session.access.account_stores import account_store, has_accounts
+from footfall.session.access.account_stores import account_store, has_accounts, keep_to_owner
 from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
@@ -195,6 +195,8 @@ def serve(
             raise NotFound(
                 f"there are no accounts in {folder}; make one with `footfall accounts add NAME --role admin`"
             )
+        if known is not None:
+            keep_to_owner(folder)
         safely = {"tls": tls is not None, "behind_tls_proxy": behind_tls_proxy, "public_url": public_url}
         require_safe(host, accounts=known is not None, **safely)
         sign_on = _sign_on_of(folder, known)

@@ -139,7 +139,10 @@ def serve(
         # at once, also into a pipe: scripts wait for this line
         typer.echo(f"FootFall answers on {url}")
         if foxglove:
-            typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}")
+            from footfall.session.access.account_stores import has_accounts
+
+            login = "; it asks for no login: whoever is on this machine may look" if has_accounts(data) else ""
+            typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}{login}")
         sys.stdout.flush()
 
     run(

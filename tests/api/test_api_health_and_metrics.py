@@ -2,15 +2,18 @@
 
 import errno
 import json
+import os
 import shutil
 from collections import namedtuple
 
+import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from footfall.api.routes import health
 from footfall.core.errors import Cancelled, CommandRefused
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.jobs.job import Job
+from footfall.session.storage.sqlite_log import DATABASE
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
 from tests.support.server import running_server, until
@@ -73,6 +76,31 @@ def test_a_refusal_of_the_gate_is_counted_by_its_check(plain, ground, monkeypatc
     monkeypatch.setattr(type(plain.sessions.current), "clear_stop", refuse)
     assert ground.post("/stop/clear").status_code == 409
     assert figures(plain, ground)["footfall_gate_refusals_total", "start"] == 1
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_told_as_such_wherever_it_shows(plain, ground, monkeypatch, number):
+    def full(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(type(plain.sessions.current), "add_note", full)
+    answer = ground.post("/sessions/current/notes", json={"text": "no room"})
+    assert (answer.status_code, answer.json()["type"]) == (507, "/problems/not-recorded")
+    assert "make room" in answer.json()["detail"]
+
+
+def test_without_its_database_a_server_is_not_ready(plain, ground):
+    assert ground.get(f"{plain.url}/health/ready").status_code == 200
+    database = plain.sessions.folder / DATABASE
+    elsewhere = database.with_name("elsewhere")
+    database.rename(elsewhere)
+    try:
+        answer = ground.get(f"{plain.url}/health/ready")
+        assert answer.status_code == 503
+        assert [one["what"] for one in answer.json()["checks"] if not one["ok"]] == ["event log"]
+    finally:
+        elsewhere.rename(database)
+    assert ground.get(f"{plain.url}/health/ready").status_code == 200
 
 
 def test_jobs_are_counted_with_how_long_they_took(plain, ground):

@@ -1,5 +1,6 @@
 """Accounts, their logins and tokens, and the record: who gets in, who no longer does, and what stays secret."""
 
+import os
 import re
 import sqlite3
 import stat
@@ -13,11 +14,13 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.io.account_store import FILE
-from footfall.session.access.account_stores import account_store
+from footfall.session.access.account_stores import account_store, keep_to_owner
 from footfall.session.access.accounts import LOGIN_LASTS, Accounts, LoginRefused
 from footfall.session.access.identity import Identity, Role
 from footfall.session.access.throttle import LONGEST_WAIT, Throttle
+from footfall.session.registry import Sessions
 from footfall.session.storage.databases import binding
+from footfall.session.storage.sqlite_log import DATABASE
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
@@ -217,6 +220,21 @@ def test_the_file_is_its_owners_alone(in_file, tmp_path):
     with pytest.raises(Conflict, match="chmod 600"):
         Accounts(tmp_path / FILE)
     assert in_file.by_cookie(login.secret, "") is not None
+
+
+def test_a_log_beside_accounts_is_its_owners_alone(tmp_path):
+    before = os.umask(0o022)
+    try:
+        with Sessions(tmp_path) as sessions:
+            sessions.create("open to all")
+            assert stat.S_IMODE((tmp_path / DATABASE).stat().st_mode) == 0o644
+            keep_to_owner(tmp_path)
+            made = sessions.create("after that")
+            found = [*tmp_path.glob(f"{DATABASE}*"), *(tmp_path / made.id).iterdir()]
+            assert len(found) > 2
+            assert [path for path in found if stat.S_IMODE(path.stat().st_mode) & 0o077] == []
+    finally:
+        os.umask(before)
 
 
 def test_no_secret_is_in_any_file_or_in_the_record(in_file, tmp_path):

@@ -18,6 +18,7 @@ from footfall.session.storage import sqlite_log
 from footfall.session.storage.sqlite_log import DATABASE
 from footfall.session.storage.store import SessionStore
 from footfall.session.storage.verify import verify
+from tests.support.waiting import until
 
 ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
 
@@ -25,6 +26,7 @@ ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
     monkeypatch.setattr(sqlite_log, "PATIENCE", 0.1)
+    monkeypatch.setattr(journal_module, "TRY_AGAIN_AFTER", 60.0)
 
 
 @pytest.fixture
@@ -163,6 +165,34 @@ def test_waiting_for_a_lock_is_bounded_and_says_what_to_do(sessions, running, mo
         running.add_note("waits")
     assert caught.value.errno == errno.EBUSY
     release()
+
+
+@pytest.mark.parametrize("fault", [locked])
+def test_what_could_not_be_written_is_written_once_it_can_be_though_nothing_else_happens(
+    sessions, running, monkeypatch, fault
+):
+    monkeypatch.setattr(journal_module, "TRY_AGAIN_AFTER", 0.05)
+    back = fault(sessions.folder / DATABASE)
+    running.stop("while the database is locked")
+    assert running.unrecorded == 2
+    back()
+    until(lambda: running.unrecorded == 0, "the writing of what was kept")
+    assert [event.type for event in running.events()[-2:]] == ["stop_requested", "run_ended"]
+
+
+@pytest.mark.parametrize("fault", [gone, locked])
+def test_a_run_that_has_ended_is_told_so_though_it_can_not_be_written(sessions, running, fault):
+    assert running.run["state"] == "going"
+    back = fault(sessions.folder / DATABASE)
+    running.stop("without a database")
+    assert running.state.run.state == "going"
+    told = running.run
+    assert (told["state"], told["outcome"]) == ("ended", "stopped")
+    assert [row["state"] for row in told["rows"]] == ["unknown", "unsent", "unsent"]
+    back()
+    running.add_note("it is back")
+    assert {**running.run, "ended": None}.keys() == told.keys()
+    assert [row["state"] for row in running.run["rows"]] == ["unknown", "unsent", "unsent"]
 
 
 # -- a full disk ------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 import os
 import shutil
 import sqlite3
+import subprocess
 import threading
 import time
 from contextlib import closing, suppress
@@ -200,6 +201,36 @@ def test_a_session_without_its_events_or_its_folder_is_found(folder):
     assert kinds(verify(folder)) == [("refused-step", "log", True)]
     shutil.copytree(SAMPLES / "edited-export", folder / "older")
     assert ("older", "unmoved", False) in kinds(verify(folder))
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    """Makes a folder one that can't be written, also by root."""
+    mounted = []
+
+    def made(folder):
+        place = tmp_path / "read-only"
+        place.mkdir()
+        for options in (["--bind", str(folder), str(place)], ["-o", "remount,ro,bind", str(place)]):
+            if subprocess.run(["mount", *options], capture_output=True, check=False).returncode:
+                pytest.skip("a folder can't be mounted read-only here; that needs root")
+        mounted.append(place)
+        return place
+
+    yield made
+    for place in mounted:
+        subprocess.run(["umount", "-l", str(place)], check=True)
+
+
+@pytest.mark.parametrize("in_use", [True, False])
+def test_a_folder_that_can_not_be_written_is_whole_if_it_is(folder, read_only, in_use):
+    """Also with events that are only in the write-ahead log yet."""
+    store = SessionStore(folder / "edited-export")
+    append(store, "in the write-ahead log")
+    if not in_use:
+        store.close()
+    assert [one for one in verify(read_only(folder)) if one.harmful] == []
+    store.close()
 
 
 # -- backup -----------------------------------------------------------------------------------

@@ -17,6 +17,8 @@ from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
 from footfall.session.jobs.requests import ExecutionRequest
 from footfall.session.linked import LinkedSession
+from footfall.session.log.event import next_event
+from footfall.session.log.fold import SessionState, fold
 from footfall.session.recorded import present
 
 
@@ -91,9 +93,10 @@ class CommandedSession(LinkedSession):
     def run(self) -> dict[str, Any] | None:
         """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when.
 
-        State of a row: "queued", as its command's record says, or "unsent" where the run ended before it.
+        State of a row: "queued", as its command's record says, or "unsent" where the run ended before it. A run that
+        has ended is told so also while the log can't be written.
         """
-        state = self.state
+        state = self._with_the_latest_end()
         run = state.run
         if run is None:
             return None
@@ -111,6 +114,13 @@ class CommandedSession(LinkedSession):
             rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
         told = {name: item for name, item in fields_of(run).items() if name != "mark"}
         return {**told, "rows": rows}
+
+    def _with_the_latest_end(self) -> SessionState:
+        state, latest = self.state, self._commanding.latest_end
+        if state.run is None or state.run.state == "ended" or latest is None or latest[1]["run"] != state.run.number:
+            return state
+        at, ended = latest
+        return fold(state, next_event(None, at, "run_ended", ended))
 
     def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
         """Stop the rover, now; stays in force until cleared. Anybody may; works without rover, disk or free lock."""

@@ -72,6 +72,8 @@ class Commanding:
         self._watch: threading.Thread | None = None
         self._stop_log = StopLog()
         self._closing = threading.Event()
+        self.latest_end: tuple[float, dict[str, Any]] | None = None
+        """When the latest run ended [s since 1970] and how, as its record says, whether or not that is written."""
 
     # -- the conn ------------------------------------------------------------------------------
 
@@ -322,6 +324,7 @@ class Commanding:
 
     def _record_ended(self, run: Run, outcome: str, reason: str) -> None:
         ended = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": run.unsent}
+        self.latest_end = time.time(), ended
         self._record_anyway("run_ended", {**ended, "epoch": self.gate.epoch})
 
     def _by(self, who: Identity) -> dict[str, Any]:

@@ -19,6 +19,9 @@ from footfall.session.storage.store import SessionStore
 LOCK_PATIENCE = 1.0
 """How long what must not wait, such as a stop, waits to be recorded before it is kept for later [s]."""
 
+TRY_AGAIN_AFTER = 1.0
+"""What could not be written is tried again after this long, or after three times as long as a try takes [s]."""
+
 Listener = Callable[[dict[str, Any]], None]
 
 
@@ -38,6 +41,8 @@ class Journal:
         self._listeners: list[Listener] = []
         self._unrecorded: list[tuple[str, dict[str, Any]]] = []
         self._closed = False
+        self._closing = threading.Event()
+        self._trying: threading.Thread | None = None
         self.appended = 0, 0.0
         """How many events were written so far, and how long that took in all [s]."""
 
@@ -87,18 +92,20 @@ class Journal:
             return self._write(type, {**told(), **payload})
 
     def record_anyway(self, type: str, payload: Mapping[str, Any]) -> None:
-        """As :meth:`record`, but what can't be written now is written before the next event that can.
+        """As :meth:`record`, but what can't be written now is written once it can be, before any other event.
 
         Listeners hear so: a message "store" with ``unrecorded``, and the ``problem``; None when all is written.
         """
         if not self.lock.acquire(timeout=LOCK_PATIENCE):
             self._unrecorded.append((type, dict(payload)))
+            self._try_again()
             return
         try:
             self.record(type, payload)
         except (OSError, Conflict) as err:
             logging.getLogger(__name__).error("event %s is kept for later: %s", type, err)
             self._unrecorded.append((type, dict(payload)))
+            self._try_again()
             self._tell_of_store(err.message if isinstance(err, Conflict) else str(err.strerror or err))
         finally:
             self.lock.release()
@@ -113,6 +120,9 @@ class Journal:
 
         What the database can't take even now is kept in the session's folder, and moved there by the next opening.
         """
+        self._closing.set()
+        if self._trying is not None and self._trying is not threading.current_thread():
+            self._trying.join()
         with self.lock:
             if not self._closed:
                 try:
@@ -146,6 +156,25 @@ class Journal:
             del self._unrecorded[0]
             if not self._unrecorded:
                 self._tell_of_store(None)
+
+    def _try_again(self) -> None:
+        """Go on trying to write what is pending, in a thread of its own, until it is written."""
+        if self._closing.is_set() or (self._trying is not None and self._trying.is_alive()):
+            return
+        with suppress(RuntimeError):  # no thread can be started: the next event takes it along
+            trying = threading.Thread(target=self._keep_trying, name="footfall-write-again", daemon=True)
+            trying.start()
+            self._trying = trying
+
+    def _keep_trying(self) -> None:
+        pause = TRY_AGAIN_AFTER
+        while self._unrecorded and not self._closing.wait(pause):
+            began = time.monotonic()
+            with self.lock, suppress(OSError, Conflict):
+                # one that is just being put back is left alone until it is asked for something
+                if not self._closed and not self._store.displaced:
+                    self._record_pending()
+            pause = max(TRY_AGAIN_AFTER, 3.0 * (time.monotonic() - began))
 
     def _tell_of_store(self, problem: str | None) -> None:
         self._notify({"type": "store", "store": {"unrecorded": len(self._unrecorded), "problem": problem}})

@@ -1,5 +1,6 @@
 """Errors as RFC 9457 problem documents, with a ``type`` that stays the same from release to release."""
 
+import errno
 import logging
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -72,6 +73,9 @@ _TITLES = {
 }
 
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
 class Json(JSONResponse):
     """JSON as the routes write it: numbers that are not finite as null."""
 
@@ -121,6 +125,14 @@ def add_problem_responses(app: FastAPI) -> None:
     async def not_recorded(request: Request, error: StoreRefused) -> Json:
         _log.error("at %s %s: %s", request.method, request.url.path, error)
         return await known(request, error.told)
+
+    @app.exception_handler(OSError)
+    async def no_room(request: Request, error: OSError) -> Json:
+        if error.errno not in _NO_ROOM:
+            return await unexpected(request, error)
+        text = f"there is no room on the server's disk, so it was not done: {error.strerror}; make room and ask again"
+        _log.error("at %s %s: %s", request.method, request.url.path, error)
+        return problem("not-recorded", HTTPStatus.INSUFFICIENT_STORAGE, text, {"no_room": True})
 
     @app.exception_handler(RequestValidationError)
     async def malformed(request: Request, error: RequestValidationError) -> Json:

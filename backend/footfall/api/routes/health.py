@@ -11,8 +11,10 @@ from fastapi import Request, Response
 from footfall.api.access import AllSessions
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.routing import Routes
+from footfall.core.errors import FootFallError
 from footfall.session.access.accounts import Accounts, AccountsUnreadable
 from footfall.session.registry import Sessions
+from footfall.session.storage.databases import looking
 
 router = Routes(tags=["health"])
 
@@ -63,6 +65,8 @@ def ready(sessions: AllSessions, request: Request, response: Response) -> Ready:
 def _checked(what: str, look: Callable[[Sessions], str], sessions: Sessions) -> Checked:
     try:
         return {"what": what, "ok": True, "text": look(sessions)}
+    except FootFallError as error:
+        return {"what": what, "ok": False, "text": error.message}
     except (OSError, RuntimeError, *AccountsUnreadable) as error:
         return {"what": what, "ok": False, "text": str(error)}
 
@@ -96,6 +100,9 @@ def _recorded(sessions: Sessions) -> str:
     pending = sum(one.unrecorded for one in sessions.opened())
     if pending:
         raise RuntimeError(f"{pending} events can't be written; see the disk and the log")
+    if sessions.opened():
+        with looking(sessions.folder) as log:
+            log.sessions()
     return "every event is written"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from footfall.core.errors import Conflict
 from footfall.io.account_store import FILE, AccountFile, AccountStore
 from footfall.session.storage.databases import binding, require_extra
+from footfall.session.storage.sqlite_log import DATABASE
 
 MOVED = f"{FILE}.moved"
 
@@ -34,6 +35,13 @@ def account_store(folder: Path) -> AccountStore:
         shared.close()
         raise
     return shared
+
+
+def keep_to_owner(folder: Path) -> None:
+    """Let nobody but the owner read the log of a folder with accounts, nor what this process makes from now on."""
+    os.umask(0o077)
+    for path in folder.glob(f"{DATABASE}*"):
+        path.chmod(0o600)
 
 
 def has_accounts(folder: Path) -> bool:

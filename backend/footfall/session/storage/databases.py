@@ -6,6 +6,8 @@ A folder that was once bound to a server keeps its address in the file ``store``
 import contextlib
 import json
 import os
+import shutil
+import tempfile
 import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -68,6 +70,31 @@ def open_log(folder: Path, create: bool = True) -> EventLog:
     """The database of a working folder. Raises FileNotFoundError where there is none and ``create`` is off."""
     bound = binding(folder)
     return SqliteLog(folder / DATABASE, create) if bound is None else _open_server(bound, create)
+
+
+@contextlib.contextmanager
+def looking(folder: Path) -> Iterator[EventLog]:
+    """The database of a working folder, to be read only, also where nothing in the folder can be written.
+
+    SQLite writes beside a database even to read it; of a folder that can't be written a copy is read. Raises
+    FileNotFoundError where there is none.
+    """
+    database = folder / DATABASE
+    if binding(folder) is not None or not database.is_file() or (os.access(folder, os.W_OK) and _writable(database)):
+        with contextlib.closing(open_log(folder, create=False)) as log:
+            yield log
+        return
+    with tempfile.TemporaryDirectory(prefix="footfall-look-") as beside:
+        for path in (database, folder / f"{DATABASE}-wal"):
+            if path.is_file():
+                shutil.copyfile(path, Path(beside) / path.name)
+        with contextlib.closing(SqliteLog(Path(beside) / DATABASE, create=False)) as log:
+            yield log
+
+
+def _writable(database: Path) -> bool:
+    beside = (database, *(database.with_name(f"{DATABASE}{ending}") for ending in ("-wal", "-shm")))
+    return all(os.access(path, os.W_OK) for path in beside if path.exists())
 
 
 def has_log(folder: Path) -> bool:

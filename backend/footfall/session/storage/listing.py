@@ -1,13 +1,12 @@
 """What sessions there are in a working folder, without opening them."""
 
-import contextlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
 
 from footfall.core.errors import FootFallError, NotFound
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
-from footfall.session.storage.databases import log_name, open_log
+from footfall.session.storage.databases import log_name, looking
 from footfall.session.storage.head import HEAD
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.plain_log import has_plain_log
@@ -18,7 +17,7 @@ def found_sessions(folder: Path) -> dict[str, Listed | str]:
     logged: dict[str, Listed | str] = {}
     problem = f"its events are not in {log_name(folder)}, which was removed or replaced; put it back from a backup"
     try:
-        with contextlib.closing(open_log(folder, create=False)) as log:
+        with looking(folder) as log:
             logged = {one.id: one for one in log.sessions()}
     except FileNotFoundError:
         pass

@@ -128,6 +128,11 @@ class SessionStore:
         """The session so far, in the form that is exchanged."""
         return bundle_of(self.folder, self.session, [event.as_dict() for event in self.events])
 
+    @property
+    def displaced(self) -> bool:
+        """Whether the database that it was opened with is not there now: somebody may be putting it back."""
+        return self._log is not None and (self._displaced or self._log.displaced())
+
     def put(self, value: Value) -> str:
         """Store a value; returns its digest. One that is there stays as it is."""
         return self._artifacts.put(value)

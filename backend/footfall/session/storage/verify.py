@@ -9,7 +9,7 @@ from footfall.core.errors import FootFallError, InvalidBundle
 from footfall.core.progress import Progress, no_progress
 from footfall.io.bundles import ARTIFACTS, EVENTS, artifact_files, is_artifact, read_bundle
 from footfall.io.event_log import Record
-from footfall.session.storage.databases import log_name, open_log
+from footfall.session.storage.databases import log_name, looking
 from footfall.session.storage.head import HEAD, Comparison, Head, compare, read_head
 from footfall.session.storage.interface import EventLog
 from footfall.session.storage.listing import chosen_sessions
@@ -41,7 +41,7 @@ def verify(folder: Path, names: Sequence[str] = (), progress: Progress = no_prog
     log: EventLog | None = None
     with contextlib.ExitStack() as stack:
         try:
-            log = stack.enter_context(contextlib.closing(open_log(folder, create=False)))
+            log = stack.enter_context(looking(folder))
             findings += [Finding("", "database", f"{log.name}: {text}") for text in log.damage()]
         except FileNotFoundError:
             pass  # each session without its events will say so
