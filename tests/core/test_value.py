@@ -27,7 +27,9 @@ from footfall.core.value import (
     Value,
     before,
     digest,
+    digest_flat,
     flatten,
+    stored_name,
     unflatten,
     value,
     value_enum,
@@ -46,6 +48,11 @@ class CoreTestLater(Value):
 class CoreTestBefore(Value):
     reserve: float = field(default=0.05, metadata=before(0.0))
     way: str = field(default="careful", metadata=before("rigid"))
+
+
+@value(stored_as="CoreTestOldName")
+class CoreTestRenamed(Value):
+    size: float = 1.0
 
 
 @value_enum
@@ -445,3 +452,21 @@ def test_a_default_that_is_not_what_was_meant_before_stands_in_the_flat_form():
     structure, arrays = flatten(CoreTestBefore())
     assert structure["of"] == {"reserve": 0.05, "way": "careful"}
     assert unflatten(structure, arrays).digest == CoreTestBefore().digest
+
+
+def test_a_class_that_was_renamed_keeps_the_digest_of_what_was_stored():
+    structure, arrays = flatten(CoreTestRenamed(2.0))
+    assert structure == {"value": "CoreTestOldName", "of": {"size": 2.0}}
+    again = unflatten(structure, arrays)
+    assert isinstance(again, CoreTestRenamed)
+    assert again.digest == digest_flat(structure, arrays)
+    assert stored_name(CoreTestRenamed) == "CoreTestOldName"
+    assert pickle.loads(pickle.dumps(again)).digest == again.digest
+
+
+def test_a_stored_name_belongs_to_one_class():
+    with pytest.raises(TypeError, match="two values are called CoreTestOldName"):
+
+        @value(stored_as="CoreTestOldName")
+        class CoreTestAnother(Value):
+            size: float = 1.0

@@ -14,13 +14,13 @@ structure and a list of arrays, :func:`unflatten` is its inverse.
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import Field, dataclass, fields
 from enum import Enum
 from functools import lru_cache
 from types import UnionType
-from typing import Any, TypeVar, Union, dataclass_transform, get_args, get_origin
+from typing import Any, TypeVar, Union, dataclass_transform, get_args, get_origin, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,7 @@ def before(meaning: Any) -> Mapping[str, Any]:
 
 _FLOAT64 = NDArray[np.float64]
 _registry: dict[str, type] = {}
+_names: dict[type, str] = {}
 _T = TypeVar("_T", bound=type)
 
 
@@ -88,28 +89,47 @@ class Value:
         raise InvalidInput(f"{', '.join(no_arrays)} of {type(self).__name__} must be an array", fields=no_arrays)
 
 
+@overload
+def value(cls: _T) -> _T: ...
+@overload
+def value(*, stored_as: str) -> Callable[[_T], _T]: ...
 @dataclass_transform(frozen_default=True, eq_default=False)
-def value(cls: _T) -> _T:
-    """Make ``cls`` (a subclass of :class:`Value`) a frozen value and register its name for files."""
+def value(cls: Any = None, *, stored_as: str = "") -> Any:
+    """Make ``cls`` (a subclass of :class:`Value`) a frozen value and register its name for files and digests.
+
+    stored_as: that name, where the class is called otherwise by now; what was stored keeps its digest.
+    """
+    if cls is None:
+        return lambda renamed: _frozen(renamed, stored_as)
+    return _frozen(cls, stored_as)
+
+
+def _frozen(cls: _T, stored_as: str) -> _T:
     made = dataclass(frozen=True, slots=True, eq=False, repr=False)(cls)
     made.__repr__ = _repr
     # dataclass(slots=True) installs list-based pickling that skips the freezing of arrays
     made.__getstate__ = Value.__getstate__
     made.__setstate__ = Value.__setstate__
-    _register(made)
+    _register(made, stored_as or made.__name__)
     return made
 
 
 def value_enum(cls: _T) -> _T:
     """Register an Enum so that values may carry its members."""
-    _register(cls)
+    _register(cls, cls.__name__)
     return cls
 
 
-def _register(cls: type) -> None:
-    if cls.__name__ in _registry:
-        raise TypeError(f"two values are called {cls.__name__}")
-    _registry[cls.__name__] = cls
+def stored_name(cls: type) -> str:
+    """What values of a class, or members of an Enum, are called in files and digests."""
+    return _names[cls]
+
+
+def _register(cls: type, name: str) -> None:
+    if name in _registry:
+        raise TypeError(f"two values are called {name}")
+    _registry[name] = cls
+    _names[cls] = name
 
 
 def _repr(self: Any) -> str:
@@ -239,9 +259,9 @@ def flatten(item: Any) -> tuple[Any, list[np.ndarray]]:
 
 def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(item, Enum):
-        if _registry.get(type(item).__name__) is not type(item):
+        if type(item) not in _names:
             raise InvalidInput(f"the Enum {type(item).__name__} needs @value_enum to be part of a value")
-        return {"enum": type(item).__name__, "of": item.value}
+        return {"enum": _names[type(item)], "of": item.value}
     if item is None or isinstance(item, (bool, str, int)):
         return item
     if isinstance(item, float):
@@ -253,7 +273,7 @@ def _flatten(item: Any, arrays: list[np.ndarray]) -> Any:
         return {"array": len(arrays) - 1}
     if isinstance(item, Value):
         body = {f.name: _flatten(getattr(item, f.name), arrays) for f in fields(item) if not _says_nothing_new(item, f)}  # type: ignore[arg-type]
-        return {"value": type(item).__name__, "of": body}
+        return {"value": _names[type(item)], "of": body}
     if isinstance(item, Mapping):
         return {"map": [[name, _flatten(one, arrays)] for name, one in item.items()]}
     if isinstance(item, (list, tuple)):

@@ -22,8 +22,8 @@ MAX_BYTES = 1 << 30
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
-# Where each value lives, so that a file can be read before anything else imported its class. Values of
-# the layers above register themselves: only they read files that hold them.
+# Where each value lives, by the name that it is stored under, so that a file can be read before anything else
+# imported its class. Values of the layers above register themselves: only they read files that hold them.
 HOMES: dict[str, tuple[str, ...]] = {
     "footfall.balance.settings": ("BalanceSettings",),
     "footfall.balance.torques": ("TorqueCheck",),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import footfall.session.jobs.requests  # noqa: F401 (registers values that are found in files)
 from footfall.core.errors import InvalidBundle, NotFound
-from footfall.core.value import Value
+from footfall.core.value import Value, stored_name
 from footfall.io.artifacts import decode, encode
 from footfall.io.bundles import ARTIFACTS
 from footfall.session.storage.interface import StoreRefused
@@ -69,7 +69,7 @@ def verify_artifact(name: str, data: bytes) -> str:
     """
     digest, _, extension = name.partition(".")
     if extension == "npz":
-        return type(decode(data, expect=digest, name=f"{ARTIFACTS}/{name}")).__name__
+        return stored_name(type(decode(data, expect=digest, name=f"{ARTIFACTS}/{name}")))
     if bytes_digest(data) != digest:
         raise InvalidBundle(f"{ARTIFACTS}/{name} is damaged", file=f"{ARTIFACTS}/{name}")
     return FILE
