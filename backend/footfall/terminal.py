@@ -103,6 +103,11 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
     typer.echo(f"{dem.name}: {about['cols']} × {about['rows']} cells of {dem.geometry.resolution:g} m")
     typer.echo(f"east {west:.2f} … {east:.2f} m, north {south:.2f} … {north:.2f} m")
     typer.echo(f"heights {about['lowest']:.3f} … {about['highest']:.3f} m, {about['known']:.1%} of the cells known")
+    if (turned := dem.true_north) is not None:
+        middle, least, most = turned
+        typer.echo(
+            f"true north is turned {middle:+.1f}° clockwise from y in the middle, {least:+.1f}° … {most:+.1f}° over it"
+        )
     for pair, reason in dem.left_out.items():
         typer.echo(f"left out {pair}: {reason}")
     if written is not None:

@@ -7,6 +7,8 @@ import zipfile
 import httpx
 import numpy as np
 import pytest
+import rasterio
+from rasterio.transform import Affine
 
 from footfall.io.artifacts import encode
 from footfall.io.image_files import encode_png
@@ -226,3 +228,32 @@ def test_a_pair_without_its_parts(client, path):
     three = both | {"third": ("t.png", b"x")}
     assert client.post(f"{path}/images/upload", files=three, data={"calibration": calibration()}).status_code == 400
     assert client.post(f"{path}/images/upload", content=b"no form").status_code in (400, 422)
+
+
+def grid_with_mask(tmp_path) -> dict[str, bytes]:
+    heights = np.arange(16, dtype=np.float32).reshape(4, 4)
+    profile = {"driver": "GTiff", "width": 4, "height": 4, "count": 1, "dtype": "float32", "crs": "EPSG:32633"}
+    path = tmp_path / "g.tif"
+    with (
+        rasterio.Env(GDAL_TIFF_INTERNAL_MASK=False),
+        rasterio.open(path, "w", **profile, transform=Affine(2, 0, 500_000, 0, -2, 5_180_000)) as target,
+    ):
+        target.write(heights, 1)
+        target.write_mask(heights > 3)
+    return {one.name: one.read_bytes() for one in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize("name", ["g.tif", "Höhe im Süden.tif"])
+def test_files_beside_a_terrain_go_along(client, path, tmp_path, name):
+    made = grid_with_mask(tmp_path)
+    assert set(made) == {"g.tif", "g.tif.msk"}
+    alone = client.post(f"{path}/terrains", files=[("file", (name, made["g.tif"]))])
+    assert alone.json()["known"] == 1.0
+    parts = [("file", (name, made["g.tif"])), ("beside", (f"{name}.msk", made["g.tif.msk"]))]
+    both = client.post(f"{path}/terrains", files=parts)
+    assert both.status_code == 201, both.text
+    assert both.json()["known"] == 0.75
+    assert both.json()["true_north_deg"] is not None
+    stranger = client.post(f"{path}/terrains", files=[*parts[:1], ("beside", ("other.prj", b"x"))])
+    problem(stranger, 422, "invalid-input")
+    assert "does not belong to" in stranger.json()["detail"]

@@ -96,7 +96,7 @@ def test_geotiff_without_a_place_needs_a_resolution(tmp_path):
     [
         ({"crs": "EPSG:4326"}, "degrees"),
         ({"crs": "EPSG:2227"}, "foot"),
-        ({"crs": "EPSG:32616+6360"}, "heights of a.tif are in 'US survey foot'"),
+        ({"crs": "EPSG:32616+6360"}, "heights of a.tif are in US survey foot"),
         ({"crs": "EPSG:3857", "transform": Affine(0.5, 0, -9.39e6, 0, -0.5, 4.39e6)}, "true to scale"),
         ({"crs": "+proj=eqc +R=1737400 +units=m", "transform": Affine(0.5, 0, 0, 0, -0.5, 1.4e6)}, "true to scale"),
         ({"transform": Affine(0.47, 0.17, 0, 0.17, -0.47, 0)}, "rotated"),

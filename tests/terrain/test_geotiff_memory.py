@@ -8,7 +8,7 @@ from rasterio.io import MemoryFile
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.io.terrain_geotiff import BANDS, read_geotiff, write_geotiff
+from footfall.io.terrain_geotiff import BANDS, read_raster, write_geotiff
 from footfall.terrain.dem import Dem
 
 
@@ -31,7 +31,7 @@ def remembered(rng) -> Dem:
 
 
 def test_every_layer_comes_back_to_the_bit(remembered):
-    again = read_geotiff(write_geotiff(remembered), "again")
+    again = read_raster(write_geotiff(remembered), "again")
     for name in ("heights", "variance", "count", "time", "source"):
         assert np.array_equal(getattr(again, name), getattr(remembered, name), equal_nan=name[0] not in "cs"), name
         assert getattr(again, name).dtype == getattr(remembered, name).dtype
@@ -67,7 +67,7 @@ def test_a_terrain_without_memory_stays_one_band(remembered):
     with MemoryFile(write_geotiff(plain)) as memory, memory.open() as source:
         assert source.count == 1
         assert source.dtypes == ("float32",)
-    assert read_geotiff(write_geotiff(plain), "plain").variance is None
+    assert read_raster(write_geotiff(plain), "plain").variance is None
 
 
 @pytest.mark.parametrize(("band", "number"), [(2, -1.0), (3, np.inf), (6, 0.5), (6, 1e9), (7, 3.0)])
@@ -79,4 +79,4 @@ def test_damaged_layers_are_refused(remembered, tmp_path, band, number):
         layer[np.isfinite(layer)] = number
         target.write(layer, band)
     with pytest.raises(InvalidTerrain):
-        read_geotiff(path.read_bytes(), "damaged")
+        read_raster(path.read_bytes(), "damaged")

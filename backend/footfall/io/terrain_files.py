@@ -16,10 +16,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from rasterio.crs import CRS
 
 from footfall.core.errors import InvalidTerrain, NotFound
-from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files
-from footfall.io.terrain_projection import check_projection_text
+from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files, terrain_sidecars
+from footfall.io.terrain_projection import check_projection_text, check_true_to_scale, convergence
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.resample import resample
@@ -63,12 +64,23 @@ def read_terrain(
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InvalidTerrain(f"{path.name} has {path.stat().st_size} bytes, more than {MAX_FILE_BYTES} are refused")
     _check_ending(path.suffix.lower(), path.name, READABLE)
-    projection = path.with_suffix(".prj")
-    if path.suffix.lower() == ".asc" and projection.is_file():
-        check_projection_text(projection.read_text(errors="replace"), projection.name)
+    ending = path.suffix.lower()
+    told = terrain_sidecars.projection_beside(path)
+    projection = None if told is None else check_projection_text(told.read_text(errors="replace"), told.name)
+    rasters = (".tif", ".tiff", *([".asc"] if terrain_sidecars.changes_heights(path) is not None else []))
+    if ending == ".asc" and (other := terrain_sidecars.declares_no_value(path)) is not None:
+        raise InvalidTerrain(
+            f"{other.name} names a no-data value, which ASCII grids state themselves; write it as NODATA_value into "
+            f"{path.name}, or make both a GeoTIFF",
+            beside=other.name,
+        )
+    if ending not in rasters:
+        terrain_sidecars.require_read(path)
     return decode_terrain(
         path.read_bytes(),
         path.name,
+        by_path=path if ending in rasters else None,
+        projection=projection,
         resolution=resolution,
         scale=scale,
         center=center,
@@ -86,8 +98,13 @@ def decode_terrain(
     center: bool | tuple[float, float] | None = None,
     size: tuple[float, float] | None = None,
     height_range: tuple[float, float] | None = None,
+    by_path: Path | None = None,
+    projection: CRS | None = None,
 ) -> Dem:
-    """Like :func:`read_terrain`, for a file's content and its name."""
+    """Like :func:`read_terrain`, for a file's content and its name.
+
+    by_path: where it lies, of a raster that is to be read with the files beside it. projection: that one of them says.
+    """
     ending = Path(name).suffix.lower()
     _check_ending(ending, name, READABLE)
     if not (np.isfinite(scale) and scale > 0):
@@ -108,12 +125,14 @@ def decode_terrain(
         raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
     elif ending in _MESHES:
         dem = terrain_mesh_files.read_mesh(content, name, cell)
-    elif ending == ".asc":
+    elif ending == ".asc" and by_path is None:
         dem = terrain_grid_files.read_asc(content, name)
+        check_true_to_scale(projection, dem.geometry.bounds, name)
+        dem = replace(dem, true_north=convergence(projection, dem.geometry.bounds))
     elif ending == ".npz":
         dem = terrain_grid_files.read_npz(content, name)
     else:
-        dem = terrain_geotiff.read_geotiff(content, name, cell)
+        dem = terrain_geotiff.read_raster(by_path or content, name, cell, projection)
     return _placed(dem, resolution, scale, center)
 
 
@@ -184,6 +203,7 @@ def _scaled(dem: Dem, scale: float) -> Dem:
     scaled = from_heights(
         heights, grid.resolution * scale, grid.x0 * scale, grid.y0 * scale, dem.name, texture=dem.texture
     )
+    scaled = replace(scaled, true_north=dem.true_north)
     if dem.variance is None:
         return scaled
     variance = dem.variance * np.float32(scale**2)

@@ -10,6 +10,7 @@ import json
 import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from scipy.special import erf
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
-from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale
+from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale, convergence
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers, from_heights
 
@@ -44,9 +45,11 @@ _OF_HEIGHTS = re.compile(r"height|elevation|altitude|relief|topograph|\bd[ehst]m
 SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
 
-def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> Dem:
+def read_raster(source: bytes | Path, name: str, resolution: float | None = None, projection: CRS | None = None) -> Dem:
     """First band of a GeoTIFF, with its scale, offset and no-data value applied; all bands of a file of ours.
 
+    source: its content, or its path: then GDAL heeds the files beside it, and it may be an ASCII grid.
+    projection: what a ``.prj`` beside says, of a file that says nothing itself.
     resolution: cell size [file's unit] of a file without georeferencing, whose south-west cell then
     lies at (0, 0). Raises InvalidTerrain for degrees and other units than metres, projections that are not true to
     scale, rotated or oblong cells, pictures, bands of something else, numbers that stand for no value undeclared, and
@@ -55,15 +58,22 @@ def read_geotiff(content: bytes, name: str, resolution: float | None = None) -> 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         try:
-            with MemoryFile(content) as memory, memory.open(driver="GTiff") as source:
-                return _read(source, name, resolution)
+            if isinstance(source, Path):
+                with rasterio.open(source, driver="AAIGrid" if source.suffix.lower() == ".asc" else "GTiff") as opened:
+                    return _read(opened, name, resolution, projection)
+            with MemoryFile(source) as memory, memory.open(driver="GTiff") as opened:
+                return _read(opened, name, resolution, projection)
         except (RasterioError, CRSError, OSError, ValueError) as err:
-            raise InvalidTerrain(f"{name} can't be read as a GeoTIFF, it may be corrupt: {err}") from err
+            raise InvalidTerrain(f"{name} can't be read as a raster, it may be corrupt: {err}") from err
 
 
-def _read(source: DatasetReader, name: str, resolution: float | None) -> Dem:
+def _read(source: DatasetReader, name: str, resolution: float | None, projection: CRS | None) -> Dem:
     check_cell_count(source.height, source.width)
     check_crs(source.crs, name)
+    points = len(source.gcps[0])
+    if points or source.rpcs is not None:
+        by = f"{points} control points" if points else "rational polynomials"
+        raise InvalidTerrain(f"{name} has its place by {by}, not by a grid; resample it: gdalwarp -tr 0.5 0.5 …")
     _check_holds_heights(source, name)
     check_height_unit(source.units[0], name)
     transform = source.transform
@@ -79,14 +89,17 @@ def _read(source: DatasetReader, name: str, resolution: float | None) -> Dem:
         raise InvalidTerrain(
             f"{name} has oblong cells, {transform.a:g} × {abs(transform.e):g} m; resample it to square ones"
         )
-    check_true_to_scale(source.crs, source.bounds, name)
+    check_true_to_scale(source.crs or projection, source.bounds, name)
     stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
-    check_no_value_numbers(stored, name)
+    if source.nodata is None:  # what the file declares counts before any guess
+        check_no_value_numbers(stored, name)
     heights = stored * source.scales[0] + source.offsets[0]
+    check_no_value_numbers(heights, name)
     if transform.e < 0:
         heights = heights[::-1]
     edge = transform.f + (source.height if transform.e < 0 else 0) * transform.e
     dem = from_heights(heights, transform.a, transform.c + transform.a / 2, edge + transform.a / 2, name)
+    dem = replace(dem, true_north=convergence(source.crs or projection, source.bounds))
     return _remembering(dem, source)
 
 

@@ -8,6 +8,7 @@ import trimesh
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
+from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.rasterise import rasterise
 from footfall.terrain.ground.triangulate import triangulate
@@ -22,12 +23,11 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
     ending = name.rsplit(".", 1)[-1].lower()
     try:
         given = _counted_from_one(content) if ending == "obj" else content
-        # no resolver: a mesh file may not make us read others
-        loaded = trimesh.load_scene(io.BytesIO(given), file_type=ending, process=False, allow_remote=False)
-        solid = loaded.to_mesh()
-        vertices, triangles = np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
+        polygons = polygons_in(given, ending)
+        vertices, triangles = read_polygons(given, ending) if polygons else _of_library(given, ending)
     except Exception as err:  # the parsers raise whatever they trip over
-        raise InvalidTerrain(f"{name} can't be read as a mesh, it may be corrupt: {err}") from err
+        why = f": {err}" if isinstance(err, ValueError) and (ending == "obj" or polygons_in(content, ending)) else ""
+        raise InvalidTerrain(f"{name} can't be read as a mesh, it is cut or corrupt{why}") from err
     if not len(triangles):
         raise InvalidTerrain(f"{name} has no triangles; a terrain needs a surface, not points")
     if len(triangles) > MAX_TRIANGLES:
@@ -46,6 +46,13 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
             f"lie up to {_rounding(vertices):.2g} m off; export it about an origin near the ground, or as doubles"
         )
     return dem
+
+
+def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
+    # no resolver: a mesh file may not make us read others
+    loaded = trimesh.load_scene(io.BytesIO(content), file_type=ending, process=False, allow_remote=False)
+    solid = loaded.to_mesh()
+    return np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
 
 
 def _counted_from_one(content: bytes) -> bytes:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, value
 
 MAX_SOURCES = 255
 MAX_CELLS = 16_000_000
@@ -34,6 +34,8 @@ class Dem(Value):
     viewpoint: where the chassis stood at the newest snapshot (x, y, z), site [m], or None.
     correction: (4, 4), what moved the newest snapshot's points onto the map: p_map = correction @ p_site; or None.
     left_out: image pairs of the newest snapshot that could not be used, by name, and why.
+    true_north: how far true north is turned clockwise from the site's y [deg]: in the middle of the map, least and
+        most over it; None where its file did not say.
     """
 
     heights: NDArray[np.float32]
@@ -49,6 +51,7 @@ class Dem(Value):
     viewpoint: tuple[float, ...] | None = None
     correction: NDArray[np.float64] | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)
+    true_north: tuple[float, float, float] | None = field(default=None, metadata=LATER)
 
     @property
     def remembers(self) -> bool:

@@ -293,6 +293,7 @@ class TerrainAnswer(TypedDict):
     remembers: bool
     sources: list[str]
     left_out: dict[str, str]
+    true_north_deg: tuple[float, float, float] | None
     parents: dict[str, str]
 
 

@@ -1,7 +1,7 @@
 """Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
 
 import json
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
@@ -105,16 +105,21 @@ def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
 
 
 @contextmanager
-def on_disk(name: str, content: bytes) -> Iterator[Path]:
+def on_disk(name: str, content: bytes, beside: Sequence[tuple[str, bytes]] = ()) -> Iterator[Path]:
     """The content as a file of that name in a folder of its own, for readers that want a path.
 
-    A name that no file can have becomes a similar one with the same ending.
+    A name that no file can have becomes a similar one with the same ending. beside: name and content of files to lie
+    there too; their names go with that of the first.
     """
     ending = PurePath(name).suffix
     stem = name.removesuffix(ending).replace("\0", "").strip(".").encode()[:LONGEST_STEM].decode(errors="ignore")
     with TemporaryDirectory(prefix="footfall-") as folder:
         path = Path(folder) / f"{stem or 'upload'}{ending if len(ending) < LONGEST_ENDING else ''}"
         path.write_bytes(content)
+        for other, also in beside:
+            stem = name if other.lower().startswith(name.lower()) else name.removesuffix(ending)
+            kept = path.name if stem == name else path.stem
+            (Path(folder) / f"{kept}{other[len(stem) :]}").write_bytes(also)
         yield path
 
 

@@ -8,15 +8,18 @@ from typing import Annotated, Literal, TypedDict, cast
 import numpy as np
 from fastapi import Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
+from starlette.datastructures import FormData
 
 from footfall.api.access import Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
-from footfall.api.door.multipart import file_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
+from footfall.api.door.multipart import file_of, files_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
+from footfall.core.errors import InvalidInput
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
+from footfall.io.terrain_sidecars import MOST_BESIDE, names_beside
 from footfall.session.jobs.job import Job
 from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
@@ -27,6 +30,7 @@ router = Routes(tags=["terrains"])
 
 _BYTES = "application/octet-stream"
 Extension = Literal["npz", "tif", "asc", "ply", "obj", "stl", "off"]
+BESIDE = "a file that belongs to it and says how to read it: .prj, .aux.xml, .msk, .tfw, …; may be given several times"
 MeshExtension = Literal["ply", "obj", "stl", "off"]
 
 _one_at_a_time = Lock()
@@ -38,18 +42,21 @@ _one_at_a_time = Lock()
     status_code=201,
     responses={201: {"model": answer_model(TerrainAnswer)}, 202: {"model": answer_model(JobAnswer)}},
     openapi_extra=multipart_doc(
-        {"file": "GeoTIFF, ESRI ASCII grid, npz, PLY, OBJ, OFF, STL or grey PNG"},
+        {"file": "GeoTIFF, ESRI ASCII grid, npz, PLY, OBJ, OFF, STL or grey PNG", "beside": BESIDE},
         {"options": TerrainOptions},
         BuildTerrain,
+        optional=("beside",),
+        several=("beside",),
     ),
 )
 async def make_terrain(live: OneSession, request: Request, response: Response) -> TerrainAnswer | JobAnswer:
     """JSON: rebuild from the session's images (202, a job). A form with a file: read that terrain (201)."""
     if is_multipart(request):
-        async with form_of(request, ("file",), ("options",)) as form:
+        async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
             name, content = await file_of(form, "file")
+            beside = await _beside(form, name)
             options = json_of(form, "options", TerrainOptions)
-        about = await run_in_threadpool(_load, live, name, content, options)
+        about = await run_in_threadpool(_load, live, name, content, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await request.body(), BuildTerrain)
@@ -57,8 +64,22 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 
 
-def _load(live: LiveSession, name: str, content: bytes, options: TerrainOptions) -> TerrainAnswer:
-    with on_disk(name, content) as path:
+async def _beside(form: FormData, name: str) -> list[tuple[str, bytes]]:
+    """Files that belong to the terrain file; others are refused, as nothing would read them."""
+    found = await files_of(form, "beside", MOST_BESIDE)
+    wanted = names_beside(name)
+    for other, _ in found:
+        if other.lower() not in wanted:
+            raise InvalidInput(
+                f"{other} does not belong to {name}; beside it may lie: {', '.join(sorted(wanted))}", file=other
+            )
+    return found
+
+
+def _load(
+    live: LiveSession, name: str, content: bytes, beside: list[tuple[str, bytes]], options: TerrainOptions
+) -> TerrainAnswer:
+    with on_disk(name, content, beside) as path:
         dem = read_terrain(path, **options.arguments())
     live.load_terrain(dem, source=name)
     return about_terrain(dem)
@@ -82,6 +103,7 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
         "remembers": dem.remembers,
         "sources": list(dem.sources),
         "left_out": dict(dem.left_out),
+        "true_north_deg": dem.true_north,
         "parents": dict(dem.provenance.parents),
     }
 
@@ -89,19 +111,25 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
 @router.post(
     "/sessions/{session}/terrains/blend",
     status_code=202,
-    openapi_extra=multipart_doc({"file": "terrain known from elsewhere, such as a GeoTIFF"}, {"options": BlendOptions}),
+    openapi_extra=multipart_doc(
+        {"file": "terrain known from elsewhere, such as a GeoTIFF", "beside": BESIDE},
+        {"options": BlendOptions},
+        optional=("beside",),
+        several=("beside",),
+    ),
 )
 async def blend(live: OneSession, request: Request, response: Response) -> JobAnswer:
     """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
-    async with form_of(request, ("file",), ("options",)) as form:
+    async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
         name, content = await file_of(form, "file")
+        beside = await _beside(form, name)
         options = json_of(form, "options", BlendOptions)
-    return accepted(await run_in_threadpool(_blend, live, name, content, options), response)
+    return accepted(await run_in_threadpool(_blend, live, name, content, beside, options), response)
 
 
-def _blend(live: LiveSession, name: str, content: bytes, options: BlendOptions) -> Job:
+def _blend(live: LiveSession, name: str, content: bytes, beside: list[tuple[str, bytes]], options: BlendOptions) -> Job:
     settings = settings_value(BlendSettings, options.settings)
-    with on_disk(name, content) as path:
+    with on_disk(name, content, beside) as path:
         return live.blend_terrain(read_terrain(path, **options.read.arguments()), settings, source=name)
 
 

@@ -1,0 +1,76 @@
+"""Faces of many corners: the same ground from every format, a pit stays a pit, what is wrong is said plainly."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from footfall.core.errors import InvalidTerrain
+from footfall.io.polygon_faces import polygons_in, read_polygons
+from footfall.io.terrain_files import decode_terrain
+
+SQUARE = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]
+PIT = [(1, 1, 0), (1, 3, 0), (3, 3, 0), (3, 1, 0)]
+FLOOR = [(1, 1, -1), (3, 1, -1), (3, 3, -1), (1, 3, -1)]
+VERTICES = np.array([*SQUARE, *PIT, *FLOOR], float)
+FACES = [[0, 1, 2, 3, 0, 4, 5, 6, 7, 4], [8, 9, 10, 11], [4, 7, 9], [4, 9, 8]]
+
+
+def obj():
+    lines = [f"v {x} {y} {z}" for x, y, z in VERTICES]
+    return "\n".join([*lines, *(f"f {' '.join(str(i + 1) for i in face)}" for face in FACES), ""]).encode()
+
+
+def off():
+    lines = ["OFF", f"{len(VERTICES)} {len(FACES)} 0", *(f"{x} {y} {z}" for x, y, z in VERTICES)]
+    return "\n".join([*lines, *(f"{len(face)} {' '.join(map(str, face))}" for face in FACES), ""]).encode()
+
+
+def ply(form):
+    head = (
+        f"ply\nformat {form} 1.0\nelement vertex {len(VERTICES)}\nproperty double x\nproperty double y\n"
+        f"property double z\nelement face {len(FACES)}\nproperty list uchar int vertex_indices\nend_header\n"
+    ).encode()
+    if form == "ascii":
+        lines = [f"{x} {y} {z}" for x, y, z in VERTICES]
+        lines += [f"{len(face)} {' '.join(map(str, face))}" for face in FACES]
+        return head + "\n".join([*lines, ""]).encode()
+    order = "<" if "little" in form else ">"
+    body = b"".join(struct.pack(f"{order}3d", *vertex) for vertex in VERTICES)
+    body += b"".join(struct.pack(f"{order}B{len(face)}i", len(face), *face) for face in FACES)
+    return head + body
+
+
+FORMS = {
+    "pit.obj": obj(),
+    "pit.off": off(),
+    "ascii.ply": ply("ascii"),
+    "little.ply": ply("binary_little_endian"),
+    "big.ply": ply("binary_big_endian"),
+}
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_a_pit_inside_a_concave_face_is_a_pit(name):
+    dem = decode_terrain(FORMS[name], name, resolution=0.25)
+    row, col = dem.geometry.cell(np.array([2.0, 0.5]), np.array([2.0, 0.5]))
+    np.testing.assert_allclose(dem.heights[row, col], [-1.0, 0.0])
+    inside = [dem.geometry.cell(np.array([x]), np.array([y])) for x in (1.5, 2.5) for y in (1.5, 2.5)]
+    assert all(dem.heights[one][0] == -1.0 for one in inside)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_every_format_gives_the_same_triangles(name):
+    ending = name.rpartition(".")[2]
+    assert polygons_in(FORMS[name], ending)
+    vertices, triangles = read_polygons(FORMS[name], ending)
+    np.testing.assert_allclose(vertices, VERTICES)
+    np.testing.assert_array_equal(triangles, read_polygons(obj(), "obj")[1])
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_a_file_that_is_cut_is_refused_in_our_words(name):
+    with pytest.raises(InvalidTerrain, match=r"cut|corrupt|past the") as refused:
+        decode_terrain(FORMS[name][:-12], name, resolution=0.25)
+    assert "ufunc" not in refused.value.message
+    assert "kwarg" not in refused.value.message
