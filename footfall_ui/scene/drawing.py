@@ -132,7 +132,7 @@ class Scene:
             self._redrawing.mark(*MOVING)
         elif message["type"] == "hand":
             self._redrawing.mark("hand", "what if")
-        elif message["type"] in ("event", "view", "preview"):
+        elif message["type"] in ("event", "view", "preview", "fits"):
             self._redrawing.mark()
 
     def _of_session(self, draw: Callable[[LiveSession], None]) -> Callable[[], None]:

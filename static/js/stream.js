@@ -99,7 +99,7 @@ function listen() {
   });
 }
 
-// "link", "session" and "preview" say only that the summary has changed.
+// "link", "session", "preview" and "fits" say only that the summary has changed.
 const take = {
   // A hand on the ghost's slider, or on what is moved, sends dozens a second: no summary for each of them.
   view: (view) => tell({ view }),

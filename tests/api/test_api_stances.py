@@ -36,7 +36,10 @@ def test_what_if_and_back(standing, stood):
     weight = np.array(about["wheel_forces"]).sum(axis=0)
     assert weight[2] > 1000
     assert np.abs(weight[:2]).max() < 1e-6 * weight[2]
-    assert standing.get(SESSION).json()["what_if"]["dz"] == -0.3
+    now = standing.get(SESSION).json()
+    assert now["what_if"]["dz"] == -0.3
+    assert now["up_to_date"]["what_if"] == {"fits": True, "reason": ""}
+    assert now["up_to_date"]["measured"] is False
     # again: from how the rover stands, not from the shifted one
     second = standing.put(WHAT_IF, json={"dx": 0.05, "dz": -0.1}).json()
     assert second["T_site_base"][2][3] == pytest.approx(about["T_site_base"][2][3] + 0.2)

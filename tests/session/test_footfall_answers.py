@@ -39,7 +39,7 @@ def judged(tiny):
             if name not in without
         }
         maps = MapStack(dem.geometry, 1, stability, layers, Provenance({}))
-        return judge_footfall(dem, 0.3, 1, 0.0, 0.0, maps, True)
+        return judge_footfall(dem, 0.3, 1, 0.0, 0.0, maps)
 
     return judge
 
@@ -76,9 +76,9 @@ def test_a_margin_that_is_unknown_is_null(judged):
 def test_maps_of_another_time_decide_nothing(tiny, judged):
     dem = tiny.dem()
     maps = MapStack(dem.geometry, 1, "plain", {"footing": np.full((8, 8), 3, np.uint8)}, Provenance({}))
-    answer = judge_footfall(dem, 0.3, 1, 0.0, 0.0, maps, False)
+    answer = judge_footfall(dem, 0.3, 1, 0.0, 0.0, maps, "the terrain has changed since")
     assert (answer["acceptable"], answer["footing"], answer["margin"]) == (None, None, None)
-    assert "older terrain or state" in answer["reasons"][0]
+    assert "out of date: the terrain has changed since" in answer["reasons"][0]
 
 
 def test_unknown_ground_is_refused_whatever_the_maps_say(tiny):
@@ -86,7 +86,7 @@ def test_unknown_ground_is_refused_whatever_the_maps_say(tiny):
     heights[3:6, 3:6] = np.nan
     dem = replace(tiny.dem(), heights=heights)
     layers = {"footing": np.full((8, 8), REACHABLE_STABLE, np.uint8), "margin": np.full((8, 8), 0.4, np.float32)}
-    answer = judge_footfall(dem, 0.3, 1, 0.0, 0.0, MapStack(dem.geometry, 1, "plain", layers, Provenance({})), True)
+    answer = judge_footfall(dem, 0.3, 1, 0.0, 0.0, MapStack(dem.geometry, 1, "plain", layers, Provenance({})))
     assert (answer["acceptable"], answer["known"], answer["z"]) == (False, False, None)
     assert "the ground there is not known" in answer["reasons"][0]
 
@@ -102,7 +102,7 @@ def test_the_nearest_place_where_the_leg_may_stand_is_told(data, x, y):
         {"footing": footing, "margin": np.zeros((8, 8), np.float32), "hindrance": np.zeros((8, 8), np.uint8)},
         Provenance({}),
     )
-    answer = judge_footfall(dem, 0.3, 1, x, y, maps, True)
+    answer = judge_footfall(dem, 0.3, 1, x, y, maps)
     if answer["acceptable"]:
         assert answer["nearest"] is None
         return
@@ -119,5 +119,5 @@ def test_the_nearest_place_where_the_leg_may_stand_is_told(data, x, y):
         return
     assert nearest["away"] == pytest.approx(min(green)[0])
     assert math.dist((x, y), (nearest["x"], nearest["y"])) == pytest.approx(nearest["away"])
-    assert judge_footfall(dem, 0.3, 1, nearest["x"], nearest["y"], maps, True)["acceptable"]
+    assert judge_footfall(dem, 0.3, 1, nearest["x"], nearest["y"], maps)["acceptable"]
     assert f"{nearest['away']:.2f} m away, at ({nearest['x']:.2f}, {nearest['y']:.2f})" in answer["reasons"][-1]

@@ -176,7 +176,7 @@ def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, s
         assert older.state == "cancelled"
         other.cancel()
         newer.finish(20)
-        assert session.state.maps_current(1)
+        assert session.maps_fit(1).fits
 
 
 def test_a_worker_warms_up_while_no_job_waits(tiny):

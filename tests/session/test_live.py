@@ -59,12 +59,12 @@ def test_reopening_gives_the_same_state(sessions, session):
 
 def test_maps_become_outdated(session, tiny):
     session.compute_maps(1).finish()
-    assert session.state.maps_current(1)
+    assert session.maps_fit(1).fits
     session.load_terrain(tiny.dem(0.1))
-    assert not session.state.maps_current(1)
+    assert not session.maps_fit(1).fits
     answer = session.choose_footfall(1, 0.0, 0.0)
     assert answer["footing"] is None
-    assert "older terrain" in answer["reasons"][0]
+    assert "the terrain has changed since" in answer["reasons"][0]
 
 
 def test_footfalls_off_the_map_and_in_the_unknown(session):

@@ -61,7 +61,7 @@ def test_a_preview_comes_from_a_worker_before_the_product_and_is_never_recorded(
     assert not job.ended
     assert (shown.geometry.shape, shown.leg) == (tiny.COARSE.shape, LEG)
     assert pooled.maps_shown(1) is None
-    assert not pooled.state.maps_current(LEG)
+    assert not pooled.maps_fit(LEG).fits
     assert str(LEG) not in pooled.state.maps
     assert ("preview", None) in heard
     assert ("event", "product") not in heard

@@ -154,8 +154,12 @@ def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, fram
     assert np.array_equal(second.waypoints[0], end)
     # the commands there are still the first plan's: what was planned last counts
     assert planned.plan_matches_rover()["ok"] is False
+    assert planned.summary()["up_to_date"]["plan"]["fits"]  # it is of the what-if
     stands(planned, frame_of, 1, end)
     assert planned.plan_matches_rover()["ok"] is True
+    # the rover stands there: what would be, is
+    assert planned.state.what_if is None
+    assert planned.summary()["up_to_date"]["plan"] == {"fits": True, "reason": ""}
     stands(planned, frame_of, 2, planned.get(first).plan.waypoints[0])
     planned.make_sequence()
     # the rover has not made the first step yet
@@ -169,8 +173,7 @@ def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, fram
     stands(planned, frame_of, 3, end)
     assert planned.plan_matches_rover()["ok"] is True
     assert planned.arm()["token"]
-    planned.end_what_if()
-    assert planned.state.state == real
+    assert np.array_equal(planned.get(planned.state.state).posture, end)
     assert fold_all(planned.events()).digest == planned.state.digest
 
 

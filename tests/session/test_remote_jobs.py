@@ -134,7 +134,7 @@ def test_a_session_works_as_with_its_own_processes(pool, served, tiny, athlete, 
         assert slow.wait(PATIENCE)
         session.load_terrain(tiny.dem())
         digest = session.compute_maps(2).finish(PATIENCE)
-        assert session.state.maps_current(2)
+        assert session.maps_fit(2).fits
         assert session.get(digest).digest == digest
         session.plan_step(2, (1.0, 0.0)).finish(PATIENCE)
         session.make_sequence()

@@ -48,11 +48,11 @@ def test_a_what_if_is_planned_from_until_it_is_ended(live, athlete, standing):
 
     maps = live.compute_maps(LEG).finish()
     assert live.get(maps).provenance.parents["state"] == digest
-    assert live.state.maps_current(LEG)
+    assert live.maps_fit(LEG).fits
     assert live.end_what_if() == standing.digest == live.state.state
     assert live.state.what_if is None
     assert live.summary()["what_if"] is None
-    assert not live.state.maps_current(LEG)
+    assert not live.maps_fit(LEG).fits
     with pytest.raises(Conflict, match="no what-if"):
         live.end_what_if()
 

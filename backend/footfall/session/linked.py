@@ -17,7 +17,7 @@ from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Record
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, encode
-from footfall.telemetry.state import TelemetryFrame, counted_anew
+from footfall.telemetry.state import RobotState, TelemetryFrame, counted_anew
 
 
 class LinkedSession(ExecutionSession):
@@ -41,6 +41,10 @@ class LinkedSession(ExecutionSession):
     def frame(self) -> TelemetryFrame | None:
         """The latest telemetry frame."""
         return self.link.frame
+
+    def _measured(self) -> RobotState | None:
+        frame = self.frame
+        return None if frame is None else self._on_map(frame.state)
 
     @property
     def telemetry_age(self) -> float | None:

@@ -12,21 +12,23 @@ A script without a server works the same way, with jobs run inline::
         session.export_sequence(session.make_sequence(plan), "csv")
 """
 
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
 
-from footfall.core.errors import Conflict, NotFound
+from footfall.core.errors import Conflict, FootFallError, NotFound
 from footfall.core.value import Value
-from footfall.session.gate.checks import pose_difference
+from footfall.session.gate.checks import STALE_AFTER, pose_difference
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.planned import PlannedSession
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
+from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
 from footfall.session.summary import summary
 from footfall.telemetry.link import ImageRequestMessage, encode
-from footfall.telemetry.state import RobotState
+from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 
 _V = TypeVar("_V", bound=Value)
@@ -40,6 +42,9 @@ class LiveSession(PlannedSession):
     :class:`footfall.session.registry.Sessions`; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
     """
+
+    _unfit: frozenset[str] = frozenset()
+    """What listeners were told that is not of how things are now."""
 
     def summary(self) -> dict[str, Any]:
         """The session as plain JSON, for a page that opens."""
@@ -78,6 +83,18 @@ class LiveSession(PlannedSession):
             if digest != self.state.state:
                 self._journal.record("state_frozen", {"digest": digest})
         return digest
+
+    def _telemetry_arrived(self, frame: TelemetryFrame, at: float, light: float, by_request: bool) -> None:
+        super()._telemetry_arrived(frame, at, light, by_request)
+        with suppress(FootFallError, OSError), self._journal.lock:
+            if (made_so := self.stands_in_what_if()) is not None:
+                payload = {"digest": self.put(made_so), "made_so": self.state.runs}
+                self._journal.record_anyway("state_frozen", payload)
+            fits = self.up_to_date()
+            unfit = unfit_of(fits)
+            if unfit != self._unfit:
+                self._unfit = unfit
+                self._journal.tell("fits", fits=fits)
 
     def request_images(self, pairs: tuple[str, ...] | list[str] | None = None) -> None:
         """Ask the rover for images of the named camera pairs (None: all). Raises Conflict, NotFound."""
@@ -124,7 +141,7 @@ class LiveSession(PlannedSession):
         terrain and state, InvalidSequence, naming the place, where the file can't be used.
         """
         request = ImportRequest(name, np.frombuffer(content, np.uint8))
-        return self._workshop.submit("import", self._standing(), request, urgent=True).finish(SHORT_JOB)
+        return self._workshop.submit("import", self._standing_now(), request, urgent=True).finish(SHORT_JOB)
 
     def undo_sequence(self) -> str:
         """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""
@@ -156,6 +173,11 @@ class LiveSession(PlannedSession):
         if self.state.state is None and self.state.dem is not None:
             self.snapshot_state()
         return super()._ground()
+
+    def _standing_now(self) -> dict[str, str]:
+        if self.link.connected and (self.link.age or 0.0) <= STALE_AFTER and self.moved_since_frozen():
+            self.snapshot_state()
+        return super()._standing_now()
 
 
 def stands_alike(one: RobotState, other: RobotState) -> bool:

@@ -1,5 +1,6 @@
 """A session against its plan: where what is planned starts, whether the rover stands there, and what a ghost plays."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,10 @@ from numpy.typing import NDArray
 from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
 from footfall.session.commanded import CommandedSession
-from footfall.session.gate.checks import POSE_TOLERANCE, STALE_AFTER, START_TOLERANCE, pose_difference, worst_joint
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SEQUENCES, SessionState
+from footfall.session.products.up_to_date import MEASURED, SENT, Difference, difference
+from footfall.telemetry.state import RobotState
 
 
 class PlannedSession(CommandedSession):
@@ -37,16 +40,55 @@ class PlannedSession(CommandedSession):
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
-        joint, difference = worst_joint(posture, frame.state, self.description.joint_names)
-        moved = pose_difference(T_site_base, frame.state.T_site_base)
-        if abs(difference) > START_TOLERANCE:
-            reason = f"{joint} is {difference:+.4f} rad from where the plan starts"
-        elif moved > POSE_TOLERANCE:
-            reason = f"the chassis has moved by {moved:.3f} m since the plan was made"
-        else:
-            reason = ""
-        told = {"joint": joint, "difference": difference, "reason": reason, "older_ground": older}
-        return {"ok": not reason, **told}
+        # as the gate compares it: the pose as the rover tells it, not as it is on the map
+        found = difference(posture, T_site_base, frame.state, self.description.joint_names)
+        what = found.beyond(*SENT)
+        reason = {
+            "": "",
+            "chassis": f"the chassis has moved by {found.moved:.3f} m since the plan was made",
+            "joint": f"{found.joint} is {found.turned:+.4f} rad from where the plan starts",
+        }[what]
+        told = {"joint": found.joint, "difference": found.turned, "reason": reason, "older_ground": older}
+        return {"ok": not what, **told}
+
+    def moved_since_frozen(self) -> bool:
+        """Whether the rover stands otherwise than the state says that is, or counts as, how it stands."""
+        now, frozen = self._measured(), self.state.what_if or self.state.state
+        if now is None or frozen is None:
+            return False
+        return bool(self._between(self._stance(frozen), now).beyond(*MEASURED))
+
+    def stands_in_what_if(self) -> RobotState | None:
+        """How a rover at rest stands that has gone to where the what-if has it; None where that is not so.
+
+        It stands there now, or its latest run was to end there: where a rover that sags ends is somewhat else.
+        """
+        state, frame = self.state, self.frame
+        if state.what_if is None or state.state is None or frame is None or frame.state.mode != "idle":
+            return None
+        if self._commanding.gate.run is not None or not self.moved_since_frozen():
+            return None
+        now, there = self._on_map(frame.state), self._stance(state.state)
+        left, came = self._between(self._stance(state.what_if), now), self._between(there, now)
+        arrived = not came.beyond(*SENT) and came.moved <= left.moved and abs(came.turned) <= abs(left.turned)
+        return now if arrived or self._ran_to(there) else None
+
+    def _ran_to(self, there: RobotState) -> bool:
+        """Whether the latest run was carried out since the what-if was asked, and was to end ``there``."""
+        state = self.state
+        if state.run is None or state.run.outcome != "done":
+            return False
+        for event in reversed(self.events()):
+            if event.type == "run_ended":
+                break
+            if event.payload.get("digest") == state.state and event.type == "product":
+                return False  # asked after it
+        sequence = self._shelf.typed(Sequence, state.run.sequence)
+        end = replace(there, posture=sequence.predicted[-1], T_site_base=sequence.poses[-1])
+        return not self._between(there, end).beyond(*SENT)
+
+    def _between(self, then: RobotState, now: RobotState) -> Difference:
+        return difference(then.posture, then.T_site_base, now, self.description.joint_names)
 
     @property
     def played(self) -> str | None:

@@ -13,7 +13,7 @@ from footfall.terrain.dem import Dem
 
 def summary(session: PlannedSession) -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
-    state = session.state
+    state, up_to_date = session.state, session.up_to_date()
     return {
         "id": session.id,
         "name": state.name,
@@ -31,7 +31,8 @@ def summary(session: PlannedSession) -> dict[str, Any]:
         "terrain": _terrain(session),
         "can_undo_terrain": bool(state.terrain_history),
         "maps": dict(state.maps),
-        "maps_current": {leg: state.maps_current(int(leg)) for leg in state.maps},
+        "maps_current": {leg: fit["fits"] for leg, fit in up_to_date["maps"].items()},
+        "up_to_date": up_to_date,
         "footfall": None if state.footfall is None else fields_of(state.footfall),
         "footfall_answer": _footfall_answer(session),
         "points": None if state.points is None else fields_of(state.points),

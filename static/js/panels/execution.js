@@ -94,7 +94,7 @@ function draw({ summary }) {
     $("execution-progress").value = job.fraction;
     $("execution-job-text").textContent = job.text || job.state;
   }
-  const doubt = shown ? outdated(summary, shown.parents) : "";
+  const doubt = shown ? outdated(summary) : "";
   $("execution-doubt").hidden = !doubt;
   $("execution-doubt").textContent = doubt;
   const digest = summary.execution.digest ?? latest();
@@ -114,11 +114,10 @@ const read = (digest) => attempt(async () => {
   changed();
 });
 
-function outdated(summary, parents) {
+function outdated(summary) {
   if (!ofPresentPlan()) return "Out of date: this is for another plan than the present one.";
-  if (parents.dem !== summary.dem) return "Out of date: this is for an older terrain.";
-  if (parents.state !== summary.state) return "Out of date: this is for an older state of the rover.";
-  return "";
+  const fit = shown.digest === summary.execution.digest ? summary.up_to_date.execution : null;
+  return fit && !fit.fits ? `Out of date: ${fit.reason}.` : "";
 }
 
 function drawAnswer({ status, reason, checks, settings: used, execution, figures }) {

@@ -135,8 +135,8 @@ function drawGround(summary) {
   const old = age(seconds);
   box.dataset.state = seconds > OLD_GROUND ? "warn" : "good";
   box.textContent = `${old} old`;
-  const current = summary.maps_current?.[summary.view.leg];
-  const maps = !summary.maps[summary.view.leg] ? "not coloured" : current ? "coloured" : "▲ colours are OUT OF DATE and hidden";
+  const fit = summary.up_to_date.maps[summary.view.leg];
+  const maps = !fit ? "not coloured" : fit.fits ? "coloured" : `▲ colours are OUT OF DATE and hidden: ${fit.reason}`;
   $("ground-text").textContent =
     `${terrain.name}: ${terrain.cols} × ${terrain.rows} cells of ${terrain.resolution} m, `
     + `${(100 * terrain.known).toFixed(0)} % known, ${old} old. Leg ${summary.view.leg}: ${maps}.`;
@@ -144,7 +144,7 @@ function drawGround(summary) {
 
 async function drawLegend(summary) {
   const maps = summary.maps[summary.view.leg];
-  const shown = maps && summary.maps_current?.[summary.view.leg] && summary.view.layer;
+  const shown = maps && summary.up_to_date.maps[summary.view.leg]?.fits && summary.view.layer;
   $("legend-outdated").hidden = Boolean(!maps || shown || !summary.view.layer);
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;

@@ -57,10 +57,11 @@ function place(canvas, event) {
 async function draw({ summary }) {
   if (!summary || !$("panel-map").open) return;
   const leg = summary.view.leg;
-  const wanted = summary.maps_current?.[leg] ? summary.maps[leg] : "";
+  const fit = summary.up_to_date.maps[leg];
+  const wanted = fit?.fits ? summary.maps[leg] : "";
   $("map-note").hidden = Boolean(wanted);
-  $("map-note").textContent = summary.maps[leg] && !wanted
-    ? `The maps of leg ${leg} are out of date and hidden. Colour for leg ${leg} again.`
+  $("map-note").textContent = fit && !wanted
+    ? `The maps of leg ${leg} are out of date and hidden: ${fit.reason}. Colour for leg ${leg} again.`
     : `There are no maps of leg ${leg} yet. Colour for leg ${leg} first.`;
   $("map-sides").hidden = !wanted;
   if (wanted !== aboutFor) {

@@ -97,12 +97,11 @@ export function mark({ name, holds, where }) {
 }
 
 // What is shown may no longer be what is wanted: say so instead of hiding it.
-function outdated(summary, { footfall, provenance }) {
+function outdated(summary, { digest, footfall }) {
   const chosen = summary.footfall;
   if (chosen && (chosen.leg !== footfall.leg || chosen.x !== footfall.x || chosen.y !== footfall.y)) {
     return `This answer is for leg ${footfall.leg} at (${fixed(footfall.x)}, ${fixed(footfall.y)}) m, not for the chosen footfall.`;
   }
-  if (provenance.parents.dem !== summary.dem) return "This answer is for an older terrain.";
-  if (provenance.parents.state !== summary.state) return "This answer is for an older state of the rover.";
-  return "";
+  const fit = summary.plan.digest === digest ? summary.up_to_date.plan : null;
+  return fit && !fit.fits ? `This answer is out of date: ${fit.reason}.` : "";
 }

@@ -43,7 +43,7 @@ const suggest = () => attempt(async () => {
 function draw({ summary }) {
   if (!summary || !shownFor) return;
   const leg = summary.view.leg;
-  if (summary.maps_current?.[leg] && summary.maps[leg] === shownFor) return;
+  if (summary.up_to_date.maps[leg]?.fits && summary.maps[leg] === shownFor) return;
   shownFor = "";
   $("suggestions").replaceChildren();
   $("suggestions-note").textContent = "";

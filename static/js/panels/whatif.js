@@ -14,6 +14,7 @@ const FIELDS = [
   ["droll", "Roll [°]", Math.PI / 180], ["dpitch", "Pitch [°]", Math.PI / 180], ["dyaw", "Yaw [°]", Math.PI / 180],
 ];
 
+let shownAnswer = ""; // "shift", "body_move", or "": what the answer that stands there is of
 let answered = { shift: "", body_move: "", what_if: "" };
 
 export function start() {
@@ -83,6 +84,7 @@ const make = (digest) => attempt(async () => {
 });
 
 function say(text, className = "") {
+  shownAnswer = "";
   $("what-if-answer").replaceChildren(element("p", { className, textContent: text }));
 }
 
@@ -92,7 +94,14 @@ const told = (wanted) => FIELDS.filter(([name]) => Math.abs(wanted[name]) > 1e-6
 async function draw({ summary }) {
   if (!summary) return;
   $("status-what-if-box").hidden = !summary.what_if;
-  if (summary.what_if) $("status-what-if").textContent = summary.after ? "after the planned step" : `chassis ${told(summary.what_if) || "unmoved"}`;
+  if (summary.what_if) {
+    const { fits, reason } = summary.up_to_date.what_if;
+    $("status-what-if").textContent = (summary.after ? "after the planned step" : `chassis ${told(summary.what_if) || "unmoved"}`)
+      + (fits ? "" : ` ▲ OUT OF DATE: ${reason}`);
+  }
+  const doubt = ["shift", "body_move"].filter((one) => one === shownAnswer && summary.up_to_date[one]?.fits === false).map((one) => summary.up_to_date[one].reason)[0];
+  $("what-if-doubt").hidden = !doubt;
+  $("what-if-doubt").textContent = doubt ? `▲ Out of date: ${doubt}. Ask again.` : "";
   const shown = summary.after ? "" : JSON.stringify(summary.what_if ?? "");
   if (shown !== answered.what_if) {
     answered.what_if = shown;
@@ -105,16 +114,17 @@ async function draw({ summary }) {
     if (answer.shift) write(answer.shift);
     const moved = answer.shift ? told(answer.shift) : "";
     const text = moved ? `A shift makes it possible: ${moved}. ${answer.reason}` : answer.reason;
-    showAnswer(answer, text);
+    showAnswer("shift", answer, text);
   }
   if (summary.body_move && summary.body_move !== answered.body_move) {
     answered.body_move = summary.body_move;
     const answer = await get(`/sessions/current/body-moves/${summary.body_move}`);
-    showAnswer(answer, answer.plan ? `The chassis can go there through ${answer.plan.waypoints.length} postures of all legs.` : answer.reason);
+    showAnswer("body_move", answer, answer.plan ? `The chassis can go there through ${answer.plan.waypoints.length} postures of all legs.` : answer.reason);
   }
 }
 
-function showAnswer(answer, text) {
+function showAnswer(kind, answer, text) {
+  shownAnswer = kind;
   $("what-if-answer").replaceChildren(
     element("p", { className: answer.status === "found" ? "yes" : "no", textContent: text }),
     element("ul", {}, ...answer.checks.map((one) => element("li", {

@@ -221,6 +221,26 @@ class EndsAnswer(TypedDict):
     after: EndAnswer | None
 
 
+class FitAnswer(TypedDict):
+    """Whether a product was made for how things are now (stance, terrain, robot), and in words why not."""
+
+    fits: bool
+    reason: str
+
+
+class UpToDateAnswer(TypedDict):
+    """Of the present products; None where there is none. measured: the rover was heard, not only frozen once."""
+
+    measured: bool
+    what_if: FitAnswer | None
+    maps: Annotated[dict[str, FitAnswer], Field(description="leg → of its latest maps")]
+    plan: FitAnswer | None
+    execution: FitAnswer | None
+    shift: FitAnswer | None
+    body_move: FitAnswer | None
+    sequence: FitAnswer | None
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -241,6 +261,7 @@ class SessionAnswer(TypedDict):
     can_undo_terrain: bool
     maps: Annotated[dict[str, str], Field(description="leg → digest")]
     maps_current: Annotated[dict[str, bool], Field(description="leg → whether they fit the present state")]
+    up_to_date: UpToDateAnswer
     footfall: dict[str, Any] | None
     footfall_answer: FootfallAnswer | None
     points: PointsAnswer | None

@@ -134,11 +134,6 @@ class SessionState(Value):
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
 
-    def maps_current(self, leg: int) -> bool:
-        """Whether the maps of ``leg`` were made from the present terrain and state."""
-        made = self.products.get(self.maps.get(str(leg), ""))
-        return made is not None and (made.parents["dem"], made.parents["state"]) == (self.dem, self.state)
-
     @property
     def plans(self) -> tuple[PlanRecord, ...]:
         """The present plan and what it may be compared with; empty without a plan."""
@@ -207,6 +202,7 @@ def _unchanged(state: SessionState, event: Event, payload: Payload) -> SessionSt
 
 
 def _state_frozen(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    # a what-if ends with it: the operator asked, or the rover stands there by now (``made_so``)
     return replace(state, state=payload["digest"], told_state=payload["digest"], what_if=None)
 
 

@@ -10,11 +10,11 @@ from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.hand import HandSession
-from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE, pose_difference
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
+from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.recorded import present
 from footfall.session.rover.link import RoverLink
 from footfall.telemetry.state import RobotState, TelemetryFrame
@@ -114,8 +114,6 @@ def set_points_at(frame: TelemetryFrame | None, state: RobotState) -> NDArray[np
     """Set points (legs × 6,) [rad] of a rover that stands as ``state`` says within what the gate accepts, else None."""
     if frame is None or frame.state.posture.shape != state.posture.shape:
         return None
-    turned = float(np.abs(frame.state.posture - state.posture).max())
-    moved = pose_difference(state.T_site_base, frame.state.T_site_base)
-    if turned > START_TOLERANCE or moved > POSE_TOLERANCE:
-        return None
-    return frame.commanded
+    names = tuple(map(str, range(len(state.posture))))
+    found = difference(state.posture, state.T_site_base, frame.state, names)
+    return None if found.beyond(*SENT) else frame.commanded

@@ -94,13 +94,14 @@ def _elsewhere(nearest: dict[str, float] | None) -> str:
 
 
 def judge_footfall(
-    dem: Dem, wheel_radius: float, leg: int, x: float, y: float, maps: MapStack | None, maps_current: bool
+    dem: Dem, wheel_radius: float, leg: int, x: float, y: float, maps: MapStack | None, outdated: str = ""
 ) -> dict[str, Any]:
     """Answer for a footfall of ``leg`` at x, y [m]: plain JSON, None for what is not known.
 
-    acceptable: False where something speaks against it, None where nothing is known for or against;
-    reasons: in words. margin [m]: the one that decides, with friction where that was computed. nearest: where it is
-    not acceptable, x, y of the nearest cell that is, and how far away it is [m]; None where the maps have none.
+    outdated: why the maps are not of how things are now, "" where they are. acceptable: False where something speaks
+    against it, None where nothing is known for or against; reasons: in words. margin [m]: the one that decides, with
+    friction where that was computed. nearest: where it is not acceptable, x, y of the nearest cell that is, and how far
+    away it is [m]; None where the maps have none.
     """
     reasons: list[str] = []
     z = float(height_at(dem, x, y))
@@ -118,8 +119,8 @@ def judge_footfall(
     footing, margin, nearest = None, None, None
     if maps is None:
         reasons.append(f"there are no maps for leg {leg} yet")
-    elif not maps_current:
-        reasons.append(f"the maps for leg {leg} were made from an older terrain or state")
+    elif outdated:
+        reasons.append(f"the maps for leg {leg} are out of date: {outdated}")
     else:
         if maps.geometry.contains(x, y):
             row, col = (int(i) for i in maps.geometry.cell(x, y))
@@ -146,7 +147,7 @@ def judge_footfall(
         "slope": float(np.arccos(np.clip(normal[2], -1.0, 1.0))) if has_normal else None,
         "footing": None if footing is None else FOOTING_NAMES[footing],
         "margin": margin,
-        "maps_current": maps is not None and maps_current,
+        "maps_current": maps is not None and not outdated,
         "acceptable": acceptable,
         "reasons": reasons,
         "nearest": nearest,

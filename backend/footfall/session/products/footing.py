@@ -39,11 +39,10 @@ class FootingSession(StanceSession):
 
     def maps_shown(self, leg: int) -> MapStack | None:
         """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made."""
-        state = self.state
-        if state.maps_current(leg):
-            return self._shelf.typed(MapStack, state.maps[str(leg)])
+        if self.maps_fit(leg).fits:
+            return self._shelf.typed(MapStack, self.state.maps[str(leg)])
         preview = self._workshop.preview(leg)
-        if preview is None or (preview.parents["dem"], preview.parents["state"]) != (state.dem, state.state):
+        if preview is None or not self.fit_of_made("maps", preview.parents).fits:
             return None
         return cast(MapStack, preview.product)
 
@@ -70,10 +69,11 @@ class FootingSession(StanceSession):
         from footfall.maps.suggest import suggest
 
         self._require_leg(leg)
-        state = self.state
-        if not state.maps_current(leg):
-            raise Conflict(f"there are no maps of leg {leg} for the present terrain and state; compute them first")
-        maps = self._shelf.typed(MapStack, state.maps[str(leg)])
+        if not (fit := self.maps_fit(leg)).fits:
+            raise Conflict(
+                f"there are no maps of leg {leg} for the present terrain and stance ({fit.reason}); compute them first"
+            )
+        maps = self._shelf.typed(MapStack, self.state.maps[str(leg)])
         found = suggest(self._quality(maps, settings, towards), count, separation)
         if show:
             with self._journal.lock:
@@ -83,8 +83,8 @@ class FootingSession(StanceSession):
 
     def suggestions_shown(self, leg: int) -> "Suggestions | None":
         """What the scene was given to show, where it is of maps of ``leg`` that fit the present terrain and state."""
-        state, (maps, found) = self.state, self._suggested
-        return found if state.maps_current(leg) and state.maps[str(leg)] == maps else None
+        maps, found = self._suggested
+        return found if self.state.maps.get(str(leg)) == maps and self.maps_fit(leg).fits else None
 
     def _quality(
         self, maps: MapStack, settings: QualitySettings | None, towards: tuple[float, float] | None
@@ -108,6 +108,6 @@ class FootingSession(StanceSession):
         dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
         made = state.maps.get(str(footfall.leg))
         maps = None if made is None else self._shelf.typed(MapStack, made)
-        current = state.maps_current(footfall.leg)
-        radius = self.description.wheel_radius
-        return judge_footfall(dem, radius, footfall.leg, footfall.x, footfall.y, maps, current)
+        fit = self.maps_fit(footfall.leg)
+        outdated = "" if maps is None else fit.reason
+        return judge_footfall(dem, self.description.wheel_radius, footfall.leg, footfall.x, footfall.y, maps, outdated)

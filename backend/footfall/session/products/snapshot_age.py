@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from footfall.session.gate.checks import POSE_TOLERANCE, STALE_AFTER, START_TOLERANCE, pose_difference, worst_joint
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.live import LiveSession
+from footfall.session.products.up_to_date import SENT, difference
 from footfall.telemetry.images import Snapshot
 
 
@@ -32,10 +33,11 @@ def moved_since(live: LiveSession, snapshot: Snapshot) -> dict[str, Any]:
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
     then, now = snapshot.state, frame.state
-    joint, turned = worst_joint(then.posture, now, live.description.joint_names)
-    shifted = pose_difference(then.T_site_base, now.T_site_base)
-    if shifted > POSE_TOLERANCE:
-        return {"moved": True, "reason": f"the chassis has moved by {shifted:.2f} m since"}
-    if abs(turned) > START_TOLERANCE:
-        return {"moved": True, "reason": f"{joint} has turned by {np.degrees(turned):+.1f}° since"}
-    return {"moved": False, "reason": ""}
+    found = difference(then.posture, then.T_site_base, now, live.description.joint_names)
+    what = found.beyond(*SENT)
+    told = {
+        "": "",
+        "chassis": f"the chassis has moved by {found.moved:.2f} m since",
+        "joint": f"{found.joint} has turned by {np.degrees(found.turned):+.1f}° since",
+    }
+    return {"moved": bool(what), "reason": told[what]}

@@ -7,11 +7,12 @@ from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
-from footfall.session.products.terrains import SHORT_JOB, TerrainSession
+from footfall.session.products.terrains import SHORT_JOB
+from footfall.session.products.up_to_date import UpToDateSession
 from footfall.session.recorded import present
 
 
-class StanceSession(TerrainSession):
+class StanceSession(UpToDateSession):
     """The part of a session that moves the chassis in thought; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
     """
@@ -23,7 +24,7 @@ class StanceSession(TerrainSession):
         refuses plans that start where the rover is not. Raises Conflict without terrain and state, InvalidInput, with
         the leg and its joint, where the feet can't stay where they are.
         """
-        return self._workshop.submit("what_if", self._standing(), shift, urgent=True).finish(SHORT_JOB)
+        return self._workshop.submit("what_if", self._standing_now(), shift, urgent=True).finish(SHORT_JOB)
 
     def end_what_if(self) -> str:
         """Plan from how the rover stands again; returns the digest of that state. Raises Conflict outside a what-if."""
@@ -32,7 +33,7 @@ class StanceSession(TerrainSession):
             if digest is None:
                 raise Conflict("there is no what-if to end: what is shown is how the rover stands")
             self._journal.record("what_if_ended", {"digest": digest})
-        return digest
+        return self._standing_now()["state"]
 
     def find_shift(
         self, leg: int, target: tuple[float, float] | None = None, settings: FindShiftSettings | None = None
@@ -49,17 +50,21 @@ class StanceSession(TerrainSession):
         elif chosen is None or chosen.leg != leg:
             raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
         request = ShiftRequest(chosen, settings or FindShiftSettings())
-        return self._workshop.submit("shift", self._standing(), request, leg=leg)
+        return self._workshop.submit("shift", self._standing_now(), request, leg=leg)
 
     def plan_body_move(self, shift: BodyShift, settings: BodyMoveSettings | None = None) -> Job:
         """Plan a move of the chassis over its standing feet, from how the rover stands. Raises Conflict."""
         request = BodyMoveRequest(shift, settings or BodyMoveSettings())
-        return self._workshop.submit("body_move", self._standing(), request)
+        return self._workshop.submit("body_move", self._standing_now(), request)
 
     def _standing(self) -> dict[str, str]:
         """As :meth:`_ground`, with the rover as it stands also in a what-if."""
         parents = self._ground()
         return parents if self.state.what_if is None else {**parents, "state": self.state.what_if}
+
+    def _standing_now(self) -> dict[str, str]:
+        """As :meth:`_standing`, of a rover that may have moved since it was frozen."""
+        return self._standing()
 
     def _ground(self) -> dict[str, str]:
         """Parents of everything that is computed for a rover on a terrain."""

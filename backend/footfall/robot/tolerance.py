@@ -1,0 +1,62 @@
+"""What a measured joint may be off by, against hard limits: the one place that says so.
+
+A joint that is measured past its limit by no more is at its limit: what is planned from there starts at the limit, and
+stays inside. What is commanded is no measurement and has no tolerance.
+"""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.telemetry.state import RobotState
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
+
+JOINT_TOLERANCE = 1e-3
+"""Between a joint's angle and what its encoder says, in steps and in play [rad]: 2 mm at the end of a leg of 2 m."""
+
+_S = TypeVar("_S", bound=RobotState)
+
+
+def inside(robot: "Robot", measured: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Measured angles (…, legs × 6) [rad]: those past a limit by what a measurement may be off are at the limit."""
+    q = np.asarray(measured, float)
+    nearest = np.clip(q, robot.lower, robot.upper)
+    return np.where(np.abs(q - nearest) <= JOINT_TOLERANCE, nearest, q)
+
+
+def state_inside(robot: "Robot", state: _S) -> _S:
+    """A measured state with its posture :func:`inside`; the same one where nothing is past a limit."""
+    posture = inside(robot, state.posture)
+    return state if np.array_equal(posture, state.posture) else replace(state, posture=posture)
+
+
+def outside_told(robot: "Robot", posture: NDArray[np.float64]) -> str:
+    """The joint of a posture (legs × 6,) that is farthest outside its limits, by how much and the way back; else ""."""
+    outside = np.maximum(robot.lower - posture, posture - robot.upper)
+    joint = int(np.argmax(outside))
+    if not outside[joint] > 0:
+        return ""
+    q, lower, upper = float(posture[joint]), float(robot.lower[joint]), float(robot.upper[joint])
+    back, end = ("down to", upper) if q > upper else ("up to", lower)
+    digits = digits_apart(q, end)
+    return (
+        f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits, at {q:.{digits}f} rad "
+        f"({lower:.{digits}f}…{upper:.{digits}f} rad); turn it {back} {end:.{digits}f} rad"
+    )
+
+
+def within_told(robot: "Robot", joint: int, q: float) -> str:
+    """An angle beside the limits of its joint, with as many decimals as tell it from the one it is past."""
+    lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
+    past = upper if q > upper else lower if q < lower else None
+    digits = 4 if past is None else digits_apart(q, past, least=4)
+    return f"{q:.{digits}f} rad, limits {lower:.{digits}f} … {upper:.{digits}f} rad"
+
+
+def digits_apart(one: float, other: float, least: int = 3) -> int:
+    """How many decimals tell two numbers apart when they are read; at least ``least``."""
+    return next((n for n in range(least, 17) if f"{one:.{n}f}" != f"{other:.{n}f}"), 17)
