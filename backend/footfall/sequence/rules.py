@@ -42,6 +42,7 @@ from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import within_told
 from footfall.sequence.commands import COMMAND_NAMES, LEG_JOINTS, ONE_LEG, Command, RuleResult
 from footfall.sequence.motion import check_motion
 from footfall.sequence.passage import passages
@@ -136,8 +137,7 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
         yield result(
             "joint-limits",
             room[worst] >= 0,
-            f"{name} at {joints[worst]:.4f} rad, "
-            f"limits {robot.lower[own][worst]:.4f} … {robot.upper[own][worst]:.4f} rad",
+            f"{name} at {within_told(robot, own.start + worst, float(joints[worst]))}",
             room[worst],
             "rad",
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import digits_apart
 from footfall.sequence.commands import COMMAND_NAMES, ONE_LEG
 from footfall.sequence.predict import needed_duration
 from footfall.telemetry.link import AckMessage, CommandMessage
@@ -174,7 +175,8 @@ def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
     if beyond[worst] <= 0:
         return ""
     leg, joint = divmod(moved.start + worst, 6)
-    return f"joint {joint} of leg {leg} would be {beyond[worst]:.4f} rad beyond its limits"
+    digits = digits_apart(float(beyond[worst]), 0.0, least=4)
+    return f"joint {joint} of leg {leg} would be {beyond[worst]:.{digits}f} rad beyond its limits"
 
 
 def moved_joints(robot: Robot, command: CommandMessage) -> slice:

@@ -15,6 +15,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.planning.compliance.equilibrium_kernel import Pose
 from footfall.planning.compliance.rover import CompliantRover, Rest, require_three
+from footfall.robot.tolerance import inside
 from footfall.telemetry.state import RobotState
 
 Array = NDArray[np.float64]
@@ -52,7 +53,7 @@ def measured(rover: CompliantRover, state: RobotState, commanded: ArrayLike | No
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
     q, T = np.array(state.posture), np.array(state.T_site_base)
     held = q + state.joint_torques / rover.stiffness
-    set_points = held if commanded is None else robot.require_posture(commanded)
+    set_points = inside(robot, held if commanded is None else robot.require_posture(commanded))
     points, normals, known = rover.ground_under(q, T, forces=np.array(state.wheel_forces))
     hubs, turns = rover.wheels(q, T)
     forces = np.array(state.wheel_forces)

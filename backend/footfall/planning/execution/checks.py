@@ -17,6 +17,7 @@ from footfall.planning.stance.whole_body import Nearest, WholeBody
 from footfall.planning.step.problem import Check
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -57,7 +58,7 @@ def checks_of(
     return (
         _clearance(done, settings, swings, where),
         _limits("joint limits of the set points", robot, _set_points(done), where),
-        _limits("joint limits", robot, done.predicted, where),
+        _limits("joint limits", robot, inside(robot, done.predicted), where),
         _own(body, done, path),
         _ground(body, done, path, supports),
         _worst("torque", 1.0 - ratios, "of the limit", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}"),

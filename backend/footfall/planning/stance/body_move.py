@@ -21,6 +21,7 @@ from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import outside_told, state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -112,11 +113,11 @@ def _planned(
 
 def stance_of(robot: Robot, dem: Dem, state: RobotState, clearance: float, reach_out: float = 0.0) -> Stance | No:
     """The rover as it stands, or why it can't stand so. reach_out: ground seen so far beyond feet and chassis [m]."""
+    state = state_inside(robot, state)
     q = np.asarray(state.posture)
-    outside = np.maximum(robot.lower - q, q - robot.upper)
-    joint = int(np.argmax(outside))
-    if outside[joint] > 0:
-        return _no_start(f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits")
+    outside = outside_told(robot, q)
+    if outside:
+        return _no_start(outside)
     down = standing(robot, dem, q, state.T_site_base, robot.legs)
     if len(down) < 3:
         return _no_start(f"{len(down)} wheels are on the ground, three are needed")

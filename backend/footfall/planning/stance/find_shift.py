@@ -118,7 +118,7 @@ def _found(
         kind = "conservative support polygon" if settings.conservative else "support polygon"
         return No(Status.START_INVALID, f"the {len(others)} feet that stay have no {kind}, wherever the chassis is")
     ends = StepEnds(stance, footfall.leg, contact, settings)
-    if not ends.objection(np.asarray(state.posture), np.asarray(state.T_site_base)):
+    if not ends.objection(np.asarray(stance.state.posture), np.asarray(stance.state.T_site_base)):
         return _Found(stance, BodyShift(), None)
     rough = ends.rough()
     if rough:

@@ -18,6 +18,7 @@ from footfall.planning.step.lift import LARGEST_STEP
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import digits_apart
 
 Array = NDArray[np.float64]
 
@@ -215,5 +216,6 @@ def _outside_limits(robot: Robot, postures: Array, fractions: Sequence[float]) -
     step = len(postures) - 1 if at_goal else int(np.argmax(outside.max(axis=1)))
     joint = int(np.argmax(outside[step]))
     excess, name = float(outside[step, joint]), robot.joint_names[joint]
-    text = f"{name} would be {excess:.3f} rad ({math.degrees(excess):.1f}°) outside its limits"
+    digits = digits_apart(excess, 0.0)
+    text = f"{name} would be {excess:.{digits}f} rad ({math.degrees(excess):.{digits - 2}f}°) outside its limits"
     return Obstacle(joint // 6, name, excess, fractions[step], at_goal, text)

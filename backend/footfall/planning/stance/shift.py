@@ -16,6 +16,7 @@ from footfall.planning.stance.body_shift import BodyShift, PredictedState, Shift
 from footfall.planning.stance.follow import Obstacle, follow
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -34,12 +35,14 @@ def shifted_state(robot: Robot, dem: Dem, state: RobotState, shift: BodyShift) -
     """
     require_same_robot(robot, state)
     require_shift(shift)
+    parents = {"dem": dem.digest, "state": state.digest, "robot": robot.digest}
+    state = state_inside(robot, state)
     down = standing(robot, dem, state.posture, state.T_site_base, robot.legs)
     T_to = shift.applied(state.T_site_base)
     found = follow(robot, np.asarray(state.posture), np.asarray(state.T_site_base), T_to, down)
     if isinstance(found, Obstacle):
         return ShiftRefused(found.leg, found.joint, found.excess, told(found))
-    return _resting(robot, dem, state, shift, found.postures[-1], T_to, down)
+    return _resting(robot, dem, state, Provenance(parents, shift), found.postures[-1], T_to, down)
 
 
 def told(found: Obstacle) -> str:
@@ -61,7 +64,13 @@ def require_shift(shift: BodyShift) -> None:
 
 
 def _resting(
-    robot: Robot, dem: Dem, state: RobotState, shift: BodyShift, posture: Array, T_site_base: Array, down: Sequence[int]
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    provenance: Provenance,
+    posture: Array,
+    T_site_base: Array,
+    down: Sequence[int],
 ) -> PredictedState | ShiftRefused:
     # the feet as they stand now: the wheels have not moved, and rounding must not choose another piece of ground
     feet = contacts(robot, dem, state.posture, state.T_site_base, down)
@@ -80,7 +89,6 @@ def _resting(
     forces = np.zeros((robot.leg_count, 3))
     forces[list(down)] = held
     torques = holding_torques(robot, posture, T_site_base, list(down), feet.points, held)
-    parents = {"dem": dem.digest, "state": state.digest, "robot": robot.digest}
     return PredictedState(
         robot=state.robot,
         time=state.time,
@@ -90,5 +98,5 @@ def _resting(
         joint_torques=torques,
         mode="idle",
         predicted=("wheel_forces", "joint_torques"),
-        provenance=Provenance(parents, shift),
+        provenance=provenance,
     )

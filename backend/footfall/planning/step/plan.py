@@ -42,6 +42,7 @@ from footfall.planning.step.verify import recheck
 from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
 from footfall.planning.step.way_out import way_out
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -88,7 +89,7 @@ def plan_step(
     provenance = Provenance(parents, settings, settings.seed)
     watch = Watch(progress, settings.time_limit)
     watch.phase(0.0, "looking at the ground")
-    attempt = _Attempt(robot, dem, state, leg, settings, watch, points, explain)
+    attempt = _Attempt(robot, dem, state_inside(robot, state), leg, settings, watch, points, explain)
     try:
         found = attempt.run(footfall)
     except OutOfTime:

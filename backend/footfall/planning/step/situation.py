@@ -17,6 +17,7 @@ from footfall.robot.collision import TERRAIN, Collision, CollisionScene
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.kinematics import center_of_mass, leg_wheel_pose
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import outside_told
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -99,8 +100,7 @@ class Situation:
         outside = np.maximum(self.lower - q, q - self.upper)
         joint = int(np.argmax(outside))
         if outside[joint] > 0:
-            name = self.robot.joint_names[6 * self.leg + joint]
-            return f"{name} is {outside[joint]:.2g} rad outside its limits"
+            return outside_told(self.robot, self.posture(q))
         hits = self._scene.contacts(q, NO_GROUND)
         hits += self.footing.over_ground.contacts(q, self._lift[terrain], terrain == TRUE)
         if hits:

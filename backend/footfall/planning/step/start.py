@@ -21,6 +21,7 @@ from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground import surface_points
 from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import outside_told
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -41,18 +42,8 @@ def start_objection(robot: Robot, dem: Dem, state: RobotState, leg: int) -> str:
 
 
 def _outside_limits(robot: Robot, state: RobotState) -> str:
-    q = np.asarray(state.posture)
-    outside = np.maximum(robot.lower - q, q - robot.upper)
-    joint = int(np.argmax(outside))
-    if not outside[joint] > 0:
-        return ""
-    lower, upper = robot.lower[joint], robot.upper[joint]
-    back = "down to" if q[joint] > upper else "up to"
-    end = upper if q[joint] > upper else lower
-    return (
-        f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits ({lower:.3f}…{upper:.3f} rad); "
-        f"turn it {back} {end:.3f} rad, or correct its encoder if the joint is not really there"
-    )
+    told = outside_told(robot, np.asarray(state.posture))
+    return f"{told}, or correct its encoder if the joint is not really there" if told else ""
 
 
 def _cutting(robot: Robot, state: RobotState, moving: int) -> str:
