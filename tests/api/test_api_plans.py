@@ -237,3 +237,19 @@ def test_a_worker_killed_under_a_real_plan(tmp_path):
         assert "died while it made the plan" in failed["error"]["message"]
         assert client.get(SESSION).json()["plan"]["digest"] == kept
         assert planned(client, target)["digest"] == kept
+
+
+def test_a_refusal_for_unknown_ground_names_a_place_that_can_be_planned(standing, target):
+    x, y = target
+    hole = {"center": [x + 0.05, y], "radius": 0.08}
+    assert standing.post(f"{SESSION}/terrains/clear", json=hole).status_code < 300
+    try:
+        refused = planned(standing, target)
+        assert refused["status"] == "unknown_ground"
+        instead = refused["instead"]
+        assert instead["of"] in ("ground", "maps")
+        assert f"at ({instead['x']:.3f}, {instead['y']:.3f})" in refused["reason"]
+        assert planned(standing, [instead["x"], instead["y"]])["instead"] is None
+        assert planned(standing, [instead["x"], instead["y"]])["status"] != "unknown_ground"
+    finally:
+        standing.post(f"{SESSION}/terrains/undo", json={})

@@ -153,3 +153,24 @@ def test_going_on_is_marked_and_ends(page: Page, served: Running, look: Keep) ->
     until(lambda: held(served)["what_if"] is None, "the rover as it stands")
     assert held(served)["state"] == real
     expect(page.locator("#go-on-text")).to_be_hidden(timeout=SLOW)
+
+
+def test_one_key_steps_to_the_nearest_good_place(console: Page, quiet: Running, look: Keep) -> None:
+    chosen = held(quiet)["footfall"]
+    expect(console.locator("#nearest-place")).to_be_disabled(timeout=SLOW)
+    with quiet.client() as client:
+        hole = {"center": [chosen["x"], chosen["y"]], "radius": 0.04}
+        client.post(f"{SESSION}/terrains/clear", json=hole).raise_for_status()
+    refused = planned(console, quiet)
+    assert refused["status"] == "unknown_ground"
+    expect(console.locator("#plan-answer")).to_contain_text("the nearest good place", timeout=SLOW)
+    expect(console.locator("#nearest-place")).to_be_enabled(timeout=SLOW)
+    look("instead")
+    console.locator("#h-plan").click()
+    console.keyboard.press("+")
+    there = {"leg": chosen["leg"], "x": refused["instead"]["x"], "y": refused["instead"]["y"]}
+    until(lambda: held(quiet)["footfall"] == there, "the offered footfall", 60)
+    until(lambda: held(quiet)["plan"]["digest"] != refused["digest"], "the plan to it", 90)
+    found = held(quiet, f"{SESSION}/plans/current")["footfall"]
+    assert {name: found[name] for name in there} == there
+    assert held(quiet)["plan"]["status"] != "unknown_ground"

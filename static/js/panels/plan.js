@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { get, post } from "../api.js";
-import { settled } from "../choosing.js";
+import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
@@ -18,6 +18,10 @@ export function start() {
   $("planner").addEventListener("change", describe);
   act({ text: "Settings of the plan as delivered", button: "plan-defaults", run: fill });
   act({ key: "P", text: "Plan the step", button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first: click on the ground.") });
+  act({
+    key: "+", text: "Step to the nearest good place instead", button: "nearest-place", run: stepToNearest,
+    refusal: () => (nearestGood() ? "" : "There is no good place to offer: the footfall is not refused, or none is near."),
+  });
   subscribe(draw);
   through.start();
   alternatives.start();
@@ -53,6 +57,21 @@ const plan = () => askForPlan(async () => {
   await freeze();
   const order = { leg: chosen.leg, target: [chosen.x, chosen.y], settings: settings(), through: through.points() };
   return post("/sessions/current/plans", order);
+});
+
+// Of the refusal of this footfall, else what the maps say of it.
+function nearestGood() {
+  const { summary, plan: result } = known;
+  const chosen = summary?.footfall;
+  if (!chosen) return null;
+  const refused = result && !isOfAnother(chosen, result.footfall) ? result.instead : null;
+  return refused ?? (summary.footfall_answer?.acceptable === false ? summary.footfall_answer.nearest : null);
+}
+
+const stepToNearest = () => attempt(async () => {
+  const { x, y } = nearestGood();
+  await chooseFootfall(x, y, known.summary.footfall.leg);
+  plan();
 });
 
 let drawn; // the answer that is shown, null for none
@@ -96,10 +115,12 @@ export function mark({ name, holds, where }) {
   return name === "unknown ground under the path" && where !== "none" ? "doubt" : "yes";
 }
 
+const isOfAnother = (chosen, { leg, x, y }) => chosen.leg !== leg || chosen.x !== x || chosen.y !== y;
+
 // What is shown may no longer be what is wanted: say so instead of hiding it.
 function outdated(summary, { digest, footfall }) {
   const chosen = summary.footfall;
-  if (chosen && (chosen.leg !== footfall.leg || chosen.x !== footfall.x || chosen.y !== footfall.y)) {
+  if (chosen && isOfAnother(chosen, footfall)) {
     return `This answer is for leg ${footfall.leg} at (${fixed(footfall.x)}, ${fixed(footfall.y)}) m, not for the chosen footfall.`;
   }
   const fit = summary.plan.digest === digest ? summary.up_to_date.plan : null;

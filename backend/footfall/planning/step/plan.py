@@ -21,6 +21,7 @@ from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
 from footfall.planning.step.lift import vertical
+from footfall.planning.step.nearest_place import Place, nearest_place, place_told
 from footfall.planning.step.planners import REGISTRY, Answer, Swing
 from footfall.planning.step.problem import (
     Check,
@@ -62,12 +63,14 @@ def plan_step(
     *,
     through: Sequence[Point] = (),
     explain: bool = False,
+    instead: Sequence[Place] | None = None,
 ) -> PlanResult:
     """Plan how ``leg`` steps onto ``target``, (x, y) in site [m].
 
     planner, seed: replace those of ``settings`` unless left at "auto" and None. progress: called at least every 0.3 s;
     may raise Cancelled. through: points, site [m], that the wheel's centre passes during the swing, in this order.
-    explain: the result says what was tried and taken, and why; that takes a few hundredths of a second.
+    explain: the result says what was tried and taken, and why; that takes a few hundredths of a second. instead: a
+    refusal for unknown ground names the nearest good place; the places, nearest first, that maps call good.
 
     Returns a result; a step that can't be made is a result with a reason. Raises InvalidInput where leg, target,
     points or settings make no sense or the state is of another robot. The same arguments give the same plan in any
@@ -96,7 +99,12 @@ def plan_step(
         reason = f"{settings.time_limit:g} s passed while {watch.text}; raise time_limit or take another planner"
         found = _No(Status.TIME_LIMIT, reason)
     if isinstance(found, _No):
-        return PlanResult(found.status, None, found.reason, found.checks, footfall, provenance, found.decisions, points)
+        other = None
+        if instead is not None and found.status is Status.UNKNOWN_GROUND:
+            other = nearest_place(robot, dem, footfall.x, footfall.y, instead)
+        reason = found.reason if other is None else f"{found.reason}; {place_told(footfall.x, footfall.y, other)}"
+        told = (found.checks, footfall, provenance, found.decisions, points, other)
+        return PlanResult(found.status, None, reason, *told)
     plan = StepPlan(
         leg=leg,
         waypoints=found.waypoints,

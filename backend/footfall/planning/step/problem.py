@@ -170,11 +170,25 @@ class StepPlan(Value):
 
 
 @value
+class NearestPlace(Value):
+    """A good place near one that was refused: x, y in the site, how far it is away [m].
+
+    of: "maps", where they call it reachable and stable, or "ground", where it is known.
+    """
+
+    x: float
+    y: float
+    away: float
+    of: str
+
+
+@value
 class PlanResult(Value):
     """The answer to one request for a step. ``reason`` says what failed, where, by how much, what to try.
 
     decisions: what was tried and taken, where that was asked for. through: the points, site [m], that the wheel's
-    centre was to pass during the swing.
+    centre was to pass during the swing. instead: the nearest good place, where that was asked for and unknown ground is
+    what refused.
     """
 
     status: Status
@@ -185,6 +199,7 @@ class PlanResult(Value):
     provenance: Provenance
     decisions: tuple[Decision, ...] = field(default=(), metadata=LATER)
     through: tuple[Point, ...] = field(default=(), metadata=LATER)
+    instead: NearestPlace | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if (self.status is Status.FOUND) != (self.plan is not None):

@@ -81,6 +81,7 @@ def plan(parents: Mapping[str, Any], settings: StepRequest, progress: Progress) 
         progress=progress,
         through=settings.through,
         explain=settings.explain,
+        instead=settings.instead,
     )
 
 

@@ -32,12 +32,14 @@ class StepRequest(Value):
     """A step of one leg to a chosen footfall.
 
     through: points, site [m], that the wheel's centre passes. explain: the result says what was tried and taken.
+    instead: None: not asked; else places (x, y) that maps call good, nearest first, for a refusal to name.
     """
 
     footfall: Footfall
     settings: StepSettings
     through: tuple[Point, ...] = field(default=(), metadata=LATER)
     explain: bool = field(default=False, metadata=LATER)
+    instead: tuple[tuple[float, float], ...] | None = field(default=None, metadata=LATER)
 
 
 @value

@@ -75,15 +75,17 @@ def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
     return ", ".join(said)
 
 
-def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:
-    """The middle of the nearest cell that is reachable and stable, and how far away it is [m]."""
+def nearest_good(maps: MapStack, x: float, y: float, count: int = 1) -> tuple[tuple[float, float], ...]:
+    """Middles of the nearest cells that are reachable and stable, nearest first."""
     rows, cols = np.nonzero(decisive(maps) == REACHABLE_STABLE)
-    if len(rows) == 0:
-        return None
     xs, ys = maps.geometry.xs[cols], maps.geometry.ys[rows]
-    away = np.hypot(xs - x, ys - y)
-    best = int(np.argmin(away))
-    return {"x": float(xs[best]), "y": float(ys[best]), "away": float(away[best])}
+    best = np.argsort(np.hypot(xs - x, ys - y), kind="stable")[:count]
+    return tuple((float(xs[i]), float(ys[i])) for i in best)
+
+
+def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:
+    """The nearest cell that is reachable and stable, and how far away it is [m]."""
+    return next(({"x": a, "y": b, "away": math.hypot(a - x, b - y)} for a, b in nearest_good(maps, x, y)), None)
 
 
 def _elsewhere(nearest: dict[str, float] | None) -> str:

@@ -12,7 +12,7 @@ from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import MapRequest
-from footfall.session.products.footfalls import judge_footfall
+from footfall.session.products.footfalls import judge_footfall, nearest_good
 from footfall.session.products.stances import StanceSession
 from footfall.session.recorded import present
 from footfall.telemetry.state import RobotState
@@ -21,6 +21,10 @@ from footfall.terrain.dem import Dem
 if TYPE_CHECKING:
     from footfall.maps.quality import Quality
     from footfall.maps.suggest import Explanation, Suggestions
+
+
+MOST_GOOD = 20
+"""Places that a plan may name instead of one on unknown ground."""
 
 
 class FootingSession(StanceSession):
@@ -94,6 +98,13 @@ class FootingSession(StanceSession):
         parents = maps.provenance.parents
         dem, state = self._shelf.typed(Dem, parents["dem"]), self._shelf.typed(RobotState, parents["state"])
         return stack_quality(self.robot, dem, state, maps, settings, towards)
+
+    def good_places(self, footfall: Footfall) -> tuple[tuple[float, float], ...]:
+        """The nearest cells that the leg's maps call reachable and stable, nearest first; none without maps of now."""
+        if not self.maps_fit(footfall.leg).fits:
+            return ()
+        maps = self._shelf.typed(MapStack, self.state.maps[str(footfall.leg)])
+        return nearest_good(maps, footfall.x, footfall.y, MOST_GOOD)
 
     def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
         """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s."""

@@ -44,7 +44,8 @@ class PlanSession(FootingSession):
         if after is not None:
             self.go_on_after(after)
         points = tuple((float(x), float(y), float(z)) for x, y, z in through)
-        request = StepRequest(chosen, settings or StepSettings(), points, explain=True)
+        good = self.good_places(chosen)
+        request = StepRequest(chosen, settings or StepSettings(), points, explain=True, instead=good)
         return self._workshop.submit("plan", self._ground(), request, leg=chosen.leg)
 
     def plan_alternatives(self, digest: str | None = None, kinds: Listed[str] = ()) -> list[Job]:
