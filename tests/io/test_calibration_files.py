@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from footfall.core.errors import InvalidImages, InvalidInput
-from footfall.io.calibration_files import read_calibration, read_camera_info
+from footfall.io.calibration_files import read_calibration
 from footfall.io.image_files import LEVEL_FORWARD
+from footfall.io.pair_files import read_calibrated_pair
 from footfall.io.plain_yaml import parse_yaml
 
 OWN = """\
@@ -31,66 +31,6 @@ pairs:
       distortion: [-0.24, 0.07, 0, 0]
       T_left_camera: [[1, 0, 0, 0.2], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 """
-
-INFO = """\
-image_width: 640
-image_height: 480
-camera_name: narrow_stereo/left
-camera_matrix:
-  rows: 3
-  cols: 3
-  data: [500.5, 0., 320.1, 0., 501.5, 239.2, 0., 0., 1.]
-distortion_model: {model}
-distortion_coefficients:
-  rows: 1
-  cols: {count}
-  data: {distortion}
-rectification_matrix:
-  rows: 3
-  cols: 3
-  data: {R}
-projection_matrix:
-  rows: 3
-  cols: 4
-  data: [480., 0., 319., {shift},
-         0., 480., 238., 0.,
-         0., 0., 1., 0.]
-"""
-
-ECHO = """\
----
-header:
-  stamp:
-    secs: 12
-    nsecs: 0
-  frame_id: "left: optical"
-height: 480
-width: 640
-distortion_model: equidistant
-d:
-- 0.01
-- -0.002
-- 0.0003
-- 0.0
-k: [500.5, 0.0, 320.1, 0.0, 501.5, 239.2, 0.0, 0.0, 1.0]
-r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-p: [480.0, 0.0, 319.0, %s, 0.0, 480.0, 238.0, 0.0, 0.0, 0.0, 1.0, 0.0]
-roi:
-  x_offset: 0
-  do_rectify: false
-"""
-
-R_LEFT, R_RIGHT = (
-    Rotation.from_euler("xyz", a, degrees=True).as_matrix() for a in ([0.5, 1.0, -0.2], [-0.3, 0.4, 0.6])
-)
-
-
-LEVEL = np.eye(3)
-
-
-def info(R=LEVEL, shift=0.0, model="plumb_bob", distortion=(-0.3, 0.1, 0.0, 0.0, 0.0)) -> str:
-    rows = [round(float(x), 8) for x in R.ravel()]
-    return INFO.format(R=rows, shift=shift, model=model, count=len(distortion), distortion=list(distortion))
 
 
 def write(folder: Path, name: str, text: str) -> Path:
@@ -137,6 +77,7 @@ def test_without_a_pose_the_left_camera_looks_ahead(tmp_path):
         ("distortion: [-0.24, 0.07, 0, 0]", "distortion: [a, 2, 3, 4]", "list of numbers"),
         ("[1, 0, 0, 0.2]", "[1, 0, 0, 0.0]", "front.*baseline"),
         ("[1, 0, 0, 0.2]", "[1, 0, 0, -0.2]", "front.*baseline"),
+        ("[1, 0, 0, 0.2]", "[1, 0, 0, 200]", r"front, right: T_left_camera .*200 m.*millimetres \(0.2 m\)"),
         ("[1, 0, 0, 0.2]", "[2, 0, 0, 0.2]", "right: T_left_camera is no rotation"),
         ("[0, 0, 1, 0], [0, 0, 0, 1]]", "[0, 0, 1, 0], [0, 0, 1, 1]]", "last row"),
         ("T_left_camera", "T_camera", "T_camera is unknown"),
@@ -165,44 +106,17 @@ def test_unreadable_files(tmp_path):
         read_calibration(write(tmp_path, "large.yaml", "#" * (1 << 21)))
 
 
-def test_camera_info_gives_the_relative_pose(tmp_path):
-    """Both cameras' rays to one far and one near point, turned by R, must fit P: ROS's own definition."""
-    left = write(tmp_path, "left.yaml", info(R_LEFT))
-    right = write(tmp_path, "right.yaml", info(R_RIGHT, shift=-96.0))
-    pair = read_camera_info(left, right, name="mast")
-    assert (pair.name, pair.left.model, pair.left.fx, pair.left.cy) == ("mast", "plumb_bob", 500.5, 239.2)
-    for p_left in np.array([[0.1, 0.2, 3.0], [-1.0, 0.5, 50.0]]):
-        p_right = np.linalg.inv(pair.T_left_right) @ np.r_[p_left, 1.0]
-        rectified_left, rectified_right = R_LEFT @ p_left, R_RIGHT @ p_right[:3]
-        assert np.allclose(rectified_left - rectified_right, [0.2, 0.0, 0.0], atol=1e-6)
-
-
-def test_camera_info_as_echoed_from_a_topic(tmp_path):
-    pair = read_camera_info(write(tmp_path, "l.yaml", ECHO % "0.0"), write(tmp_path, "r.yaml", ECHO % "-48.0"))
-    assert pair.left.model == "fisheye"
-    assert pair.left.distortion.tolist() == [0.01, -0.002, 0.0003, 0.0]
-    assert np.allclose(pair.T_left_right[:3, 3], [0.1, 0.0, 0.0])
-
-
 @pytest.mark.parametrize(
-    ("right", "says"),
+    ("members", "says"),
     [
-        (info(shift=0.0), "baseline must be above zero.*0.0000 m"),
-        (info(shift=50.0), "swapped"),
-        (info(shift=-50.0, model="thin_prism"), "thin_prism.*known are"),
-        (info(shift=-50.0, distortion=(0.1, 0.2)), "4 or 5 coefficients"),
-        (info(shift=-50.0).replace("500.5", ".nan"), "camera_matrix has a number that is not finite"),
-        (info(shift=-50.0).replace("500.5, 0.,", "500.5, 7.,"), r"camera_matrix must be \[fx, 0"),
-        (info(shift=-50.0).replace("rectification_matrix", "other"), "rectification_matrix is missing"),
-        (info(R=2 * np.eye(3), shift=-50.0), "no rotation"),
-        (info(shift=-50.0).replace("image_width: 640", "image_width: 320"), "different sizes"),
-        (info(shift=-50.0).replace("image_width: 640", "image_width: wide"), "whole number"),
-        ("%YAML:1.0\nK: !!opencv-matrix\n", "line 1"),
+        ('"baseline": 193.0', r"pair.json: baseline makes the baseline 193 m.*millimetres \(0.193 m\)"),
+        ('"baseline": 0.193, "baseline": 0.2', "'baseline' is given twice"),
     ],
 )
-def test_wrong_camera_info_is_refused(tmp_path, right, says):
+def test_a_json_calibration_is_in_metres_and_says_things_once(tmp_path, members, says):
+    text = '{"focal_length": 900, "cx": 310, "cy": 250, ' + members + "}"
     with pytest.raises(InvalidImages, match=says):
-        read_camera_info(write(tmp_path, "left.yaml", info()), write(tmp_path, "right.yaml", right))
+        read_calibrated_pair("l.png", "r.png", write(tmp_path, "pair.json", text))
 
 
 # --- the part of YAML that is read

@@ -1,11 +1,12 @@
 """A photographed, rectified stereo pair with its calibration as one JSON file."""
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 from footfall.core.errors import InvalidImages
+from footfall.core.strict_json import read_json
+from footfall.io.calibration_files import require_plausible_baseline
 from footfall.io.image_files import read_pair
 from footfall.telemetry.images import ImagePair
 
@@ -26,7 +27,7 @@ def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str |
     if len(content) > _MOST_BYTES:
         raise InvalidImages(f"{path.name} is too large for a calibration: {len(content)} bytes")
     try:
-        members = json.loads(content)
+        members = read_json(content)
     except (ValueError, RecursionError) as err:
         raise InvalidImages(f"{path.name} is no JSON: {err}") from err
     if not isinstance(members, dict):
@@ -46,6 +47,7 @@ def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str |
     for name in ("T_base_camera", "T_site_base"):
         if name in members and not _is_matrix(members[name]):
             raise InvalidImages(f"{path.name}: {name} needs four rows of four finite numbers", member=name)
+    require_plausible_baseline(members["baseline"], f"{path.name}: baseline")
     if not isinstance(members.get("name", ""), str):
         raise InvalidImages(f"{path.name}: name needs to be text", member="name")
     return read_pair(left, right, **members)

@@ -16,9 +16,9 @@ from footfall.io.calibration_files import (
     only,
     parsed_file,
     pose_from,
-    read_camera_info,
     read_usable_calibrations,
 )
+from footfall.io.camera_info import read_camera_info
 from footfall.io.image_files import IMAGE_ENDINGS, read_image
 from footfall.telemetry.calibration import PairCalibration
 from footfall.telemetry.photographs import PhotographedPair, Photographs

@@ -26,7 +26,23 @@ class _Line:
 
 def parse_yaml(text: str) -> dict[str, Any]:
     """The mapping that the text is. Raises InvalidInput naming the line."""
-    lines = _joined(text)
+    return _parsed(list(enumerate(text.splitlines(), start=1)))
+
+
+def parse_messages(text: str) -> list[dict[str, Any]]:
+    """The mappings that ``---`` parts, as ``ros2 topic echo`` prints it behind each message."""
+    parts: list[list[tuple[int, str]]] = [[]]
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.rstrip() == "---":
+            parts.append([])
+        else:
+            parts[-1].append((number, line))
+    said = [part for part in parts if any(_without_comment(line).strip() for _, line in part)]
+    return [_parsed(part) for part in said or parts[:1]]
+
+
+def _parsed(numbered: list[tuple[int, str]]) -> dict[str, Any]:
+    lines = _joined(numbered)
     if not lines:
         raise InvalidInput("the file is empty")
     found, after = _mapping(lines, 0, lines[0].indent, 0)
@@ -39,11 +55,11 @@ def _refusal(line: _Line, why: str) -> InvalidInput:
     return InvalidInput(f"line {line.number} {why}: {line.text[:60]!r}", line=line.number)
 
 
-def _joined(text: str) -> list[_Line]:
+def _joined(numbered: list[tuple[int, str]]) -> list[_Line]:
     """Lines without comments and blank ones; a list in brackets that goes on over lines becomes one line."""
     out: list[_Line] = []
     open_line: _Line | None = None
-    for number, raw in enumerate(text.splitlines(), start=1):
+    for number, raw in numbered:
         line = _Line(number, _without_comment(raw))
         if not line.text or (line.text == "---" and not out):
             continue

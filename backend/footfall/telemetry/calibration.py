@@ -7,10 +7,11 @@ from footfall.core.errors import InvalidImages
 from footfall.core.frames import inverse, require_transform
 from footfall.core.value import Value, value
 
-DISTORTION = {"none": (0,), "plumb_bob": (4, 5), "rational": (8,), "fisheye": (4,)}
+DISTORTION = {"none": (0,), "plumb_bob": (4, 5), "rational": (8, 12, 14), "fisheye": (4,)}
 """Models and how many coefficients each takes, named and ordered as in OpenCV.
 
-plumb_bob: k1, k2, p1, p2[, k3] (Brown, 1966). rational: k1, k2, p1, p2, k3, k4, k5, k6. fisheye: k1…k4 of the angle
+plumb_bob: k1, k2, p1, p2[, k3] (Brown, 1966). rational: k1, k2, p1, p2, k3, k4, k5, k6[,
+s1, s2, s3, s4 of a thin prism[, τx, τy of a tilted sensor]]. fisheye: k1…k4 of the angle
 (Kannala & Brandt, PAMI 2006).
 """
 
