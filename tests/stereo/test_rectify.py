@@ -11,7 +11,7 @@ from footfall.telemetry.calibration import CameraModel, PairCalibration
 from footfall.terrain.pairs.epipolar import estimate_rotation
 from footfall.terrain.pairs.point_matches import matches
 from footfall.terrain.pairs.rectify import rectified_cameras, rectify, require_simultaneous
-from footfall.terrain.pairs.stereo import require_rectified
+from footfall.terrain.pairs.stereo import offset, require_rectified
 
 LENSES = {
     "none": [],
@@ -114,7 +114,7 @@ def test_rows_agree_and_the_wall_is_where_it_is(yard):
     assert found.rows_before < 0.1
     left, right = matches(pair)
     camera = pair.camera_left
-    z = camera.fx * pair.baseline / (left[:, 0] - right[:, 0])
+    z = camera.fx * pair.baseline / (left[:, 0] - right[:, 0] + offset(pair))
     p = np.stack([(left[:, 0] - camera.cx) / camera.fx * z, (left[:, 1] - camera.cy) / camera.fy * z, z], -1)
     assert abs(np.median(frames.apply(camera.T_base_camera, p)[:, 0]) - WALL) < 0.01
 

@@ -91,6 +91,7 @@ def _rectified(taken: PhotographedPair, settings: TerrainSettings) -> ImagePair:
         time_right=taken.time_right,
         T_site_base=taken.T_site_base,
         max_skew=settings.max_skew,
+        view=settings.view,
     )
 
 

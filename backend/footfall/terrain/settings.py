@@ -5,9 +5,12 @@ from collections.abc import Sequence
 from dataclasses import field
 
 from footfall.core.errors import InvalidInput
-from footfall.core.value import LATER, Value, value
+from footfall.core.value import LATER, Value, before, value
 
 MATCHERS = ("hh", "3way")
+
+WHOLE, COMMON = "whole", "common"
+VIEWS = (WHOLE, COMMON)
 
 MAX_SKEW = 0.02
 """Both images of a pair must be taken within this time of each other [s]: a slow rover moves 1 mm."""
@@ -47,6 +50,8 @@ class TerrainSettings(Value):
     max_shift, max_turn: a snapshot that fits the map only when moved by more than this is refused [m], [rad].
     pose_shift, pose_turn: expected deviation of the rover's pose between snapshots [m], [rad].
     pairs: only those of these names are used; empty: all.
+    view: what photographs show once rectified: "whole", all that each camera sees, or "common", the part around one
+        centre for both, as versions before this setting did.
     """
 
     resolution: float = 0.02
@@ -79,10 +84,13 @@ class TerrainSettings(Value):
     pose_shift: float = 0.03
     pose_turn: float = 0.0175
     pairs: tuple[str, ...] = field(default=(), metadata=LATER)
+    view: str = field(default=WHOLE, metadata=before(COMMON))
 
     def check(self) -> None:
         if self.matcher not in MATCHERS:
             raise InvalidInput(f"matcher is one of {', '.join(MATCHERS)}, not {self.matcher!r}")
+        if self.view not in VIEWS:
+            raise InvalidInput(f"view is one of {', '.join(VIEWS)}, not {self.view!r}")
         if not 0.005 <= self.resolution <= 1.0:
             raise InvalidInput("resolution needs 0.005 to 1 m", resolution=self.resolution)
         if not 2 * self.resolution <= self.half_size <= 1000 * self.resolution:

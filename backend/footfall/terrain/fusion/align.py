@@ -110,14 +110,16 @@ def _accept(found: Alignment, agreeing: float, settings: TerrainSettings) -> Non
         raise InvalidImages(
             f"the images fit the map only when moved by {found.shift:.2f} m and {math.degrees(found.turn):.1f}°; "
             f"at most {settings.max_shift:g} m and {math.degrees(settings.max_turn):.1f}° are believed. "
-            "Check the rover's pose, or start a new map (keep = false)",
+            "Check the rover's pose and the cameras' calibration (principal points, doffs), or start a new map "
+            "(keep = false)",
             shift=found.shift,
             turn=found.turn,
         )
     if agreeing < MIN_AGREEING:
         raise InvalidImages(
             f"only {agreeing:.0%} of the points lie within {settings.gate:g} m of the map, wherever it is moved; the "
-            "pose may be wrong or the ground changed. Check the rover's pose, or start a new map (keep = false)",
+            "pose or the calibration (principal points, doffs) may be wrong, or the ground changed. Check these, or "
+            "start a new map (keep = false)",
             agreeing=agreeing,
             after=found.after,
         )

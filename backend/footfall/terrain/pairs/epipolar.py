@@ -59,6 +59,12 @@ MISTAKEN = np.deg2rad(1.0)
 BEFORE = 0.9
 """Share of the matches with a disparity above zero that shows which image is the left one."""
 
+BEYOND_INFINITY = np.deg2rad(0.3)
+"""A disparity may be less than that of what is infinitely far by so much [rad]: as a yaw that rows don't show."""
+
+MOST_BEHIND = 0.1
+"""Share of the matches that may lie behind the cameras: mistakes."""
+
 ROUNDS = 15
 """Gauss–Newton is done by then; it takes about six."""
 
@@ -124,17 +130,20 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
     after correction; ``brief`` in the error's details says it in a few words.
     """
     require_rectified(pair)
-    found = estimate_rotation(pair)
+    left, right = matches(pair)
+    found = _estimated(pair, left, right)
     if not found.checked:
         return pair, found
     turned = np.abs(found.rotation)
     details: dict[str, Any] = {"pair": pair.name, "rows_before": found.rows_before, "rows_after": found.rows_after}
     if turned.max() >= LARGEST_CORRECTION:
         axis = ("pitch", "yaw", "roll")[int(np.argmax(turned))]
+        center = {"pitch": "cy", "yaw": "cx"}.get(axis)
+        alike = f"; {center} wrong by {pair.camera_right.fy * turned.max():.0f} px looks alike" if center else ""
         raise InvalidImages(
             f"pair {pair.name}: the right camera is turned by {np.rad2deg(turned.max()):.2f}° ({axis}) from its model, "
             f"rows disagree by {found.rows_before:.1f} px; up to {np.rad2deg(LARGEST_CORRECTION):.1f}° are corrected, "
-            "beyond that calibrate the pair anew",
+            f"beyond that calibrate the pair anew{alike}",
             brief=f"turned by {np.rad2deg(turned.max()):.2f}°",
             rotation_deg=np.rad2deg(found.rotation).tolist(),
             **details,
@@ -143,7 +152,8 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
     if aside > LARGEST_ASIDE * pair.baseline:
         raise InvalidImages(
             f"pair {pair.name}: the images look as if the right camera lay {1000 * aside:.0f} mm off its baseline, "
-            f"rows disagree by {found.rows_before:.2f} px; they are not of one moment, or its mount has moved",
+            f"rows disagree by {found.rows_before:.2f} px; they are not of one moment, its mount has moved, or its "
+            "calibration is wrong (principal points cx and cy; doffs, their difference)",
             brief=f"right camera {1000 * aside:.0f} mm off its baseline",
             aside=aside,
             **details,
@@ -151,11 +161,31 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
     if found.rows_after > MOST_DISAGREEMENT:
         raise InvalidImages(
             f"pair {pair.name}: rows disagree by {found.rows_after:.2f} px after correction "
-            f"({MOST_DISAGREEMENT} px at most); the images may not be of one moment, or not rectified",
+            f"({MOST_DISAGREEMENT} px at most); the images may not be of one moment, not rectified, or calibrated "
+            "wrongly (principal points cx and cy, focal length)",
             brief=f"rows disagree by {found.rows_after:.1f} px",
             **details,
         )
-    return (turn_right_image(pair, found.rotation) if found.corrected else pair), found
+    aligned = turn_right_image(pair, found.rotation) if found.corrected else pair
+    if not found.corrected:
+        _require_ahead(pair, left, right)
+    return aligned, found
+
+
+def _require_ahead(pair: ImagePair, left: Array, right: Array) -> None:
+    """Raise InvalidImages where much that rows agree on would lie behind the cameras: no lens sees that."""
+    agree = np.abs(right[:, 1] - left[:, 1]) < 2.0 * MOST_DISAGREEMENT
+    shifted = (left[:, 0] - right[:, 0] + offset(pair))[agree]
+    behind = float(np.mean(shifted < -BEYOND_INFINITY * pair.camera_left.fx)) if len(shifted) else 0.0
+    if behind > MOST_BEHIND:
+        raise InvalidImages(
+            f"pair {pair.name}: {behind:.0%} of the points found in both images would lie behind the cameras, by up to "
+            f"{-shifted.min():.0f} px; the calibration is wrong: check cx of both cameras, or doffs (cx of the right "
+            f"one less that of the left one, here {offset(pair):.1f} px), and that left and right are not exchanged",
+            brief=f"{behind:.0%} behind the cameras",
+            behind=behind,
+            pair=pair.name,
+        )
 
 
 def fits(pair: ImagePair) -> bool:
@@ -183,7 +213,10 @@ def turn_right_image(pair: ImagePair, rotation: Array) -> ImagePair:
 
 def estimate_rotation(pair: ImagePair) -> PairAlignment:
     """What :func:`align_pair` finds, without judging it. Deterministic."""
-    left, right = matches(pair)
+    return _estimated(pair, *matches(pair))
+
+
+def _estimated(pair: ImagePair, left: Array, right: Array) -> PairAlignment:
     found = _seen_in(pair, left, right)
     if found.rows_after > MOST_DISAGREEMENT:
         # a pattern that repeats, such as a board for calibration, or much that only one camera sees

@@ -90,13 +90,15 @@ def match(pair: ImagePair, settings: TerrainSettings) -> Refined:
         swapped = _semi_global(pair.right, pair.left, pair, settings)
         if float(np.isfinite(swapped).mean()) > max(MIN_MATCHED, 1.4 * float(np.isfinite(found).mean())):
             raise InvalidImages(
-                f"pair {pair.name}: the images match better the other way round; left and right seem to be swapped",
+                f"pair {pair.name}: the images match better the other way round; left and right seem to be swapped, or "
+                "their calibration is wrong (doffs, cx of the right camera less that of the left one)",
                 pair=pair.name,
             )
     if matched < MIN_MATCHED:
         raise InvalidImages(
             f"pair {pair.name}: only {matched:.0%} of the pixels match ({MIN_MATCHED:.0%} needed); "
-            f"the images may show different scenes or things nearer than {settings.min_range} m, or not be rectified",
+            f"the images may show different scenes or things nearer than {settings.min_range} m, not be rectified, "
+            "or calibrated wrongly (cx of the cameras, doffs)",
             pair=pair.name,
             matched=matched,
         )
