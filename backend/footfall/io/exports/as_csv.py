@@ -1,14 +1,29 @@
 """CSV (RFC 4180), one line a command and leg, units in the column names; WAIT leaves leg and joints empty.
 
 A POSTURE_MOVE has a line for each leg, all with its row. The column ``force_N`` comes last, where a LEG_LOWER needs it.
+Spreadsheets run a text that begins as a formula does: it gets an apostrophe before it, which reading takes away.
 """
 
 import csv
 import io
+import re
 
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 
 COLUMNS = ("sequence", "robot", "row", "name", "leg", "phase", "duration_s", *(f"{j}_rad" for j in LEG_JOINTS))
+
+_FORMULA = re.compile("'*[=+\\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
+"""How a text begins that a spreadsheet takes for a formula, in full width too; also after apostrophes of its own."""
+
+
+def harmless(text: str) -> str:
+    """A text as a cell that no spreadsheet runs."""
+    return f"'{text}" if _FORMULA.match(text) else text
+
+
+def as_told(cell: str) -> str:
+    """Inverse of :func:`harmless`."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def encode(sequence: Sequence) -> bytes:
@@ -20,8 +35,8 @@ def encode(sequence: Sequence) -> bytes:
     for row, command in enumerate(sequence.commands):
         last = ["" if command.force is None else repr(command.force)] if forces else []
         for leg, joints in _by_leg(command):
-            told = [sequence.digest, sequence.robot, row, command.name, leg, command.phase, repr(command.duration)]
-            writer.writerow([*told, *joints, *last])
+            told = [sequence.digest, harmless(sequence.robot), row, command.name, leg, harmless(command.phase)]
+            writer.writerow([*told, repr(command.duration), *joints, *last])
     return text.getvalue().encode()
 
 

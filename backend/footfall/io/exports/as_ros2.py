@@ -16,6 +16,8 @@ Nothing is compressed, and the bytes depend on nothing but the sequence.
 """
 
 import io
+from collections.abc import Iterable
+from typing import NamedTuple
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
@@ -39,19 +41,37 @@ def encode(sequence: Sequence) -> bytes:
         for name in (TRAJECTORY, FLOAT)
     }
     channels: dict[str, int] = {}
-    at = 0.0
-    for row, command in enumerate(sequence.commands):
-        if not command.duration <= LONGEST:
-            raise InvalidSequence(f"row {row} takes longer than ROS 2 can say, {LONGEST} s", row=row)
-        for topic, name, data in _messages(command):
-            if topic not in channels:
-                channels[topic] = writer.register_channel(topic, MessageEncoding.CDR, schemas[name])
-            time = round(at * NS)
-            writer.add_message(channels[topic], log_time=time, data=data, publish_time=time, sequence=row)
-        at += command.duration
+    for one in messages(sequence.commands):
+        if one.topic not in channels:
+            channels[one.topic] = writer.register_channel(one.topic, MessageEncoding.CDR, schemas[one.name])
+        writer.add_message(
+            channels[one.topic], log_time=one.time, data=one.data, publish_time=one.time, sequence=one.row
+        )
     writer.add_attachment(0, 0, ATTACHMENT, "application/json", as_json.encode(sequence))
     writer.finish()
     return out.getvalue()
+
+
+class Asked(NamedTuple):
+    """One message: of a command's row, at a time [ns] from the beginning."""
+
+    topic: str
+    name: str
+    time: int
+    row: int
+    data: bytes
+
+
+def messages(commands: Iterable[Command]) -> list[Asked]:
+    """All that the commands ask, in order. Raises InvalidSequence where a duration is too long for the format."""
+    found: list[Asked] = []
+    at = 0.0
+    for row, command in enumerate(commands):
+        if not command.duration <= LONGEST:
+            raise InvalidSequence(f"row {row} takes longer than ROS 2 can say, {LONGEST} s", row=row)
+        found += [Asked(topic, name, round(at * NS), row, data) for topic, name, data in _messages(command)]
+        at += command.duration
+    return found
 
 
 def _messages(command: Command) -> list[tuple[str, str, bytes]]:

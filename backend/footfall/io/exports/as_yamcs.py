@@ -24,33 +24,38 @@ STABILITY = f"{SPACE_SYSTEM}/stability"
 
 STABLE = "STABLE"
 TIMEOUT_MS = 10_000
+UNITS = "Angles in rad, durations in s, forces in N."
+
+CHECK: dict[str, Any] = {"type": "check", "parameters": [{"parameter": STABILITY}]}
+GATE: dict[str, Any] = {
+    "type": "verify",
+    "condition": [{"parameter": STABILITY, "operator": "eq", "value": STABLE}],
+    "timeout": TIMEOUT_MS,
+}
+ADVANCEMENT: dict[str, Any] = {"acknowledgment": "CommandComplete", "wait": 0}
+"""The next step comes as soon as the command before is complete."""
 
 
 def encode(sequence: Sequence) -> bytes:
     """UTF-8 JSON of the stack; angles in rad, durations in s, forces in N."""
     text = (
         f"FootFall sequence {sequence.digest} for {_literal(sequence.robot)}: "
-        f"{len(sequence.commands)} commands, {sequence.duration:.1f} s. Angles in rad, durations in s, forces in N."
+        f"{len(sequence.commands)} commands, {sequence.duration:.1f} s. {UNITS}"
     )
     steps: list[dict[str, Any]] = [
         {"type": "text", "text": text},
-        {"type": "check", "parameters": [{"parameter": STABILITY}]},
+        CHECK,
     ]
     for row, command in enumerate(sequence.commands):
         if command.joints is not None:
-            steps.append(_gate())
+            steps.append(GATE)
         steps.append(_command(row, command))
     document = {
         "$schema": "https://yamcs.org/schema/command-stack.schema.json",
         "steps": steps,
-        "advancement": {"acknowledgment": "CommandComplete", "wait": 0},
+        "advancement": ADVANCEMENT,
     }
     return json.dumps(document, indent=1, allow_nan=False).encode() + b"\n"
-
-
-def _gate() -> dict[str, Any]:
-    condition = [{"parameter": STABILITY, "operator": "eq", "value": STABLE}]
-    return {"type": "verify", "condition": condition, "timeout": TIMEOUT_MS}
 
 
 def _command(row: int, command: Command) -> dict[str, Any]:

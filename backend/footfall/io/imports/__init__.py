@@ -1,19 +1,13 @@
 """Sequences from files: what ``io.exports`` wrote, or what others made in these formats. Every rule is checked anew."""
 
 import hashlib
-import io
 import os
-import struct
 from collections.abc import Callable
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
 from footfall.core.value import Provenance
-from footfall.io.exports.as_ros2 import ATTACHMENT
-from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs
+from footfall.io.imports import from_csv, from_fprime, from_json, from_ros2, from_seqjson, from_yamcs
 from footfall.io.imports.told import Told, json_of, text_of
 from footfall.io.robot_files import load_robot, robot_names
 from footfall.robot.model import Robot
@@ -92,7 +86,7 @@ def _decoder(name: str) -> Callable[[bytes], Told]:
         ".csv": from_csv.decode,
         ".seq": from_fprime.decode,
         ".ycs": from_yamcs.decode,
-        ".mcap": _of_mcap,
+        ".mcap": from_ros2.decode,
     }
     suffix = Path(name).suffix.lower()
     if suffix not in known:
@@ -106,17 +100,6 @@ def _of_json(data: bytes) -> Told:
     if isinstance(document, dict) and "steps" in document:
         return from_seqjson.of_document(document)
     return from_json.of_document(document)
-
-
-def _of_mcap(data: bytes) -> Told:
-    """The sequence that goes along in an MCAP file for ROS 2; the messages say less."""
-    try:
-        for attachment in make_reader(io.BytesIO(data), validate_crcs=True).iter_attachments():
-            if attachment.name == ATTACHMENT:
-                return from_json.decode(attachment.data)
-    except (McapError, EOFError, ValueError, struct.error) as error:
-        raise InvalidSequence(f"it is no whole MCAP file: {error}") from error
-    raise InvalidSequence(f"it has no attachment {ATTACHMENT}; FootFall writes one with the messages for ROS 2")
 
 
 def _checked(

@@ -5,7 +5,7 @@ import io
 from itertools import groupby
 
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports.as_csv import COLUMNS
+from footfall.io.exports.as_csv import COLUMNS, as_told
 from footfall.io.imports.told import Told, command, decimal, text_of
 from footfall.sequence.commands import LEG_JOINTS, Command
 
@@ -31,7 +31,7 @@ def decode(data: bytes) -> Told:
     for row, group in enumerate(groups):
         if group[0]["row"] != str(row):
             raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
-    return Told(lines[0]["robot"], tuple(_command(f"row {row}", group) for row, group in enumerate(groups)))
+    return Told(as_told(lines[0]["robot"]), tuple(_command(f"row {row}", group) for row, group in enumerate(groups)))
 
 
 def _command(where: str, lines: list[Line]) -> Command:
@@ -49,8 +49,10 @@ def _command(where: str, lines: list[Line]) -> Command:
         raise InvalidSequence(f"{where}: a {name} has one line, not {len(lines)}")
     elif first["leg"]:
         arguments.append(decimal(first["leg"], f"{where}, leg"))
-    if any(line[key] != first[key] for line in lines for key in ("name", "phase", "duration_s")):
-        raise InvalidSequence(f"{where}: its lines differ in name, phase or duration")
+    if any(
+        line[key] != first[key] for line in lines for key in ("name", "phase", "duration_s", "force_N") if key in first
+    ):
+        raise InvalidSequence(f"{where}: its lines differ in name, phase, duration or force")
     if joints:
         arguments.append(joints)
     elif any(first[f"{joint}_rad"] for joint in LEG_JOINTS):
@@ -58,4 +60,4 @@ def _command(where: str, lines: list[Line]) -> Command:
     arguments.append(decimal(first["duration_s"], f"{where}, duration_s"))
     if force:
         arguments.append(decimal(force, f"{where}, force_N"))
-    return command(name, arguments, first["phase"], where)
+    return command(name, arguments, as_told(first["phase"]), where)

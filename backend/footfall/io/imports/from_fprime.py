@@ -4,25 +4,42 @@ import re
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_fprime import COMPONENT, HEADER, VERSION
-from footfall.io.imports.told import Told, array, command, items, json_of, matrix, member, text, text_of
+from footfall.io.imports.told import (
+    Told,
+    array,
+    command,
+    items,
+    json_of,
+    matrix,
+    member,
+    only,
+    require_row,
+    text,
+    text_of,
+)
 from footfall.sequence.commands import Command
 
 _LINE = re.compile(rf"(?P<time>\S+)\s+{COMPONENT}\.(?P<name>\w+)\s+(?P<arguments>[^;]*?)\s*(?:;\s*(?P<comment>.*))?")
+_HEADER = ("version", "robot", "start", "T_site_base", "digest", "software")
 _AT_ONCE = re.compile(r"R00:00:00(\.0+)?")
 
 
 def decode(data: bytes) -> Told:
-    """Raises InvalidSequence, naming the line, where the file is not such a sequence."""
+    """Raises InvalidSequence, naming the line, where the file is not such a sequence.
+
+    Other comments are read no more than ``fprime-seqgen`` reads them.
+    """
     header, commands = None, []
     for number, line in enumerate(text_of(data).split("\n"), start=1):
         if line.startswith(HEADER):
             header = json_of(line.removeprefix(HEADER))
         elif line.strip() and not line.startswith(";"):
-            commands.append(_command(f"line {number}", line.strip()))
+            commands.append(_command(f"line {number}", len(commands), line.strip()))
     if header is None:
         raise InvalidSequence(f"it lacks the comment {HEADER.strip()!r} with what the commands start from")
     if (version := member(header, "version", HEADER)) != VERSION:
         raise InvalidSequence(f"this FootFall reads version {VERSION} of its sequences for F Prime, not {version!r}")
+    only(header, _HEADER, HEADER.strip())
     return Told(
         robot=text(member(header, "robot", HEADER), "robot"),
         commands=tuple(commands),
@@ -31,12 +48,14 @@ def decode(data: bytes) -> Told:
     )
 
 
-def _command(where: str, line: str) -> Command:
+def _command(where: str, row: int, line: str) -> Command:
     found = _LINE.fullmatch(line)
     if found is None:
         raise InvalidSequence(f"{where} must be a time, {COMPONENT}.<command> and its arguments: {line[:80]!r}")
     if not _AT_ONCE.fullmatch(found["time"]):
         raise InvalidSequence(f"{where} waits until {found['time']}; FootFall knows R00:00:00 only, and WAIT")
     comment = json_of(found["comment"]) if (found["comment"] or "").startswith("{") else {}
+    only(comment, ("row", "phase"), f"{where}, its comment")
+    require_row(comment.get("row", row), row, where)
     arguments = items(json_of(f"[{found['arguments']}]"), where)
     return command(found["name"], arguments, text(comment.get("phase", ""), f"{where}, phase"), where)

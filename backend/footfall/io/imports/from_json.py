@@ -4,8 +4,25 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_json import VERSION
-from footfall.io.imports.told import Told, array, items, json_of, matrix, member, number, text, text_of, whole
+from footfall.io.imports.told import (
+    Told,
+    array,
+    items,
+    json_of,
+    matrix,
+    member,
+    number,
+    only,
+    require_row,
+    text,
+    text_of,
+    whole,
+)
 from footfall.sequence.commands import Command
+
+_READ = ("format", "version", "robot", "start", "T_site_base", "commands")
+_DOCUMENT = (*_READ, "digest", "software", "parents", "duration", "rules")
+_COMMAND = ("row", "name", "leg", "joints", "duration", "phase", "force", "predicted", "predicted_T_site_base")
 
 
 def decode(data: bytes) -> Told:
@@ -19,6 +36,7 @@ def of_document(document: Any) -> Told:
         raise InvalidSequence("its format must be 'footfall-sequence'", format=document["format"])
     if (version := member(document, "version", "the file")) != VERSION:
         raise InvalidSequence(f"this FootFall reads version {VERSION} of its JSON, not {version!r}")
+    only(document, _DOCUMENT, "the file")
     commands = items(member(document, "commands", "the file"), "commands")
     return Told(
         robot=text(member(document, "robot", "the file"), "robot"),
@@ -30,8 +48,8 @@ def of_document(document: Any) -> Told:
 
 def _command(row: int, told: Any) -> Command:
     where = f"commands[{row}]"
-    if (own := whole(member(told, "row", where), f"{where}, row")) != row:
-        raise InvalidSequence(f"{where} says that it is row {own}: commands are missing or out of order")
+    require_row(member(told, "row", where), row, where)
+    only(told, _COMMAND, where)
     leg, joints, force = member(told, "leg", where), member(told, "joints", where), told.get("force")
     return Command(
         name=text(member(told, "name", where), f"{where}, name"),

@@ -1,37 +1,87 @@
 """Yamcs command stacks of our commands, as ``io.exports.as_yamcs`` writes them. They don't say what the commands start
-from; texts, checks and gates say nothing of a command and are left out."""
+from. Whatever else a stack can ask for (waits, checks, gates of others) is refused: nothing of it is dropped."""
 
 import re
 import sys
 from typing import Any
 
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports.as_yamcs import SPACE_SYSTEM
-from footfall.io.imports.told import Told, argument_names, command, items, json_of, member, text, text_of
+from footfall.io.exports.as_yamcs import ADVANCEMENT, CHECK, GATE, SPACE_SYSTEM, UNITS
+from footfall.io.imports.told import Told, argument_names, command, items, json_of, member, number, only, text, text_of
 from footfall.sequence.commands import Command
 
-_ROBOT = re.compile(r"FootFall sequence \w+ for (?P<robot>.*?): \d+ commands, ", re.DOTALL)
+_ROBOT = re.compile(
+    rf"FootFall sequence \w+ for (?P<robot>.*?): \d+ commands, [\d.]+ s\. {re.escape(UNITS)}", re.DOTALL
+)
 _COMMENT = re.compile(r"row (?P<row>\d+)(?: (?P<phase>.*))?", re.DOTALL)
 _ENTITY = re.compile(r"&#(\d{1,7});")
-_SILENT = ("text", "check", "verify")
+_STEPS = ("command", "text", "check", "verify")
 
 
 def decode(data: bytes) -> Told:
     """Raises InvalidSequence, naming the step, where the file is not such a stack."""
-    steps = items(member(json_of(text_of(data)), "steps", "the file"), "steps")
-    robot, commands = None, []
-    for number, step in enumerate(steps):
-        where = f"steps[{number}]"
+    document = json_of(text_of(data))
+    steps = items(member(document, "steps", "the file"), "steps")
+    only(document, ("$schema", "steps", "advancement"), "the file")
+    _require_complete(member(document, "advancement", "the file"), "advancement")
+    robot, commands, gated = None, [], None
+    for position, step in enumerate(steps):
+        where = f"steps[{position}]"
         kind = text(member(step, "type", where), f"{where}, type")
+        if kind not in _STEPS:
+            raise InvalidSequence(f"{where} is of type {kind!r}; FootFall knows {', '.join(_STEPS)}")
+        if gated is not None and kind != "command":
+            raise InvalidSequence(f"{gated} is a gate, and {where} behind it no command")
         if kind == "command":
             commands.append(_command(where, step, len(commands)))
-        elif kind not in _SILENT:
-            raise InvalidSequence(f"{where} is of type {kind!r}; FootFall knows command, {', '.join(_SILENT)}")
-        elif kind == "text" and (found := _ROBOT.match(text(member(step, "text", where), f"{where}, text"))):
-            robot = _plain(found["robot"], where)
+            if gated is not None and commands[-1].joints is None:
+                raise InvalidSequence(
+                    f"{gated} is a gate before a command that moves nothing, which FootFall can't keep"
+                )
+            gated = None
+        elif kind == "verify":
+            if step != GATE:
+                raise InvalidSequence(f"{where} is another gate than FootFall's, which it can't keep: {_short(step)}")
+            gated = where
+        elif kind == "check":
+            if step != CHECK or commands:
+                raise InvalidSequence(
+                    f"{where} is another check than FootFall's first, which it can't keep: {_short(step)}"
+                )
+        else:
+            robot = _robot(where, step, robot)
+    if gated is not None:
+        raise InvalidSequence(f"{gated} is a gate with no command behind it")
     if robot is None:
         raise InvalidSequence("it lacks the text 'FootFall sequence … for <robot>', which says for which robot it is")
     return Told(robot, tuple(commands))
+
+
+def _robot(where: str, step: dict[str, Any], before: str | None) -> str:
+    told = text(member(step, "text", where), f"{where}, text")
+    only(step, ("type", "text"), where)
+    found = _ROBOT.fullmatch(told)
+    if found is None and before is None:
+        raise InvalidSequence(
+            f"it lacks the text 'FootFall sequence … for <robot>: … {UNITS}', which says for which robot it is: "
+            f"{where} says {told[:100]!r}"
+        )
+    if found is None or before is not None:
+        raise InvalidSequence(f"{where} is a text that FootFall can't keep; take it out: {told[:100]!r}")
+    return _plain(found["robot"], where)
+
+
+def _require_complete(told: Any, where: str) -> None:
+    """Raise InvalidSequence unless the next step comes as soon as the one before is complete, as FootFall's do."""
+    acknowledgment = text(member(told, "acknowledgment", where), f"{where}, acknowledgment")
+    only(told, tuple(ADVANCEMENT), where)
+    if acknowledgment != ADVANCEMENT["acknowledgment"]:
+        raise InvalidSequence(
+            f"{where} goes on at {acknowledgment!r}; FootFall's commands begin when the one before is done, at "
+            f"{ADVANCEMENT['acknowledgment']!r}"
+        )
+    if (wait := number(told.get("wait", 0), f"{where}, wait")) != 0:
+        raise InvalidSequence(f"{where} waits {wait:g} ms; FootFall can't keep that: give a {SPACE_SYSTEM}/WAIT")
 
 
 def _command(where: str, step: Any, row: int) -> Command:
@@ -39,6 +89,9 @@ def _command(where: str, step: Any, row: int) -> Command:
     system, _, name = path.rpartition("/")
     if system != SPACE_SYSTEM:
         raise InvalidSequence(f"{where} is {path!r}; FootFall's commands begin with {SPACE_SYSTEM}/")
+    only(step, ("type", "name", "arguments", "comment", "advancement"), where)
+    if "advancement" in step:
+        _require_complete(step["advancement"], f"{where}, advancement")
     found = _COMMENT.fullmatch(text(step.get("comment", f"row {row}"), f"{where}, comment"))
     if found is None or int(found["row"]) != row:
         raise InvalidSequence(f"{where} must have the comment 'row {row}' and its phase: rows are missing or moved")
@@ -48,11 +101,16 @@ def _command(where: str, step: Any, row: int) -> Command:
         if argument in told:
             raise InvalidSequence(f"{where} gives {argument!r} twice")
         told[argument] = member(one, "value", f"{where}, {argument}")
+        only(one, ("name", "value"), f"{where}, {argument}")
     names = argument_names(name, where)
     if sorted(told) != sorted(names):
         raise InvalidSequence(f"{where} has the arguments {', '.join(told) or 'none'}; {name} takes {', '.join(names)}")
     phase = _plain(found["phase"] or "", where)
     return command(name, [told[argument] for argument in names], phase, where)
+
+
+def _short(step: dict[str, Any]) -> str:
+    return str({name: item for name, item in step.items() if name != "type"})[:160]
 
 
 def _plain(literal: str, where: str) -> str:

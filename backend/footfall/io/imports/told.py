@@ -1,6 +1,7 @@
 """What a file tells of a sequence, and strict reading of its parts: no booleans for numbers, nothing missing."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -50,6 +51,23 @@ def member(document: Any, name: str, where: str) -> Any:
     if name not in document:
         raise InvalidSequence(f"{where} lacks {name!r}")
     return document[name]
+
+
+def only(document: dict[str, Any], known: Sequence[str], where: str) -> None:
+    """Raise InvalidSequence, by name, for members that would be dropped: docs/exports.md lists what may be."""
+    strange = [name for name in document if name not in known]
+    if strange:
+        raise InvalidSequence(
+            f"{where} has {', '.join(map(repr, strange))}, which FootFall doesn't know and won't drop; "
+            f"it knows {', '.join(known)}",
+            unknown=strange,
+        )
+
+
+def require_row(item: Any, row: int, where: str) -> None:
+    """Raise InvalidSequence where a command says that it is another row."""
+    if (own := whole(item, f"{where}, row")) != row:
+        raise InvalidSequence(f"{where} says that it is row {own}: commands are missing or out of order")
 
 
 def text(item: Any, where: str) -> str:

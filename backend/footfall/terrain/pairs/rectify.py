@@ -160,7 +160,8 @@ def _whole_views(calibration: PairCalibration, *turns: NDArray[np.float64]) -> t
     if not (FOCAL_RANGE[0] < shares).all():
         raise InvalidImages(
             f"pair {calibration.name}: rectified, of {size[0]} × {size[1]} pixels "
-            f"{min(widths):.0f} × {bottom - top + 1:.0f} would be left; the distortion coefficients, the focal length or the poses are wrong",
+            f"{min(widths):.0f} × {bottom - top + 1:.0f} would be left; the distortion coefficients, the focal length "
+            "or the poses are wrong",
             pair=calibration.name,
         )
     # a rounding more or less must not cost a pixel
