@@ -290,15 +290,3 @@ def test_numbers_beyond_the_format_are_refused():
     frame = moving_frames(1)[0]
     with pytest.raises(InvalidTelemetry, match="2\\*\\*64"):
         written([TelemetryFrame(2**64, frame.state, frame.commanded)])
-
-
-def test_json_channels_say_what_they_are():
-    out = io.BytesIO()
-    writer = RecordingWriter(out, JOINTS, ABOUT)
-    writer.note(TO_ROVER, {"type": "stop", "id": "s1"}, 5)
-    writer.finish()
-    ((schema, channel, message),) = make_reader(io.BytesIO(out.getvalue())).iter_messages()
-    assert schema is not None
-    assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
-    assert json.loads(schema.data)["type"] == "object"
-    assert json.loads(message.data)["id"] == "s1"

@@ -4,6 +4,7 @@ Each definition holds all that it refers to, so that Foxglove and mcap-ros2-supp
 """
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,15 +125,16 @@ def joint_state(
     return out.message()
 
 
-def transform(time: float, parent: str, child: str, T_parent_child: NDArray[np.float64]) -> bytes:
-    """TFMessage of one transform; a rotation becomes a unit quaternion, which rounds."""
+def transforms(time: float, parent: str, children: Mapping[str, NDArray[np.float64]]) -> bytes:
+    """TFMessage of the poses of frames in ``parent``, by name; a rotation becomes a unit quaternion, which rounds."""
     out = CdrWriter()
-    out.pack("I", 1)
-    _header(out, *stamp(time), parent)
-    out.string(child)
-    out.fixed_floats(T_parent_child[:3, 3])
-    w, x, y, z = quat_wxyz(T_parent_child[:3, :3])
-    out.fixed_floats(np.array([x, y, z, w]))
+    out.pack("I", len(children))
+    for child, T_parent_child in children.items():
+        _header(out, *stamp(time), parent)
+        out.string(child)
+        out.fixed_floats(T_parent_child[:3, 3])
+        w, x, y, z = quat_wxyz(T_parent_child[:3, :3])
+        out.fixed_floats(np.array([x, y, z, w]))
     return out.message()
 
 
@@ -154,13 +156,15 @@ def compressed_image(time: float, frame: str, png: bytes) -> bytes:
     return out.message()
 
 
-def camera_info(time: float, camera: Camera, baseline: float = 0.0) -> bytes:
+def camera_info(time: float, frame: str, camera: Camera, baseline: float = 0.0) -> bytes:
     """CameraInfo of a rectified camera: no distortion is left, R is the identity.
+
+    frame: the optical frame of the left camera of the pair, also for the right one (REP 104, image_geometry).
 
     baseline: how far the camera lies along +x of the left one of its pair [m]; ROS has it in P as −fx × baseline.
     """
     out = CdrWriter()
-    _header(out, *stamp(time), camera.name)
+    _header(out, *stamp(time), frame)
     out.pack("I", camera.height, camera.width)
     out.string("plumb_bob")
     out.floats(np.zeros(5))

@@ -8,23 +8,29 @@ topic                            message                        what
 /footfall/leg0/wheel_force       geometry_msgs/WrenchStamped    force of the ground on that wheel, in ``site``
 /footfall/mode                   std_msgs/String                mode
 /tf                              tf2_msgs/TFMessage             site → base, for those who draw
+/tf_static                       tf2_msgs/TFMessage             base → optical frame of each camera, with images
 /footfall/frame                  footfall_msgs/Frame            what these can't say: number, robot, time, T_site_base
 /footfall/nav0/left              sensor_msgs/CompressedImage    a PNG of that pair, when images were taken
 /footfall/nav0/left/camera_info  sensor_msgs/CameraInfo         its camera, rectified
-/footfall/images                 JSON                           header of those images, as on the rover link
-/footfall/to_rover               JSON                           messages of the rover link that went down
-/footfall/acknowledgements       JSON                           what became of commands and stops
-/footfall/dropped                JSON                           what the recorder itself could not take
+/footfall/images                 std_msgs/String of JSON        header of those images, as on the rover link
+/footfall/to_rover               std_msgs/String of JSON        messages of the rover link that went down
+/footfall/acknowledgements       std_msgs/String of JSON        what became of commands and stops
+/footfall/dropped                std_msgs/String of JSON        what the recorder itself could not take
 ===============================  =============================  ========================================================
 
 A frame is the messages of one ``sequence`` number; ``/footfall/frame`` closes it. All its numbers are float64 in CDR,
-so it reads back bit for bit: ``/tf`` alone rounds and is not read. A chunk holds whole frames.
+so it reads back bit for bit: ``/tf`` alone rounds and is not read. A chunk holds whole frames. All is CDR, as ROS 2
+opens no file of several encodings; recordings of version 0.1.0 have their JSON as it is, and are read too.
 """
 
+import json
+from typing import Any
+
+from footfall.io.cdr import CdrReader
 from footfall.io.ros2_messages import DEFINITIONS
 
 MEASURED, COMMANDED, MODE = "/footfall/measured", "/footfall/commanded", "/footfall/mode"
-FRAME, TF = "/footfall/frame", "/tf"
+FRAME, TF, TF_STATIC = "/footfall/frame", "/tf", "/tf_static"
 IMAGES, TO_ROVER, ACKNOWLEDGEMENTS, DROPPED = (
     "/footfall/images",
     "/footfall/to_rover",
@@ -41,6 +47,11 @@ CAMERA_INFO = "camera_info"
 SUFFIX = ".mcap"
 UNFINISHED = ".mcap.part"
 """How the name of a recording ends that is being written, or was cut short."""
+
+
+def object_of(encoding: str, data: bytes) -> dict[str, Any]:
+    """The JSON object of a message in an encoding of MCAP."""
+    return json.loads(data if encoding == "json" else CdrReader(data).string())
 
 
 def wheel_force_topic(leg: int) -> str:

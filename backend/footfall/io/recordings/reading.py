@@ -1,6 +1,5 @@
 """Reads recordings: frames bit for bit, images as the rover link carries them, and what else was said."""
 
-import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,24 +9,29 @@ from typing import IO, Any
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.reader import McapReader, make_reader
+from mcap.reader import McapReader, NonSeekingReader, make_reader
 from mcap.records import Message
+from mcap.summary import Summary
 
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.io.cdr import CdrReader
 from footfall.io.recordings import (
     CAMERA_INFO,
     COMMANDED,
+    DROPPED,
     FRAME,
     IMAGES,
     MEASURED,
     MODE,
+    TF_STATIC,
+    object_of,
     wheel_force_topic,
 )
+from footfall.io.recordings.continuity import Continuity
 from footfall.io.recordings.images import join_images
 from footfall.io.recordings.recovery import is_whole, recover
 from footfall.io.recordings.writing import ABOUT, COUNTS
-from footfall.io.ros2_messages import NS
+from footfall.io.ros2_messages import NS, TEXT
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 
@@ -54,6 +58,7 @@ class Recording:
     def __init__(self, path: Path) -> None:
         self.name = path.name
         self._content: Path | bytes = path
+        self._indexed = True
         try:
             with path.open("rb") as file:
                 self.whole = is_whole(file)
@@ -62,7 +67,7 @@ class Recording:
                     recover(file, out)
                     self._content = out.getvalue()
             with self._stream() as stream:
-                self._read_summary(make_reader(stream))
+                self._read_summary(stream)
         except FileNotFoundError as err:
             raise InvalidInput(f"there is no recording {path}") from err
         except InvalidInput as err:
@@ -94,37 +99,68 @@ class Recording:
     def _said(self, first: int) -> Iterator[Said]:
         with self._stream() as stream:
             gathered: list[tuple[str, Message]] = []
-            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages(starting_at=first):
+            for schema, channel, message in self._reader(stream).iter_messages(starting_at=first):
                 if gathered and gathered[0][1].sequence != message.sequence:
                     gathered = []
                 if channel.topic == FRAME:
                     parts = {topic: part.data for topic, part in gathered}
                     yield Said(message.log_time, FRAME, self._frame(message.data, parts))
                 elif channel.topic == IMAGES:
-                    yield Said(message.log_time, IMAGES, self._images(message.data, gathered))
-                elif channel.message_encoding == "json":
-                    yield Said(message.log_time, channel.topic, json.loads(message.data))
+                    yield Said(message.log_time, IMAGES, self._images(channel.message_encoding, message.data, gathered))
+                elif channel.message_encoding == "json" or (
+                    schema is not None and schema.name == TEXT and channel.topic != MODE
+                ):
+                    body = object_of(channel.message_encoding, message.data)
+                    yield Said(message.log_time, channel.topic, body)
                 else:
                     gathered.append((channel.topic, message))
 
     def _stream(self) -> IO[bytes]:
         return BytesIO(self._content) if isinstance(self._content, bytes) else self._content.open("rb")
 
-    def _read_summary(self, reader: McapReader) -> None:
+    def _reader(self, stream: IO[bytes]) -> McapReader:
+        return (
+            make_reader(stream, validate_crcs=True) if self._indexed else NonSeekingReader(stream, validate_crcs=True)
+        )
+
+    def _read_summary(self, stream: IO[bytes]) -> None:
+        """What the file's end says; where a tool left some of that out, all of it is read."""
+        reader = make_reader(stream)
         summary = reader.get_summary()
+        self._indexed = _is_complete(summary)
+        if not self._indexed:
+            stream.seek(0)
+            reader = NonSeekingReader(stream)
         metadata = {one.name: one.metadata for one in reader.iter_metadata()}
         about, counts = metadata.get(ABOUT), metadata.get(COUNTS)
-        if summary is None or summary.statistics is None or about is None or counts is None:
+        if about is None:
             raise InvalidInput(f"{self.name} is an MCAP file, but no recording of FootFall")
         self.robot, self.legs = about.get("robot", ""), int(about.get("legs", "0"))
-        self.start, self.end = summary.statistics.message_start_time, summary.statistics.message_end_time
-        self.messages = summary.statistics.message_count
-        self.counts = {name: int(count) for name, count in counts.items()}
+        if summary is not None and summary.statistics is not None and self._indexed and counts is not None:
+            self.start, self.end = summary.statistics.message_start_time, summary.statistics.message_end_time
+            self.messages = summary.statistics.message_count
+            self.counts = {name: int(count) for name, count in counts.items()}
+        else:
+            self._count(stream)
 
-    def _images(self, header: bytes, gathered: list[tuple[str, Message]]) -> bytes:
+    def _count(self, stream: IO[bytes]) -> None:
+        times: list[int] = []
+        counted = Continuity()
+        stream.seek(0)
+        for _, channel, message in NonSeekingReader(stream).iter_messages():
+            times.append(message.log_time)
+            if channel.topic == FRAME:
+                counted.take(int(CdrReader(message.data).one("Q")))
+            elif channel.topic == DROPPED:
+                counted.dropped += int(object_of(channel.message_encoding, message.data)["dropped"])
+        self.start, self.end, self.messages = min(times, default=0), max(times, default=0), len(times)
+        self.counts = counted.as_dict()
+
+    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes:
+        header = told if encoding == "json" else CdrReader(told).string().encode()
         files: list[bytes] = []
         for topic, part in gathered:
-            if topic.endswith(f"/{CAMERA_INFO}"):
+            if topic == TF_STATIC or topic.endswith(f"/{CAMERA_INFO}"):
                 continue
             reader = _after_header(part.data)
             reader.string()
@@ -144,6 +180,19 @@ class Recording:
             raise InvalidInput(f"{self.name}: frame {number} lacks its {err.args[0]}", number=number) from err
         state = RobotState(robot, time, posture, T_site_base, np.array(forces).reshape(-1, 3), torques, mode)
         return TelemetryFrame(number, state, commanded)
+
+
+def _is_complete(summary: Summary | None) -> bool:
+    """Whether a summary has all that is read by it: statistics, indexes, and the channels and schemas once more."""
+    if summary is None or summary.statistics is None or not summary.metadata_indexes:
+        return False
+    statistics = summary.statistics
+    return (
+        len(summary.chunk_indexes) == statistics.chunk_count
+        and (statistics.chunk_count > 0 or statistics.message_count == 0)
+        and set(statistics.channel_message_counts) <= set(summary.channels)
+        and all(one.schema_id in {0, *summary.schemas} for one in summary.channels.values())
+    )
 
 
 def _after_header(data: bytes) -> CdrReader:

@@ -1,6 +1,5 @@
 """A recording that was cut short → a valid one with every whole chunk of it."""
 
-import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from footfall.core.errors import InvalidInput
 from footfall.io.cdr import CdrReader
-from footfall.io.recordings import DROPPED, FRAME
+from footfall.io.recordings import DROPPED, FRAME, object_of
 from footfall.io.recordings.continuity import Continuity
 from footfall.io.recordings.writing import COUNTS
 
@@ -97,7 +96,7 @@ class _Copy:
         self._target = target
         self._writer = Writer(target, chunk_size=1 << 62, compression=CompressionType.ZSTD)
         self._schemas: dict[int, int] = {0: 0}
-        self._channels: dict[int, tuple[int, str]] = {}
+        self._channels: dict[int, tuple[int, str, str]] = {}
 
     def begin(self, header: Header) -> None:
         self._writer.start(header.profile, header.library)
@@ -126,15 +125,15 @@ class _Copy:
             channel = self._writer.register_channel(
                 record.topic, record.message_encoding, self._schemas[record.schema_id], record.metadata
             )
-            self._channels[record.id] = channel, record.topic
+            self._channels[record.id] = channel, record.topic, record.message_encoding
         elif isinstance(record, Message):
-            channel, topic = self._channels[record.channel_id]
+            channel, topic, encoding = self._channels[record.channel_id]
             self._writer.add_message(channel, record.log_time, record.data, record.publish_time, record.sequence)
             self.messages += 1
             if topic == FRAME:
                 self.counts.take(int(CdrReader(record.data).one("Q")))
             elif topic == DROPPED:
-                self.counts.dropped += json.loads(record.data)["dropped"]
+                self.counts.dropped += object_of(encoding, record.data)["dropped"]
 
     def end(self) -> None:
         self._writer.add_metadata(COUNTS, {name: str(count) for name, count in self.counts.as_dict().items()})
