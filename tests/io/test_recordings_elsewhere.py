@@ -2,6 +2,7 @@
 
 import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from footfall.io.recordings import ACKNOWLEDGEMENTS, DROPPED, FRAME, IMAGES, TO_
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.recovery import recover
 from footfall.io.recordings.writing import RecordingWriter
+from footfall.session.replay.recordings import replay_recording
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from tests.support.frames import JOINTS, digests, moving_frames
 from tests.support.sequences import bits, four_kinds
@@ -151,7 +153,7 @@ def test_a_pair_is_as_image_geometry_wants_it(bag):
 # --- what others, and older versions, make of a recording
 
 
-def rewritten(old: bool = False, **options) -> bytes:
+def rewritten(old: bool = False, without: Sequence[str] = (), **options) -> bytes:
     """The same messages in another file. old: objects as JSON, without camera frames, as version 0.1.0 wrote them."""
     reader = make_reader(io.BytesIO(WRITTEN))
     out = io.BytesIO()
@@ -163,7 +165,7 @@ def rewritten(old: bool = False, **options) -> bytes:
     for schema, channel, message in reader.iter_messages():
         assert schema is not None
         data, as_json = message.data, old and channel.topic in OBJECTS
-        if old and channel.topic == "/tf_static":
+        if channel.topic in without or (old and channel.topic == "/tf_static"):
             continue
         if as_json:
             data = json.dumps(object_of("cdr", data)).encode()
@@ -240,6 +242,20 @@ def test_of_a_cut_recording_what_was_dropped_is_counted(kind, tmp_path):
     found = digests(opened(out.getvalue(), tmp_path).frames())
     assert len(found) > 10
     assert found == digests(FRAMES[: len(found)])
+
+
+def test_a_recording_whose_images_were_filtered_away_is_read_and_that_is_told(tmp_path):
+    cameras = [f"/footfall/{name}/{side}" for name in ("nav0", "haz_1__") for side in ("left", "right")]
+    path = tmp_path / "filtered.mcap"
+    path.write_bytes(rewritten(without=cameras))
+    recording = Recording(path)
+    assert digests(recording.frames()) == digests(FRAMES)
+    (header,) = [one.content for one in recording.said() if one.topic == IMAGES]
+    assert isinstance(header, dict)
+    assert [one["name"] for one in header["pairs"]] == ["nav0", "haz 1/é"]
+    report = replay_recording(path)
+    assert report.counts["frames"] == 40
+    assert report.problems == ("images, set 1: they were taken out of the file, their header is there",)
 
 
 def test_another_mcap_file_is_no_recording(tmp_path):

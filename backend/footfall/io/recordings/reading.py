@@ -1,5 +1,6 @@
 """Reads recordings: frames bit for bit, images as the rover link carries them, and what else was said."""
 
+import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -39,7 +40,8 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 class Said:
     """One thing that was said. at: when it came, nanoseconds since 1970-01-01 UTC; topic: where it was read.
 
-    content: a frame, the binary frame of the rover link that carries images, or a JSON object.
+    content: a frame, the binary frame of the rover link that carries images, or a JSON object: of images that were
+    taken out of the file by another tool, their header.
     """
 
     at: int
@@ -156,7 +158,7 @@ class Recording:
         self.start, self.end, self.messages = min(times, default=0), max(times, default=0), len(times)
         self.counts = counted.as_dict()
 
-    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes:
+    def _images(self, encoding: str, told: bytes, gathered: list[tuple[str, Message]]) -> bytes | dict[str, Any]:
         header = told if encoding == "json" else CdrReader(told).string().encode()
         files: list[bytes] = []
         for topic, part in gathered:
@@ -165,7 +167,7 @@ class Recording:
             reader = _after_header(part.data)
             reader.string()
             files.append(reader.octets())
-        return join_images(header, files)
+        return join_images(header, files) if files else json.loads(header)
 
     def _frame(self, own: bytes, parts: dict[str, bytes]) -> TelemetryFrame:
         reader = CdrReader(own)

@@ -13,7 +13,7 @@ from typing import Any
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress, no_progress
 from footfall.io.link_images import decode_images
-from footfall.io.recordings import ACKNOWLEDGEMENTS, DROPPED, TO_ROVER
+from footfall.io.recordings import ACKNOWLEDGEMENTS, DROPPED, IMAGES, TO_ROVER
 from footfall.io.recordings.continuity import Continuity
 from footfall.io.recordings.reading import Recording, Said
 from footfall.telemetry.state import TelemetryFrame
@@ -163,6 +163,10 @@ class _Heard:
             self.problem(f"images, set {self.images}: {err.message}")
 
     def _message(self, topic: str, body: dict[str, Any]) -> None:
+        if topic == IMAGES:
+            self.images += 1
+            self.problem(f"images, set {self.images}: they were taken out of the file, their header is there")
+            return
         kind, name = body.get("type"), str(body.get("id", ""))
         if topic == TO_ROVER and "epoch" in body:  # recordings of earlier versions of the link know none
             if body["epoch"] < self.epoch:
