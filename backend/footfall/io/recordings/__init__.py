@@ -7,7 +7,7 @@ topic                            message                        what
 /footfall/commanded              sensor_msgs/JointState         what the joints are driven to, as position
 /footfall/leg0/wheel_force       geometry_msgs/WrenchStamped    force of the ground on that wheel, in ``site``
 /footfall/mode                   std_msgs/String                mode
-/tf                              tf2_msgs/TFMessage             site → base, for those who draw
+/tf                              tf2_msgs/TFMessage             site → base, for those who draw; cameras with images
 /tf_static                       tf2_msgs/TFMessage             base → optical frame of each camera, with images
 /footfall/frame                  footfall_msgs/Frame            what these can't say: number, robot, time, T_site_base
 /footfall/nav0/left              sensor_msgs/CompressedImage    a PNG of that pair, when images were taken

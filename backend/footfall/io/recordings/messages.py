@@ -5,7 +5,9 @@ import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
+from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTelemetry
 from footfall.io import ros2_messages as ros2
@@ -109,12 +111,7 @@ def of_images(snapshot: Snapshot) -> list[Written]:
     to whom P of the right one says where it lies.
     """
     header, files = split_images(encode_images("recorded", snapshot))
-    poses = {
-        optical_frame(pair.name, side): camera.T_base_camera
-        for pair in snapshot.pairs
-        for side, camera in (("left", pair.camera_left), ("right", pair.camera_right))
-    }
-    messages = [Written(TF_STATIC, ros2.TRANSFORMS, ros2.transforms(snapshot.state.time, "base", poses))]
+    messages = _camera_poses(snapshot)
     for pair, left, right in zip(snapshot.pairs, files[::2], files[1::2], strict=True):
         time_right = pair.time if pair.time_right is None else pair.time_right
         for side, camera, taken, file, baseline in (
@@ -127,6 +124,21 @@ def of_images(snapshot: Snapshot) -> list[Written]:
             info = ros2.camera_info(taken, frame, camera, baseline)
             messages.append(Written(f"{topic}/{CAMERA_INFO}", ros2.CAMERA_INFO, info))
     return [*messages, Written(IMAGES, ros2.TEXT, ros2.text(header.decode()))]
+
+
+def _camera_poses(snapshot: Snapshot) -> list[Written]:
+    """Where the cameras sit on the chassis: at the time of each image, for players that lose what is static, and for
+    good behind that."""
+    messages: list[Written] = []
+    together: dict[str, NDArray[np.float64]] = {}
+    for pair in snapshot.pairs:
+        cameras = (("left", pair.camera_left), ("right", pair.camera_right))
+        poses = {optical_frame(pair.name, side): camera.T_base_camera for side, camera in cameras}
+        for taken in {pair.time: None, pair.time if pair.time_right is None else pair.time_right: None}:
+            messages.append(Written(TF, ros2.TRANSFORMS, ros2.transforms(taken, "base", poses)))
+        together |= poses
+    static = ros2.transforms(snapshot.state.time, "base", together)
+    return [*messages, Written(TF_STATIC, ros2.TRANSFORMS, static)]
 
 
 def of_object(topic: str, body: Mapping[str, Any]) -> list[Written]:

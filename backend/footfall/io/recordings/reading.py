@@ -24,6 +24,7 @@ from footfall.io.recordings import (
     IMAGES,
     MEASURED,
     MODE,
+    TF,
     TF_STATIC,
     object_of,
     wheel_force_topic,
@@ -162,7 +163,7 @@ class Recording:
         header = told if encoding == "json" else CdrReader(told).string().encode()
         files: list[bytes] = []
         for topic, part in gathered:
-            if topic == TF_STATIC or topic.endswith(f"/{CAMERA_INFO}"):
+            if topic in (TF, TF_STATIC) or topic.endswith(f"/{CAMERA_INFO}"):
                 continue
             reader = _after_header(part.data)
             reader.string()
