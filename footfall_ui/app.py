@@ -19,6 +19,7 @@ from starlette.types import Scope
 from footfall.api.assemble import assemble
 from footfall.api.auth.oidc import SignOn
 from footfall.api.door.front import LOOPBACK, Front
+from footfall.api.door.limits import LINE_BYTES
 from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.sign_on_file import read_sign_on
@@ -27,12 +28,13 @@ from footfall.session.access.account_stores import account_store, has_accounts, 
 from footfall.session.access.accounts import Accounts
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
-from footfall.telemetry.link import MAX_BINARY_FRAME, PATH
+from footfall.telemetry.link import PATH
 from footfall_ui.listening import Tls, address_of, allow_many_files, front_of, listen, require_safe
 from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
 from footfall_ui.scene_server import SceneServer
+from footfall_ui.sized_lines import SizedLines
 
 
 class _Page(StaticFiles):
@@ -117,8 +119,8 @@ class Server(uvicorn.Server):
                 app,
                 log_level="warning",
                 log_config=None,
-                ws="websockets-sansio",
-                ws_max_size=4 * MAX_BINARY_FRAME,
+                ws=SizedLines,
+                ws_max_size=LINE_BYTES,
                 ws_per_message_deflate=False,
                 timeout_graceful_shutdown=5,
                 # otherwise any program on this computer could say that it asks from elsewhere

@@ -10,12 +10,11 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from footfall.api import streams
-from footfall.api.door.limits import MAX_LINE_MESSAGE, TOO_BIG
-from footfall.telemetry.link import MAX_BINARY_FRAME
+from footfall.api.door.limits import LINE_BYTES, MAX_LINE_MESSAGE, TOO_BIG
+from footfall_ui.sized_lines import MOST_PIECES
 from tests.support.problems import problem
 from tests.support.server import until
 
-LARGEST_READ = 4 * MAX_BINARY_FRAME
 JSON = {"content-type": "application/json"}
 
 
@@ -49,7 +48,7 @@ def lines(server, path):
         ("", ""),
         ('{"reason": 7}', ""),
         ('{"reason": "\\ud800"}', ""),
-        ("[" * 50_000, ""),
+        ("[" * MAX_LINE_MESSAGE, ""),
     ],
 )
 def test_every_message_on_the_line_stops(server, client, message, reason):
@@ -61,7 +60,7 @@ def test_every_message_on_the_line_stops(server, client, message, reason):
         assert json.loads(line.recv(timeout=60))["stopped"] is True
 
 
-@pytest.mark.parametrize("message", ["x" * (MAX_LINE_MESSAGE + 1), bytes(MAX_LINE_MESSAGE + 1), bytes(4 << 20)])
+@pytest.mark.parametrize("message", ["x" * (MAX_LINE_MESSAGE + 1), bytes(MAX_LINE_MESSAGE + 1), bytes(LINE_BYTES)])
 def test_a_message_that_is_too_large_stops_and_ends_the_line(server, client, message):
     with lines(server, "/stop/line") as line:
         line.send(message)
@@ -73,10 +72,29 @@ def test_a_message_that_is_too_large_stops_and_ends_the_line(server, client, mes
     assert str(MAX_LINE_MESSAGE) in closed.value.rcvd.reason
 
 
-def test_a_message_that_is_too_large_to_be_read_at_all_stops(server, client):
+@pytest.mark.parametrize("size", [LINE_BYTES + 1, 60 << 20])
+def test_a_message_that_is_too_large_to_be_read_at_all_stops(server, client, size):
     with lines(server, "/stop/line") as line, contextlib.suppress(ConnectionClosed):
-        line.send(bytes(LARGEST_READ + 1))
+        line.send(bytes(size))
         line.recv(timeout=60)
+    until(lambda: stopped(client), "the stop")
+
+
+def test_a_stop_counts_also_where_what_follows_it_can_not_be_read(server, client):
+    with lines(server, "/stop/line") as line:
+        # a text, and a frame that no protocol knows, in one packet; clients mask what they send
+        line.socket.sendall(b"\x81\x82\0\0\0\0{}" + b"\xff\x80\0\0\0\0")
+        until(lambda: stopped(client), "the stop")
+
+
+def test_a_message_of_endless_empty_pieces_ends_the_line(server, client):
+    with lines(server, "/stop/line") as line:
+        begin, piece = b"\x01\x80\0\0\0\0", b"\x00\x80\0\0\0\0"
+        line.socket.sendall(begin + piece * MOST_PIECES)
+        with pytest.raises(ConnectionClosed) as closed:
+            line.recv(timeout=60)
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == TOO_BIG
     until(lambda: stopped(client), "the stop")
 
 

@@ -1,10 +1,18 @@
-"""JSON from outside: no member given twice, no text that UTF-8 can't hold."""
+"""JSON from outside: no member given twice, no text that UTF-8 can't hold, neither too deep nor too many parts."""
 
 import json
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from footfall.core.surrogates import lone_surrogate_in, spelled_out
+from footfall.core.surrogates import has_lone_surrogate, spelled_out
+
+MOST_DEEP = 64
+"""Lists and objects within each other."""
+MOST_PARTS = 1_000_000
+"""Members, elements, lists and objects of one text: each takes sixty times as much memory as the text that says it."""
+
+_TEXT = re.compile(r'"(?:[^"\\]|\\.)*+"?')
 
 
 class NotStrict(json.JSONDecodeError):
@@ -17,22 +25,58 @@ class NotStrict(json.JSONDecodeError):
         return self.msg
 
 
-def read_json(text: bytes | str, constant: Callable[[str], Any] | None = None) -> Any:
+def read_json(text: bytes | str, constant: Callable[[str], Any] | None = None, most: int = MOST_PARTS) -> Any:
     """``constant`` is given what stands for NaN and infinities, as ``parse_constant`` of ``json.loads``.
 
-    Raises json.JSONDecodeError, of these two NotStrict; UnicodeDecodeError and RecursionError as ``json.loads``.
+    most: parts that it may have; more are refused before any is made.
+    Raises json.JSONDecodeError, of these NotStrict; UnicodeDecodeError as ``json.loads``.
     """
-    found = json.loads(text, parse_constant=constant, object_pairs_hook=_members)
-    halved = lone_surrogate_in(found)
-    if halved is not None:
-        raise NotStrict(f"a text has a lone surrogate, half a character: {halved}")
+    if isinstance(text, bytes):
+        text = text.decode(json.detect_encoding(text), "surrogatepass")
+    # what stands in texts is counted only where it matters: taking them out takes long
+    if _parts(text) > most and _parts(_TEXT.sub("", text)) > most:
+        raise NotStrict(f"it has more than {most} members and elements; send less at once")
+    try:
+        found = json.loads(text, parse_constant=constant, object_pairs_hook=_members)
+    except RecursionError:
+        raise NotStrict(_TOO_DEEP) from None
+    _require_flat_and_whole(found)
     return found
 
 
-def _members(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+_TOO_DEEP = f"lists and objects stand within each other more than {MOST_DEEP} deep"
+
+
+def _parts(text: str) -> int:
+    return text.count(",") + text.count("[") + text.count("{")
+
+
+def _members(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        raise NotStrict(f"the member {spelled_out(twice[:60])!r} is given twice")
+        raise NotStrict(f"the member {spelled_out(_twice(pairs)[:60])!r} is given twice")
     return found
+
+
+def _twice(pairs: Sequence[tuple[str, Any]]) -> str:
+    seen: set[str] = set()
+    for name, _ in pairs:
+        if name in seen:
+            return name
+        seen.add(name)
+    return ""
+
+
+def _require_flat_and_whole(found: Any) -> None:
+    left = [(found, 0)]
+    while left:
+        one, deep = left.pop()
+        if isinstance(one, str):
+            if has_lone_surrogate(one):
+                raise NotStrict(f"a text has a lone surrogate, half a character: {spelled_out(one[:60])}")
+        elif isinstance(one, (dict, list)):
+            if deep >= MOST_DEEP:
+                raise NotStrict(_TOO_DEEP)
+            left += [(part, deep + 1) for part in one]
+            if isinstance(one, dict):
+                left += [(part, deep + 1) for part in one.values()]

@@ -6,7 +6,7 @@ from contextvars import copy_context
 
 from footfall.session.access.identity import Identity
 
-PATIENCE = 1.0
+PATIENCE = 0.25
 """A stop is answered after this long though its record is not written yet [s]."""
 ASKED_AT_MOST = 16
 """So many pages and programs are written down that asked for one stop: no flood of them fills the log."""

@@ -41,7 +41,7 @@ def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
     """
     try:
         parsed = read_json(text, _no_constant if finite else float)
-    except (ValueError, RecursionError) as err:
+    except ValueError as err:
         raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}", fault="not-json") from err
     if not isinstance(parsed, dict):
         raise InvalidTelemetry(f"a message is one JSON object, not a {type(parsed).__name__}", fault="not-json")

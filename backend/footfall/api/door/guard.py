@@ -6,6 +6,8 @@ browser sends a login's cookie along, it also has to say that one of our own pag
 """
 
 import asyncio
+import time
+from collections.abc import Callable
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
@@ -14,6 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from footfall.api.access import STOP
+from footfall.api.door.body_limits import body_limit
 from footfall.api.door.front import LOOPBACK_NAMES, Front, is_loopback_name
 from footfall.api.door.headers import protected
 from footfall.api.door.problems import problem
@@ -66,6 +69,8 @@ def _hostname(url: str) -> str | None:
 
 PATIENCE = 30.0
 """A body of which nothing comes for so long is given up [s]: who sends one holds a connection, and work begun."""
+SLOWEST = 4 << 10
+"""Who has been waited for longer than PATIENCE in all has to have sent so many bytes for each second of it."""
 
 
 class _BodyRefused(HTTPException):
@@ -73,10 +78,14 @@ class _BodyRefused(HTTPException):
 
 
 class Guard:
-    """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large or never come."""
+    """ASGI middleware that refuses foreign hosts and origins, and bodies that are too large or never come.
 
-    def __init__(self, app: ASGIApp, max_body: int, front: Front) -> None:
+    max_body: largest anywhere [bytes]; most addresses take less. clock: for how long bodies take [s].
+    """
+
+    def __init__(self, app: ASGIApp, max_body: int, front: Front, clock: Callable[[], float] = time.monotonic) -> None:
         self.app = app
+        self._clock = clock
         self.max_body = max_body
         self.front = front
 
@@ -88,7 +97,8 @@ class Guard:
             if refused is None:
                 return await self.app(scope, receive, send)
             return await WebSocket(scope, receive, send).close(code=1008, reason=refused[0])
-        received, started, whole = 0, False, False
+        received, waited, started, whole = 0, 0.0, False, False
+        limit = body_limit(scope["path"], self.max_body)
 
         async def send_guarded(message: Message) -> None:
             nonlocal started
@@ -101,28 +111,32 @@ class Guard:
         if refused is not None:
             return await problem(refused[0], 403, refused[1])(scope, receive, send_guarded)
         too_large = problem(
-            "too-large", 413, f"a request holds at most {self.max_body} bytes", {"limit": self.max_body}
+            "too-large", 413, f"a request to this address holds at most {limit} bytes", {"limit": limit}
         )
         if scope["path"] == STOP:
             # a stop reads no more of its body than it wants, and is not refused for the rest
             return await self.app(scope, receive, send_guarded)
         length = Headers(scope=scope).get("content-length", "0")
-        if length.isdecimal() and int(length) > self.max_body:
+        if length.isdecimal() and (len(length) > 18 or int(length) > limit):
             return await too_large(scope, receive, send_guarded)
 
         async def receive_counted() -> Message:
-            nonlocal received, whole
+            nonlocal received, waited, whole
             if whole:  # what comes now is that the client has gone
                 return await receive()
+            began = self._clock()
             try:
                 async with asyncio.timeout(PATIENCE):
                     message = await receive()
             except TimeoutError:
                 raise _BodyRefused(408, f"nothing more of the body came within {PATIENCE:g} s") from None
             received += len(message.get("body", b""))
+            waited += self._clock() - began
             whole = not message.get("more_body", False)
-            if received > self.max_body:
-                raise _BodyRefused(413, f"a request holds at most {self.max_body} bytes")
+            if received > limit:
+                raise _BodyRefused(413, f"a request to this address holds at most {limit} bytes")
+            if not whole and waited > PATIENCE and received < waited * SLOWEST:
+                raise _BodyRefused(408, f"in {waited:.0f} s {received} bytes of the body came; send it faster")
             return message
 
         try:

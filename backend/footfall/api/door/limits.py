@@ -4,7 +4,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from footfall.api.door.body_limits import JSON_BYTES, LOGIN_BYTES, STOP_BYTES
 from footfall.core.errors import InvalidInput
+from footfall.core.strict_json import MOST_DEEP, MOST_PARTS
 from footfall.core.value import Value, value
 from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_ZIP_BYTES
 from footfall.io.image_files import MAX_PIXELS
@@ -18,7 +20,7 @@ from footfall.terrain.dem import MAX_CELLS
 class Limits(Value):
     """Of one request, and of how often one client may ask. Stop is never counted.
 
-    request_bytes: largest body; header_bytes: all headers together, names and values.
+    request_bytes: largest body, where files are sent; header_bytes: all headers together, names and values.
     requests_per_second: of one client in the long run; request_burst: how many may come at once after a pause.
     """
 
@@ -41,8 +43,10 @@ MAX_IMAGES = 64
 """Photographs in one upload."""
 MAX_IMAGE_BYTES = 16 << 20
 """Of one photograph in an upload."""
-MAX_LINE_MESSAGE = 64 << 10
+MAX_LINE_MESSAGE = STOP_BYTES
 """Longest message of a page on its line of stops, or of events [bytes]."""
+LINE_BYTES = 64 << 10
+"""A WebSocket on which more than this comes at once is closed without reading it; the rover's and the scene's apart."""
 TOO_BIG = 1009
 """Close code of a WebSocket on which a longer message came."""
 MOST_LISTENERS = 64
@@ -63,6 +67,10 @@ IN_FILES: Mapping[str, int] = {
     "rover_text_bytes": MAX_TEXT_FRAME,
     "rover_binary_bytes": MAX_BINARY_FRAME,
     "line_message_bytes": MAX_LINE_MESSAGE,
+    "login_bytes": LOGIN_BYTES,
+    "json_bytes": JSON_BYTES,
+    "json_depth": MOST_DEEP,
+    "json_parts": MOST_PARTS,
     "listeners": MOST_LISTENERS,
     "page_items": PAGE_ITEMS,
 }

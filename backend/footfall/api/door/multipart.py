@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from starlette.datastructures import FormData
 
 from footfall.api.bodies.schemas import Strictly
+from footfall.api.door.body_limits import JSON_BYTES
 from footfall.api.routing import BINARY
 from footfall.core.errors import InvalidInput
 from footfall.core.strict_json import read_json
@@ -37,7 +38,7 @@ async def form_of(
     request: Request, files: tuple[str, ...], texts: tuple[str, ...] = (), most: int = 2
 ) -> AsyncIterator[FormData]:
     """The request's form, of at most ``most`` files; a member that is none of ``files`` and ``texts`` is refused."""
-    async with request.form(max_files=most, max_fields=MOST_TEXTS) as form:
+    async with request.form(max_files=most, max_fields=MOST_TEXTS, max_part_size=JSON_BYTES) as form:
         for name, item in form.multi_items():
             # where the form names an odd encoding, bytes can be made into anything
             if has_lone_surrogate(name + (item if isinstance(item, str) else item.filename or "")):
@@ -98,7 +99,7 @@ def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
         return model.model_validate_json(text)
     except ValidationError as error:
         errors: list[Any] = [{**one, "loc": (where, *one["loc"])} for one in error.errors()]
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         what = error.msg if isinstance(error, json.JSONDecodeError) else str(error)
         errors = [{"type": "json_invalid", "loc": (where,), "msg": "", "input": None, "ctx": {"error": what}}]
     raise RequestValidationError(errors)

@@ -74,6 +74,8 @@ _TITLES = {
 
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+MOST_ERRORS = 20
+"""Of one request that are listed; the detail says how many there are."""
 
 
 class Json(JSONResponse):
@@ -141,16 +143,17 @@ def add_problem_responses(app: FastAPI) -> None:
             return problem(
                 "wrong-media", 415, f"this takes application/json, not {media[:100]}", {"given": media[:100]}
             )
+        found = error.errors()
         errors = [
             {
                 "where": ".".join(str(part) for part in one["loc"]),
                 "what": one["ctx"]["error"] if one["type"] == "json_invalid" else one["msg"],
                 "got": _shortened(one.get("input")),
             }
-            for one in error.errors()
+            for one in found[:MOST_ERRORS]
         ]
         first = errors[0]
-        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
         return problem("validation", 422, f"{first['where']}: {first['what']}{more}", {"errors": errors})
 
     @app.exception_handler(HTTPException)
@@ -191,5 +194,7 @@ def _is_json(media: str) -> bool:
 def _shortened(item: Any) -> Any:
     if isinstance(item, (bool, int, float)) or item is None:
         return item
+    if isinstance(item, (dict, list)) and len(item) > MOST_ERRORS:
+        return f"{'an object' if isinstance(item, dict) else 'a list'} of {len(item)}"
     text = item if isinstance(item, str) else str(item)
     return text if len(text) <= 200 else text[:197] + "..."

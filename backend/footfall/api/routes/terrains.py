@@ -14,6 +14,7 @@ from footfall.api.access import Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
+from footfall.api.door.json_bodies import small_body
 from footfall.api.door.multipart import file_of, files_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
@@ -59,7 +60,7 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
         about = await run_in_threadpool(_load, live, name, content, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
-    order = parse(await request.body(), BuildTerrain)
+    order = parse(await small_body(request), BuildTerrain)
     settings = settings_value(TerrainSettings, order.settings)
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 

@@ -40,7 +40,7 @@ def json_of(text: str) -> Any:
     """JSON without NaN, two members of one name, and lone surrogates. Raises InvalidSequence."""
     try:
         return read_json(text, _constant)
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise InvalidSequence(f"it is no JSON: {error}") from error
 
 
