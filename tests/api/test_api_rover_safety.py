@@ -15,11 +15,12 @@ from websockets.typing import Subprotocol
 
 from footfall.api.auth.who import PAGE_HEADER
 from footfall.api.routes import rover as link_end
+from footfall.core.errors import InvalidImages
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.session.live import LiveSession
 from footfall.session.storage.store import SessionStore
-from footfall.telemetry.link import ErrorMessage, HelloMessage, encode
+from footfall.telemetry.link import AckMessage, ErrorMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
 from tests.support.problems import problem
@@ -192,6 +193,29 @@ def test_a_stop_without_rover_reaches_the_one_that_comes(quiet, client):
         assert next_of(link, "clear_stop")
 
 
+def test_the_acknowledgement_of_a_stop_waits_behind_nothing_that_the_rover_says(quiet, client, monkeypatch):
+    """Its thread is held up by the first of many acknowledgements, until the stop's has arrived."""
+    go_on, used = threading.Event(), []
+
+    def slowly(live, command_id, *told):
+        assert go_on.wait(60)
+        used.append(command_id)
+
+    monkeypatch.setattr(LiveSession, "take_acknowledgement", slowly)
+    with rover_of(quiet) as link:
+        linked(client)
+        stop = client.post("/stop").json()
+        assert stop["stop_acknowledged"] is False
+        for number in range(500):
+            link.send(encode(AckMessage(f"c{number}", "received", "", 1.0)))
+        link.send(json.dumps({"type": "stop_ack", "id": next_of(link, "stop")["id"], "time": 1.0}))
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement", timeout=60)
+        assert not used
+        go_on.set()
+        until(lambda: len(used) == 500, "the others", timeout=60)
+        assert used == [f"c{number}" for number in range(500)]  # in their order, none lost
+
+
 def test_what_the_rover_complains_about_reaches_the_operator(quiet, client):
     with rover_of(quiet) as link:
         linked(client)
@@ -286,3 +310,25 @@ def test_the_line_of_events_says_what_the_stream_says(quiet, client):
         assert (news["type"], news["data"]["payload"]["text"]) == ("event", "heard on the line")
     with pytest.raises(InvalidStatus, match="403"):  # closed before it was accepted
         connect(f"{address}/no-such-session/events/line", proxy=None)
+
+
+def test_pictures_that_come_faster_than_they_are_stored_are_dropped_and_told(quiet, client, monkeypatch):
+    go_on, used = threading.Event(), []
+
+    def slowly(content, legs):
+        assert go_on.wait(60)
+        used.append(len(content))
+        raise InvalidImages("no pictures")
+
+    monkeypatch.setattr(link_end, "decode_images", slowly)
+    monkeypatch.setattr(link_end, "MOST_PICTURES", 2500)
+    with rover_of(quiet) as link:
+        linked(client)
+        for _ in range(3):
+            link.send(bytes(1000))
+        while "images came while 2000 bytes of others wait" not in next_of(link, "error")["text"]:
+            pass
+        client.post("/stop")
+        assert current(client)["stop"]["latched"]
+        go_on.set()
+        until(lambda: used == [1000, 1000], "those that there was room for", timeout=60)

@@ -1,4 +1,4 @@
-"""What waits for one listener of a session's events: events queue, of telemetry only the newest stays."""
+"""What waits for one listener of a session's events: events queue, of telemetry and the link only the newest stays."""
 
 import asyncio
 import threading
@@ -43,6 +43,8 @@ class Mailbox:
             if message["type"] == "telemetry":
                 self.dropped += self._telemetry is not None
                 self._telemetry = {**message, "taken": now}
+            elif message["type"] == "link" and self._queue and self._queue[-1]["type"] == "link":
+                self._queue[-1] = message  # how the link is now
             elif len(self._queue) >= LONGEST_BACKLOG:
                 self.closed = self.fell_behind = True
             else:

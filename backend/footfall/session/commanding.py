@@ -20,6 +20,7 @@ from footfall.session.gate.lease import Done
 from footfall.session.gate.machine import ARMED_FOR, HOLDS
 from footfall.session.gate.runs import Run
 from footfall.session.log.fold import SessionState
+from footfall.session.rover.heard import ENDED, Heard
 from footfall.session.rover.link import RoverLink
 from footfall.session.stop_log import StopLog
 from footfall.session.telling import Telling
@@ -27,8 +28,6 @@ from footfall.telemetry.link import CommandMessage, HelloMessage, encode
 
 WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
-ENDED = ("done", "refused")
-"""States of a command that nothing changes any more."""
 
 
 class Record(Protocol):
@@ -71,6 +70,7 @@ class Commanding:
         self._watching = threading.Lock()
         self._watch: threading.Thread | None = None
         self._stop_log = StopLog()
+        self._heard = Heard()
         self._closing = threading.Event()
         self.latest_end: tuple[float, dict[str, Any]] | None = None
         """When the latest run ended [s since 1970] and how, as its record says, whether or not that is written."""
@@ -157,8 +157,11 @@ class Commanding:
         """The rover acknowledged a command, or answered what became of it. The first end that it tells counts."""
         run = self.gate.heard(command_id)
         known = next((one.state for one in self._state().commands if one.id == command_id), "")
-        if run is None and (known == state != "unknown" or known in ENDED):
-            return  # said before
+        # an end of the row that is out is one: after it, that row is out no more
+        ends = run is not None and state in ENDED
+        if not self._heard.is_news(command_id, known, state) and not ends:
+            self._link.said_again()
+            return
         payload: dict[str, Any] = {"id": command_id, "reason": reason}
         frame = self._link.frame
         if state == "done" and run is not None and run.sequence.at_rest is not None and frame is not None:
@@ -271,6 +274,7 @@ class Commanding:
         known = self._state()
         for command in known.commands:
             if command.run == known.runs and command.state == "unknown":
+                self._heard.asked(command.id)
                 self._tell.ask(command.id)
 
     # -- rows ----------------------------------------------------------------------------------

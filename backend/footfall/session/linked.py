@@ -8,9 +8,10 @@ from contextlib import suppress
 from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry
-from footfall.session.commanding import ENDED, Commanding
+from footfall.session.commanding import Commanding
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.executions import ExecutionSession
+from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import Send
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
@@ -189,8 +190,11 @@ class LinkedSession(ExecutionSession):
         return epoch <= max(self.epoch, int(time.time()) + EPOCHS_AHEAD)
 
     def take_stop_acknowledgement(self, stop_id: str | None = None, time: float | None = None) -> None:
-        """The rover stands still because of the stop ``stop_id`` (None: the latest). time: rover clock [s]."""
-        self.link.hear(lambda came: self._stop_acknowledged(stop_id, time, came))
+        """The rover stands still because of the stop ``stop_id`` (None: the latest). time: rover clock [s].
+
+        It waits behind nothing else that the rover says.
+        """
+        self.link.hear(lambda came: self._stop_acknowledged(stop_id, time, came), path="stops")
 
     def _stop_acknowledged(self, stop_id: str | None, time: float | None, at: float) -> None:
         self._commanding.stop_acknowledged(stop_id)

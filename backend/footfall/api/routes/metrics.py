@@ -30,6 +30,7 @@ _LINK_COUNTS = {
     "repeated": "Those of them that came again",
     "restarts": "How often the rover's counting began anew",
     "clock_jumps": "How often the rover's clock went back",
+    "acks_again": "Acknowledgements that told nothing new, and were counted alone",
     "lost_on_the_way": "Messages to a rover that was no longer there when they arrived",
 }
 

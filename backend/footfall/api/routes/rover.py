@@ -12,6 +12,7 @@ import time
 from collections import Counter
 from dataclasses import replace
 from functools import partial
+from itertools import groupby
 from typing import Any
 
 from anyio import CapacityLimiter, to_thread
@@ -25,6 +26,7 @@ from footfall.io.link_images import decode_images
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import (
+    MAX_BINARY_FRAME,
     SUBPROTOCOL,
     AckMessage,
     EpochMessage,
@@ -44,8 +46,16 @@ GIVEN_UP_AFTER = 3.0
 """A rover that has said nothing for this long [s] gives way to one that knocks: it may be the same, come back."""
 FOLLOW_PERIOD = 0.2
 """How often a silent rover is moved to the session that became the current one [s]."""
-LONGEST_INBOX = 64
-"""Messages of the rover that wait to be read; beyond that its own end of the line has to wait."""
+LONGEST_INBOX = 4096
+"""Messages of the rover that wait to be used; beyond that its own end of the line has to wait."""
+MOST_TEXT = 16 << 20
+"""Of those that are text, likewise [bytes]."""
+MOST_PICTURES = 4 * MAX_BINARY_FRAME
+"""Images that wait to be decoded and stored; more are dropped, and the rover is told so [bytes]."""
+SHORT = 1000
+"""A message that may acknowledge a stop has fewer characters."""
+AT_A_TIME = 32
+"""Messages that one turn of the link's thread uses."""
 LAST_WORDS = 5.0
 """How long what a rover said before it left is still read [s]."""
 
@@ -126,6 +136,8 @@ class _Connection:
         self._loop = asyncio.get_running_loop()
         self._outbox: asyncio.Queue[str] = asyncio.Queue()
         self._inbox: asyncio.Queue[tuple[Message, float]] = asyncio.Queue(LONGEST_INBOX)
+        self._text_waiting = self._pictures_waiting = 0  # bytes
+        self._room = asyncio.Event()
         self._heard_at = time.monotonic()
         self._hello: HelloMessage | None = None
         self._live: LiveSession | None = None
@@ -134,6 +146,7 @@ class _Connection:
         # a thread of its own, one call after the other: frames keep their order and never wait for the shared pool
         self._thread = CapacityLimiter(1)
         self._pictures = CapacityLimiter(1)
+        self._stops = CapacityLimiter(1)
         self._tasks: list[asyncio.Task[None]] = []
         self._looking: set[asyncio.Task[None]] = set()
         self._ended = False
@@ -158,11 +171,33 @@ class _Connection:
                     return
                 self._heard_at = time.monotonic()
                 # stamped here: what waits in the inbox must not look fresh
-                await self._inbox.put((message, self._heard_at))
+                await self._receive(message, self._heard_at)
         except WebSocketDisconnect:
             return
         finally:
             await self._end()
+
+    async def _receive(self, message: Message, at: float) -> None:
+        text = message.get("text")
+        if text is None:
+            size = len(message["bytes"])
+            if self._pictures_waiting + size > MOST_PICTURES:
+                told = (
+                    f"images came while {self._pictures_waiting} bytes of others wait to be stored; they were dropped"
+                )
+                await to_thread.run_sync(self._refuse, told, "images", limiter=self._stops)
+                return
+            self._pictures_waiting += size
+        elif self._live is not None and len(text) < SHORT and '"stop_ack"' in text:
+            # the operator waits for it: not behind whatever else the rover says
+            await to_thread.run_sync(self._take, self._take_text, text, at, limiter=self._stops)
+            return
+        else:
+            while self._text_waiting > MOST_TEXT:
+                self._room.clear()
+                await self._room.wait()
+            self._text_waiting += len(text)
+        await self._inbox.put((message, at))
 
     async def give_way(self) -> None:
         """Leave the session and close: another connection takes over."""
@@ -202,17 +237,34 @@ class _Connection:
 
     async def _work(self) -> None:
         while True:
-            message, at = await self._inbox.get()
-            if message.get("text") is not None:
-                await to_thread.run_sync(self._take, self._take_text, message["text"], at, limiter=self._thread)
-            else:
-                # decoding and storing pictures takes seconds; telemetry and acknowledgements go on meanwhile
-                task = asyncio.create_task(
-                    to_thread.run_sync(self._take, self._take_images, message["bytes"], at, limiter=self._pictures)
-                )
-                self._looking.add(task)
-                task.add_done_callback(self._looking.discard)
-            self._inbox.task_done()
+            taken = [await self._inbox.get()]
+            while len(taken) < AT_A_TIME and not self._inbox.empty():
+                taken.append(self._inbox.get_nowait())
+            # in their order: pictures belong to the session that is there when their turn comes
+            for is_text, some in groupby(taken, lambda one: one[0].get("text") is not None):
+                if is_text:
+                    texts = [(message["text"], at) for message, at in some]
+                    await to_thread.run_sync(self._take_texts, texts, limiter=self._thread)
+                    self._text_waiting -= sum(len(text) for text, _ in texts)
+                    self._room.set()
+                else:
+                    for message, at in some:
+                        # decoding and storing takes seconds; telemetry and acknowledgements go on meanwhile
+                        task = asyncio.create_task(self._look(message["bytes"], at))
+                        self._looking.add(task)
+                        task.add_done_callback(self._looking.discard)
+            for _ in taken:
+                self._inbox.task_done()
+
+    async def _look(self, pictures: bytes, at: float) -> None:
+        try:
+            await to_thread.run_sync(self._take, self._take_images, pictures, at, limiter=self._pictures)
+        finally:
+            self._pictures_waiting -= len(pictures)
+
+    def _take_texts(self, texts: list[tuple[str, float]]) -> None:
+        for text, at in texts:
+            self._take(self._take_text, text, at)
 
     async def _follow(self) -> None:
         while True:

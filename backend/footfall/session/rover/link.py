@@ -42,10 +42,11 @@ class RoverLink:
     """Holds the latest telemetry frame and both ways of the link. Thread-safe; never blocks for long.
 
     frames: how many came, and so the number of the latest by arrival; gaps: frames that were missing between them;
-    restarts: how often counting began anew; late: frames that were dropped because they came again, after newer ones,
-    or beside the link that there was by then; repeated: those of them that came again; clock_jumps: how often the
-    rover's clock went back; lost_on_the_way: messages down that arrived where their rover was no longer; fault, faults,
-    kinds: the latest complaint of the rover, or about what it sent, how many there were, and of what kind.
+    restarts: how often counting began anew; late: frames that were dropped because they came again, after newer
+    ones, or beside the link that there was by then; repeated: those of them that came again; clock_jumps: how often
+    the rover's clock went back; acks_again: acknowledgements that told nothing new; lost_on_the_way: messages down
+    that arrived where their rover was no longer; fault, faults, kinds: the latest complaint of the rover, or about
+    what it sent, how many there were, and of what kind.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, light_time: LightTime | None = None) -> None:
@@ -57,11 +58,11 @@ class RoverLink:
         self._straggler: TelemetryFrame | None = None
         self._stragglers = 0
         # storing images takes seconds, and telemetry must not wait for it
-        self._paths = {name: LightPath(name, clock) for name in ("telemetry", "images", "commands")}
+        self._paths = {name: LightPath(name, clock) for name in ("telemetry", "images", "commands", "stops")}
         self._told: deque[OnItsWay] = deque(maxlen=MOST_SHOWN)
         self.light_time = light_time or LightTime()
         self.frames = self.gaps = self.restarts = self.late = self.repeated = self.clock_jumps = self.faults = 0
-        self.lost_on_the_way = 0
+        self.lost_on_the_way = self.acks_again = 0
         self.fault = ""
         self.kinds: Counter[str] = Counter()
         self._told_of: dict[str, float] = {}
@@ -97,7 +98,7 @@ class RoverLink:
         """Something comes from the rover ``at`` (None: now): ``use`` it when its light time is over.
 
         use: called with when it arrived, by this link's clock; raises to the caller only where there is no delay.
-        path: "telemetry" or "images"; what comes on one is used in its order.
+        path: "telemetry", "images" or "stops"; what comes on one is used in its order.
         Raises Conflict where too much is on its way already.
         """
         now, delay = self._clock() if at is None else at, self.light_time.telemetry
@@ -155,6 +156,11 @@ class RoverLink:
             if news:
                 self._told_of[kind] = now
             return news
+
+    def said_again(self) -> None:
+        """An acknowledgement told nothing new."""
+        with self._guard:
+            self.acks_again += 1
 
     def send(self, text: str) -> None:
         """Send one text frame on its way to the rover. Raises Conflict where none is connected, or it can't be reached.
@@ -231,6 +237,7 @@ class RoverLink:
             "late": self.late,
             "repeated": self.repeated,
             "clock_jumps": self.clock_jumps,
+            "acks_again": self.acks_again,
             "faults": self.faults,
             "faults_by_kind": dict(self.kinds),
             "fault": self.fault,
