@@ -92,6 +92,8 @@ def create_app(
 
 HEAD_WITHIN = 20.0
 """A connection on which no whole head of a request came in this time is closed [s]."""
+STUCK_AFTER = 30.0
+"""A connection that takes nothing of what waits for it for so long is closed [s]: its memory is others'."""
 LOOK_AT_CONNECTIONS = 10
 """Every how many ticks of uvicorn, of 0.1 s."""
 
@@ -114,6 +116,7 @@ class Server(uvicorn.Server):
         self._on_ready = on_ready
         self._tls = tls
         self._waiting: dict[Any, float] = {}
+        self._unread: dict[Any, tuple[int, float]] = {}
         super().__init__(
             uvicorn.Config(
                 app,
@@ -141,6 +144,7 @@ class Server(uvicorn.Server):
     async def on_tick(self, counter: int) -> bool:
         if counter % LOOK_AT_CONNECTIONS == 0:
             self._close_what_says_nothing(time.monotonic())
+            self._close_what_takes_nothing(time.monotonic())
         return await super().on_tick(counter)
 
     def _close_what_says_nothing(self, now: float) -> None:
@@ -151,6 +155,18 @@ class Server(uvicorn.Server):
         for one, since in self._waiting.items():
             if now - since > HEAD_WITHIN:
                 one.transport.abort()
+
+    def _close_what_takes_nothing(self, now: float) -> None:
+        before, self._unread = self._unread, {}
+        for one in tuple(self.server_state.connections):
+            transport = one.transport
+            if transport is None or not (waiting := transport.get_write_buffer_size()):
+                continue
+            size, since = before.get(one, (0, now))
+            # it shrinks where somebody reads, and is filled again only after that
+            self._unread[one] = (waiting, since if waiting == size else now)
+            if now - self._unread[one][1] > STUCK_AFTER:
+                transport.abort()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._app.state.streams.close()

@@ -11,6 +11,7 @@ from footfall.api.auth.oidc import SignOn
 from footfall.api.auth.roles import authorise
 from footfall.api.door.front import LOOPBACK, Front
 from footfall.api.door.guard import Guard
+from footfall.api.door.holding import Holding
 from footfall.api.door.idempotency import Idempotency
 from footfall.api.door.limits import LIMITS, Limits
 from footfall.api.door.observe import Observe
@@ -105,6 +106,7 @@ def assemble(
     app.add_middleware(Idempotency)
     app.add_middleware(Identify, accounts=accounts_, front=front)
     app.add_middleware(Pace, limits=limits)
+    app.add_middleware(Holding, max_body=limits.request_bytes)
     app.add_middleware(Guard, max_body=limits.request_bytes, front=front)
     app.add_middleware(Observe, metrics=app.state.metrics)
     add_problem_responses(app)

@@ -28,6 +28,8 @@ from footfall.telemetry.link import MAX_BINARY_FRAME, camera_from, camera_object
 
 MAX_HEADER = 1 << 20
 """Longest header [bytes]."""
+MAX_FRAME_PIXELS = 100_000_000
+"""Of all images of one frame, as their heads claim: a PNG of nothing unpacks to a thousand times its size."""
 
 LONGEST_NAME = 64
 """Of a pair [characters]."""
@@ -80,12 +82,22 @@ def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]
     state = state_from(fields.object("state"), legs)
     bodies = fields.objects("pairs")
     fields.end()
-    pairs: list[ImagePair] = []
-    left_out: dict[str, str] = {}
+    packed: list[tuple[str, bytes, bytes]] = []
     for number, body in enumerate(bodies):
         name = body.get("name")
         name = name if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME else f"number {number + 1}"
         left, right, start = _files(body, frame, start, name)
+        packed.append((name, left, right))
+    pixels = sum(_claimed(png) for _, *both in packed for png in both)
+    if pixels > MAX_FRAME_PIXELS:
+        raise InvalidImages(
+            f"the images of the frame have {pixels} pixels; a frame has at most {MAX_FRAME_PIXELS}: send fewer pairs",
+            pixels=pixels,
+            limit=MAX_FRAME_PIXELS,
+        )
+    pairs: list[ImagePair] = []
+    left_out: dict[str, str] = {}
+    for number, (body, (name, left, right)) in enumerate(zip(bodies, packed, strict=True)):
         try:
             if name in left_out or any(pair.name == name for pair in pairs):
                 name = f"number {number + 1}"
@@ -130,6 +142,19 @@ def _pair(body: dict[str, Any], left: bytes, right: bytes) -> ImagePair:
         T_site_base=T_site_base,
         time_right=None if time_right == time else time_right,
     )
+
+
+def _claimed(png: bytes) -> int:
+    """Pixels of an image, by its head alone; what has none is refused when it is read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            width, height = Image.open(io.BytesIO(png), formats=("PNG",)).size
+    except Image.DecompressionBombError:
+        return MAX_FRAME_PIXELS + 1
+    except (OSError, SyntaxError, ValueError):
+        return 0
+    return width * height
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:

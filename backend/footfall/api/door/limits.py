@@ -5,11 +5,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from footfall.api.door.body_limits import JSON_BYTES, LOGIN_BYTES, STOP_BYTES
+from footfall.api.door.holding import IN_ALL, OF_ONE
 from footfall.core.errors import InvalidInput
 from footfall.core.strict_json import MOST_DEEP, MOST_PARTS
 from footfall.core.value import Value, value
 from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_ZIP_BYTES
 from footfall.io.image_files import MAX_PIXELS
+from footfall.io.link_images import MAX_FRAME_PIXELS
 from footfall.io.photograph_files import MAX_PIXELS as MAX_ALL_PIXELS
 from footfall.io.terrain_mesh_files import MAX_TRIANGLES
 from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME
@@ -66,7 +68,10 @@ IN_FILES: Mapping[str, int] = {
     "bundle_unpack_ratio": MAX_RATIO,
     "rover_text_bytes": MAX_TEXT_FRAME,
     "rover_binary_bytes": MAX_BINARY_FRAME,
+    "rover_frame_pixels": MAX_FRAME_PIXELS,
     "line_message_bytes": MAX_LINE_MESSAGE,
+    "bodies_held_bytes": IN_ALL,
+    "bodies_held_of_one_bytes": OF_ONE,
     "login_bytes": LOGIN_BYTES,
     "json_bytes": JSON_BYTES,
     "json_depth": MOST_DEEP,

@@ -14,6 +14,7 @@ from starlette.datastructures import FormData
 
 from footfall.api.bodies.schemas import Strictly
 from footfall.api.door.body_limits import JSON_BYTES
+from footfall.api.door.problems import Problem
 from footfall.api.routing import BINARY
 from footfall.core.errors import InvalidInput
 from footfall.core.strict_json import read_json
@@ -38,7 +39,7 @@ async def form_of(
     request: Request, files: tuple[str, ...], texts: tuple[str, ...] = (), most: int = 2
 ) -> AsyncIterator[FormData]:
     """The request's form, of at most ``most`` files; a member that is none of ``files`` and ``texts`` is refused."""
-    async with request.form(max_files=most, max_fields=MOST_TEXTS, max_part_size=JSON_BYTES) as form:
+    async with request.form(max_files=most, max_fields=MOST_TEXTS) as form:
         for name, item in form.multi_items():
             # where the form names an odd encoding, bytes can be made into anything
             if has_lone_surrogate(name + (item if isinstance(item, str) else item.filename or "")):
@@ -89,6 +90,9 @@ def json_of(form: FormData, name: str, model: type[_M]) -> _M:
     found = form.get(name, "{}")
     if not isinstance(found, str):
         raise InvalidInput(f"the form's member {name!r} is JSON text, not a file")
+    if len(found) > JSON_BYTES:
+        text = f"the form's member {name!r} has {len(found)} characters; at most {JSON_BYTES} are read"
+        raise Problem("too-large", 413, text, limit=JSON_BYTES)
     return parse(found, model, name)
 
 

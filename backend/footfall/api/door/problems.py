@@ -158,7 +158,14 @@ def add_problem_responses(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def by_status(request: Request, error: HTTPException) -> Json:
-        kinds = {400: "malformed", 404: "not-found", 405: "method-not-allowed", 408: "too-slow", 413: "too-large"}
+        kinds = {
+            400: "malformed",
+            404: "not-found",
+            405: "method-not-allowed",
+            408: "too-slow",
+            413: "too-large",
+            503: "busy",
+        }
         kind = kinds.get(error.status_code, f"http-{error.status_code}")
         detail = str(error.detail)
         if error.status_code == 404:

@@ -4,12 +4,12 @@ from typing import Annotated, Literal, TypedDict, cast
 
 import numpy as np
 from fastapi import Path, Query, Request, Response
-from fastapi.concurrency import run_in_threadpool
 from pydantic import Field
 
 from footfall.api.access import OneSession, product, session_path
 from footfall.api.bodies.answers import Digested, DigestText, Url
 from footfall.api.bodies.schemas import Calibration, CameraModel, ImageRequest
+from footfall.api.door.in_turn import in_turn
 from footfall.api.door.multipart import file_of, form_of, json_of, multipart_doc
 from footfall.api.routing import Routes, files
 from footfall.core.errors import Conflict, NotFound
@@ -126,7 +126,7 @@ async def upload_pair(live: OneSession, request: Request) -> Digested:
     async with form_of(request, ("left", "right"), ("calibration",)) as form:
         calibration = json_of(form, "calibration", Calibration)
         sides = [await file_of(form, "left"), await file_of(form, "right")]
-    return await run_in_threadpool(_take_pair, live, calibration, sides)
+    return await in_turn(_take_pair, live, calibration, sides)
 
 
 def _take_pair(live: LiveSession, calibration: Calibration, sides: list[tuple[str, bytes]]) -> Digested:

@@ -11,6 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ConfigDict, Field
 
 from footfall.api.access import AllSessions, current_session
+from footfall.api.door.in_turn import in_turn
 from footfall.api.routes.rover import RoverDoor, fault_of, require_same_rover
 from footfall.api.routing import Routes
 from footfall.core.errors import Conflict, FootFallError, InvalidTelemetry
@@ -191,7 +192,7 @@ async def take_images(
         }
 
     try:
-        return await run_in_threadpool(take)
+        return await in_turn(take)
     except Conflict:
         raise
     except FootFallError as error:

@@ -6,11 +6,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fastapi import Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import OneSession, product
 from footfall.api.bodies.answers import PhotographJob
 from footfall.api.bodies.schemas import PhotographOptions, settings_value
+from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import MAX_IMAGE_BYTES, MAX_IMAGES
 from footfall.api.door.multipart import files_of, form_of, json_of, multipart_doc
 from footfall.api.routes.jobs import accepted
@@ -58,7 +58,7 @@ async def build_from_photographs(live: OneSession, request: Request, response: R
         images = await files_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
         pairs = await files_of(form, "pairs", 1, MAX_TEXT_BYTES)
         options = json_of(form, "options", PhotographOptions)
-    return await run_in_threadpool(_build, live, calibration, images, pairs, options, response)
+    return await in_turn(_build, live, calibration, images, pairs, options, response)
 
 
 def _build(

@@ -12,6 +12,7 @@ from fastapi.responses import FileResponse
 from footfall.api.access import BASE, AllSessions, FileName, OneSession, SessionId, session_path
 from footfall.api.bodies.answers import SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, page
+from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import PAGE_ITEMS
 from footfall.api.door.multipart import file_of, form_of, is_multipart
 from footfall.api.routing import BINARY, Routes, files
@@ -108,7 +109,7 @@ async def upload(request: Request, response: Response, sessions: AllSessions) ->
         content = await request.body()
     if not content:
         raise InvalidInput("the request is empty; send the zip of a session")
-    live = await run_in_threadpool(sessions.import_bundle, content)
+    live = await in_turn(sessions.import_bundle, content)
     response.headers["Location"] = session_path(live)
     return cast(SessionAnswer, await run_in_threadpool(live.summary))
 

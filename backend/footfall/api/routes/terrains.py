@@ -14,6 +14,7 @@ from footfall.api.access import Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
+from footfall.api.door.in_turn import in_turn
 from footfall.api.door.json_bodies import small_body
 from footfall.api.door.multipart import file_of, files_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
 from footfall.api.routes.jobs import accepted
@@ -57,7 +58,7 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
             name, content = await file_of(form, "file")
             beside = await _beside(form, name)
             options = json_of(form, "options", TerrainOptions)
-        about = await run_in_threadpool(_load, live, name, content, beside, options)
+        about = await in_turn(_load, live, name, content, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await small_body(request), BuildTerrain)
@@ -125,7 +126,7 @@ async def blend(live: OneSession, request: Request, response: Response) -> JobAn
         name, content = await file_of(form, "file")
         beside = await _beside(form, name)
         options = json_of(form, "options", BlendOptions)
-    return accepted(await run_in_threadpool(_blend, live, name, content, beside, options), response)
+    return accepted(await in_turn(_blend, live, name, content, beside, options), response)
 
 
 def _blend(live: LiveSession, name: str, content: bytes, beside: list[tuple[str, bytes]], options: BlendOptions) -> Job:

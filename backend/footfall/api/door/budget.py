@@ -1,0 +1,36 @@
+"""What the server holds for those who ask, in bytes: of each of them, and in all. For one event loop."""
+
+from collections import Counter
+
+
+class Budget:
+    """in_all, of_one: most bytes held, of everybody together and of one client."""
+
+    def __init__(self, in_all: int, of_one: int) -> None:
+        self.in_all, self.of_one = in_all, of_one
+        self._held: Counter[str] = Counter()
+
+    @property
+    def held(self) -> int:
+        """Of everybody together [bytes]."""
+        return self._held.total()
+
+    def takes(self, client: str, size: int) -> bool:
+        """Hold ``size`` bytes more for a client, if there is room."""
+        if self._held[client] + size > self.of_one or self.held + size > self.in_all:
+            return False
+        self._held[client] += size
+        return True
+
+    def takes_one(self, client: str, size: int) -> bool:
+        """As :meth:`takes`; what is too large for any share is taken where nothing else is held for that client."""
+        if self._held[client] == 0:
+            self._held[client] = size
+            return True
+        return self.takes(client, size)
+
+    def give_back(self, client: str, size: int) -> None:
+        """``size`` bytes are held no more."""
+        self._held[client] -= size
+        if self._held[client] <= 0:
+            del self._held[client]
