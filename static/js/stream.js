@@ -1,6 +1,6 @@
 // Follows the session: one line of events, and a fresh summary after everything that changed it.
 
-import { ROOT, request } from "./api.js";
+import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
 
@@ -83,7 +83,7 @@ export async function follow() {
 
 function listen() {
   const root = `${location.origin.replace(/^http/, "ws")}${ROOT}`;
-  const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}&ahead=2`);
+  const line = new WebSocket(`${root}/sessions/current/events/line?since=${known.summary.events - 1}&ahead=2&page=${PAGE}`);
   line.addEventListener("open", () => { known.connected = true; look(); });
   line.addEventListener("close", ({ code, reason }) => {
     known.connected = false;

@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from footfall.api import streams
+from footfall.api.auth.who import PAGE_HEADER
 from footfall.api.door.limits import LINE_BYTES, MAX_LINE_MESSAGE, TOO_BIG
 from footfall_ui.sized_lines import MOST_PIECES
 from tests.support.problems import problem
@@ -140,6 +141,19 @@ def test_a_line_of_events_takes_small_messages_alone(server, client):
         assert closed.value.rcvd.code == TOO_BIG
 
 
+def test_one_address_does_not_take_all_places(server, client, monkeypatch):
+    client.post("/stop")
+    monkeypatch.setattr(streams, "MOST_OF_ONE", 1)
+    open_ = server.app.state.streams
+    until(lambda: not open_.listeners(), "the end of earlier ones")
+    with lines(server, "/sessions/current/events/line"):
+        until(lambda: len(open_.listeners()) == 1, "the first")
+        told = problem(client.get("/sessions/current/events"), 503, "busy")
+        assert (told["limit"], told["detail"].split(" listen")[0]) == (1, "1 pages or programs of 127.0.0.1")
+        open_.require_room("192.0.2.7", False)  # another one's share
+        assert client.post("/stop").json()["stopped"] is True
+
+
 def test_as_many_listen_as_may_and_the_next_is_told_so(server, client, monkeypatch):
     client.post("/stop")
     monkeypatch.setattr(streams, "MOST_LISTENERS", 2)
@@ -159,6 +173,17 @@ def test_as_many_listen_as_may_and_the_next_is_told_so(server, client, monkeypat
         with lines(server, "/stop/line") as line:
             line.send("{}")
             assert json.loads(line.recv(timeout=60))["stopped"] is True
+        # nor is who holds the conn kept out: there is a place for it, which it takes over from itself
+        page = "the-holder"
+        client.post("/sessions/current/conn/take", headers={PAGE_HEADER: page}).raise_for_status()
+        with lines(server, f"/sessions/current/events/line?page={page}") as holder:
+            assert json.loads(holder.recv(timeout=60))["type"] == "link"
+            assert problem(client.get("/sessions/current/events"), 503, "busy")
+            with lines(server, f"/sessions/current/events/line?page={page}") as again:
+                assert json.loads(again.recv(timeout=60))["type"] == "link"
+                list(holder)  # until its end
+        client.post("/sessions/current/conn/release", headers={PAGE_HEADER: page}).raise_for_status()
+        until(lambda: len(open_.listeners()) == 2, "the end of the holder's")
         first.close()
         until(lambda: len(open_.listeners()) == 1, "room")
         with lines(server, "/sessions/current/events/line") as again:

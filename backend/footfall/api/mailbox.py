@@ -16,13 +16,17 @@ class Mailbox:
     """Messages from the session's threads to one event loop. Events queue; of telemetry only the newest stays.
 
     session: whose. rate: most telemetry messages in a second. ahead: most of them that may be under way, where the
-    listener says what it has heard: however much the lines between would hold, it is never further behind. taken:
+    listener says what it has heard: however much the lines between would hold, it is never further behind. asker: the
+    account or address that listens; holds_conn: as holder of the conn; kept: at the place that is kept for that. taken:
     messages that went on to the listener; dropped: telemetry that gave way to newer; fell_behind: whether the listener
     was let go because too much waited.
     """
 
-    def __init__(self, session: str, rate: float, ahead: int | None = None) -> None:
+    def __init__(
+        self, session: str, rate: float, ahead: int | None = None, asker: str = "", holds_conn: bool = False
+    ) -> None:
         self.session, self.rate, self.ahead, self.number = session, rate, ahead, 0
+        self.asker, self.holds_conn, self.kept = asker, holds_conn, False
         self.taken = self.dropped = 0
         self.fell_behind = False
         self._since = time.time()

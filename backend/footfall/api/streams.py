@@ -10,10 +10,13 @@ from typing import Annotated, Any
 from fastapi import Header, Query, Request
 from fastapi.sse import ServerSentEvent
 
+from footfall.api.access import OneSession
+from footfall.api.acting import Actor
 from footfall.api.bodies.jsonable import dumps
-from footfall.api.door.limits import MOST_LISTENERS
+from footfall.api.door.limits import MOST_LISTENERS, MOST_OF_ONE
 from footfall.api.mailbox import Mailbox
 from footfall.core.errors import Busy, InvalidInput
+from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
 
@@ -42,16 +45,35 @@ class Streams:
         self._dropped = self.let_go = 0
         self.closed = False
 
-    def require_room(self) -> None:
-        """Raises Busy where as many listen as may."""
-        if len(self._open) >= MOST_LISTENERS:
+    def require_room(self, asker: str, holds_conn: bool) -> None:
+        """Raises Busy where as many listen as may, or of this account or address; never for the holder of the conn."""
+        if not holds_conn:
+            self._require_share(asker)
+
+    def _require_share(self, asker: str) -> None:
+        listening = [one.asker for one in tuple(self._open) if not one.kept]
+        if len(listening) >= MOST_LISTENERS:
             text = f"{MOST_LISTENERS} pages or programs listen already; close one of them"
             raise Busy(text, limit=MOST_LISTENERS, retry_after=RETRY_AFTER)
+        if listening.count(asker) >= MOST_OF_ONE:
+            text = f"{MOST_OF_ONE} pages or programs of {asker} listen already; close one of them"
+            raise Busy(text, limit=MOST_OF_ONE, retry_after=RETRY_AFTER)
 
     def add(self, mailbox: Mailbox) -> Callable[[], None]:
-        """Returns what takes it out again. Raises Busy where as many listen as may."""
+        """Returns what takes it out again. Raises Busy where as many listen as may, or of its account or address.
+
+        The holder of the conn has a place that is kept for it: who has it already gives way.
+        """
         with self._lock:
-            self.require_room()
+            try:
+                self._require_share(mailbox.asker)
+            except Busy:
+                if not mailbox.holds_conn:
+                    raise
+                for one in self._open:
+                    if one.kept:
+                        one.close()
+                mailbox.kept = True
             if self.closed:
                 mailbox.close()
             mailbox.number = next(self._numbers)
@@ -146,9 +168,19 @@ def telemetry_body(frame: TelemetryFrame, age: float, light: float) -> dict[str,
     }
 
 
-async def room_to_listen(request: Request) -> None:
+def room_to_listen(live: OneSession, request: Request, who: Actor) -> None:
     """Raises Busy before a stream begins: later it could only break off."""
-    request.app.state.streams.require_room()
+    request.app.state.streams.require_room(asker_of(who), live.holds_conn(who))
+
+
+def mailbox_of(live: LiveSession, who: Identity, rate: float, ahead: int | None = None) -> Mailbox:
+    """For ``who`` to listen to a session."""
+    return Mailbox(live.id, rate, ahead, asker_of(who), live.holds_conn(who))
+
+
+def asker_of(who: Identity) -> str:
+    """Whose share of the places a listener takes: an account's; without accounts, its address's."""
+    return who.client if who.name == LOCAL.name else who.name
 
 
 Rate = Annotated[

@@ -37,6 +37,10 @@ class CommandedSession(LinkedSession):
         """Who holds the conn, for how long, and who asks for it, as plain JSON."""
         return self._commanding.gate.conn()
 
+    def holds_conn(self, who: Identity) -> bool:
+        """Whether ``who``, as that page or program, holds the conn."""
+        return self._commanding.gate.holds_conn(who)
+
     def conn_act(self, act: str, who: Identity = LOCAL) -> dict[str, Any]:
         """Take, release, request, grant, deny or renew ("heartbeat") the conn; who holds it then.
 

@@ -52,7 +52,9 @@ LINE_BYTES = 64 << 10
 TOO_BIG = 1009
 """Close code of a WebSocket on which a longer message came."""
 MOST_LISTENERS = 64
-"""Open streams and lines of events, of all sessions."""
+"""Open streams and lines of events, of all sessions; one more is kept for who holds the conn."""
+MOST_OF_ONE = 32
+"""Of these, of one account; where there are no accounts, of one address."""
 PAGE_ITEMS = 1000
 """Items on one page of a long list."""
 
@@ -77,6 +79,7 @@ IN_FILES: Mapping[str, int] = {
     "json_depth": MOST_DEEP,
     "json_parts": MOST_PARTS,
     "listeners": MOST_LISTENERS,
+    "listeners_of_one": MOST_OF_ONE,
     "page_items": PAGE_ITEMS,
 }
 """What every door holds to, whoever asks: name → the limit of the module that enforces it."""

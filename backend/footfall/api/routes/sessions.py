@@ -11,13 +11,15 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import ValidationError
 
 from footfall.api.access import AllSessions, OneSession, session_path
+from footfall.api.acting import Actor
+from footfall.api.auth.who import identity_of, paged
 from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
 from footfall.api.bodies.schemas import NewNote, NewSession, Strictly, ViewChange
 from footfall.api.door.limits import MAX_LINE_MESSAGE, PAGE_ITEMS, TOO_BIG
 from footfall.api.mailbox import Mailbox
 from footfall.api.routing import Routes
-from footfall.api.streams import RATE, Ahead, Rate, resume_after, room_to_listen, session_stream
+from footfall.api.streams import RATE, Ahead, Rate, mailbox_of, resume_after, room_to_listen, session_stream
 from footfall.core.errors import Busy, FootFallError, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.session.recorded import ViewState
@@ -98,21 +100,28 @@ async def listen(
     live: OneSession,
     request: Request,
     after: Annotated[int | None, Depends(resume_after)],
+    who: Actor,
     rate: Rate = RATE,
 ) -> AsyncIterator[ServerSentEvent]:
     """Server-sent events named event, telemetry, view, job, link and session; `id` is the number of an event.
 
     `session` says that another session holds the rover from now on.
     """
-    async for message in session_stream(live, request.app.state.streams, after, Mailbox(live.id, rate)):
+    async for message in session_stream(live, request.app.state.streams, after, mailbox_of(live, who, rate)):
         yield message
 
 
 @router.websocket("/sessions/{session}/events/line")
 async def listen_on_line(
-    socket: WebSocket, session: str, since: int | None = None, rate: Rate = RATE, ahead: Ahead = None
+    socket: WebSocket,
+    session: str,
+    since: int | None = None,
+    rate: Rate = RATE,
+    ahead: Ahead = None,
+    page: str = "",
 ) -> None:
     """The same events over a WebSocket, each as ``{"type", "id", "data"}``; since, rate: as for the event stream.
+    page: which page or program listens, where a header can't say it.
 
     With ``ahead`` the listener says ``{"heard": number}`` of each telemetry message, so that what it hears is never
     old: lines hold seconds of telemetry when they are slow. A browser keeps six connections to one server: as many
@@ -125,7 +134,7 @@ async def listen_on_line(
         return
     # taken first: a browser tells its page nothing of a line that was refused
     await socket.accept()
-    mailbox = Mailbox(live.id, rate, ahead)
+    mailbox = mailbox_of(live, paged(identity_of(socket), page), rate, ahead)
     telling = asyncio.create_task(_tell(socket, live, since, mailbox))
     hearing = asyncio.create_task(_hear(socket, mailbox))
     try:

@@ -63,6 +63,10 @@ class Gate:
         """Number of the latest holding of the conn."""
         return self._state.conn.number
 
+    def holds_conn(self, who: Identity) -> bool:
+        """Whether ``who`` holds the conn; one whose time ran out a moment ago counts."""
+        return self._state.conn.held_by(who)
+
     # -- arming and runs -----------------------------------------------------------------------
 
     def admit(self, who: Identity) -> None:
