@@ -3,13 +3,26 @@
 import json
 from collections.abc import Callable, Iterator
 
-from benchmarks import clearance, compliance, console, heuristics, maps, operations, physics, referee, step, terrain
+from benchmarks import (
+    clearance,
+    compliance,
+    console,
+    heuristics,
+    maps,
+    operations,
+    physics,
+    referee,
+    stand,
+    step,
+    terrain,
+)
 from benchmarks.timing import Figure, machine, promised
 
 AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "terrain": terrain.figures,
     "maps": maps.figures,
     "clearance": clearance.figures,
+    "stand": stand.figures,
     "step": step.figures,
     "heuristics": heuristics.figures,
     "compliance": compliance.figures,

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from footfall.core.errors import InvalidInput, NotFound
-from footfall.core.frames import apply
+from footfall.core.frames import apply, rotation, transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.planning.stance.stand import stand
+from footfall.planning.stance.under_links import ground_near_links
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_centers, wheel_pose
@@ -121,3 +122,35 @@ def test_refusals_name_the_leg_and_the_reason(athlete):
     tower = ground(lambda x, y: 2.6 * np.exp(-((x**2 + y**2) ** 2) / 0.4))
     with pytest.raises(InvalidInput, match="apart"):
         stand(athlete, tower)
+
+
+def test_ground_near_the_links_answers_as_all_of_it(athlete, rng):
+    free = collided = below = 0
+    for _ in range(40):
+        roughness = rng.uniform(0.0, 0.3)
+        phase = rng.uniform(0, 6, 4)
+        dem = ground(lambda x, y, r=roughness, p=phase: r * np.sin(2 * x + p[0]) * np.cos(3 * y + p[1]) + 0.05 * x)
+        holes = np.where(rng.random(dem.heights.shape) < 0.03, np.nan, dem.heights).astype(np.float32)
+        dem = Dem(holes, dem.geometry, "holes", Provenance({}))
+        q = np.clip(athlete.posture("stand") + rng.uniform(0, 0.2) * rng.normal(size=36), athlete.lower, athlete.upper)
+        T = transform(rotation("z", rng.uniform(-3, 3)), (*rng.uniform(-3, 3, 2), rng.uniform(-1.0, 3.5)))
+        found = posture_collisions(athlete, q, T, ground_near_links(athlete, dem, q, T))
+        whole = posture_collisions(athlete, q, T, triangulate(dem))
+        assert [(c.link_a, c.link_b, c.required) for c in found] == [(c.link_a, c.link_b, c.required) for c in whole]
+        assert [c.distance for c in found] == pytest.approx([c.distance for c in whole], abs=1e-9)
+        hits = [c for c in whole if c.link_b == "terrain"]
+        free, collided, below = (
+            free + (not hits),
+            collided + any(c.distance >= 0 for c in hits),
+            below + any(c.distance < 0 for c in hits),
+        )
+    assert min(free, collided, below) > 5
+
+
+def test_the_ground_near_the_links_is_a_small_part(athlete):
+    dem = ground(lambda x, y: 0.02 * x)
+    state = stand(athlete, dem)
+    near = ground_near_links(athlete, dem, state.posture, np.asarray(state.T_site_base))
+    # under six wheels, seen from above, and nothing under the chassis, which is higher than it must be
+    assert 6 * 2 * 9 <= len(near.triangles) < len(triangulate(dem).triangles) / 10
+    assert not (np.hypot(*near.vertices[:, :2].T) < 1.0).any()

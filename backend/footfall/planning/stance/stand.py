@@ -9,14 +9,15 @@ from footfall.balance.forces import distribute
 from footfall.balance.torques import holding_torques
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
-from footfall.robot.collision import Collision, posture_collisions
+from footfall.planning.stance.under_links import ground_near_links
+from footfall.robot.collision import TERRAIN, Collision, posture_collisions
+from footfall.robot.description import link_name
 from footfall.robot.ik import contact_point, leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
-from footfall.terrain.ground.triangulate import crop
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ SIDEWAYS = (0.0, -0.15, 0.15, -0.3, 0.3)
 """Places tried for a wheel: so far outward and to the left of where the posture has it [m]."""
 
 _ATTEMPTS = 16
-"""Stances checked for collisions, best first: a check takes up to half a second on fine terrain."""
+"""Stances considered, best first, until one is free of collisions and held."""
 
 
 @dataclass(frozen=True)
@@ -73,23 +74,25 @@ def stand(
     if not complete.any():
         raise _unreached(robot, stances.postures, wanted, usual + lifts)
 
-    reach = max(np.hypot(*leg.T_base_hip[:2, 3]) + _length(robot, i) for i, leg in enumerate(robot.description.legs))
-    near = crop(dem, (x, y), reach)
     change = np.abs(lifts) + stances.shifts.mean(axis=1)
     order = [i for i in np.argsort(change, kind="stable") if complete[i]]
     refusal, grounded = "", -np.inf
+    cutting: set[tuple[float, ...]] = set()
     for chosen in order[:_ATTEMPTS]:
-        if lifts[chosen] <= grounded:
+        contacts, normals = stances.contacts[chosen], stances.normals[chosen]
+        # an upright wheel on the same spot cuts the ground alike, however high the chassis is
+        if lifts[chosen] <= grounded or cutting & {(leg, *contacts[leg]) for leg in robot.legs}:
             continue
         q = stances.postures[chosen].ravel()
-        contacts, normals = stances.contacts[chosen], stances.normals[chosen]
         T_site_base = transform(rotation("z", yaw), (x, y, float(usual + lifts[chosen])))
-        collisions = posture_collisions(robot, q, T_site_base, near)
+        collisions = posture_collisions(robot, q, T_site_base, ground_near_links(robot, dem, q, T_site_base))
         if collisions:
             first = collisions[0]
-            if any({"base", "terrain"} == {c.link_a, c.link_b} for c in collisions):
+            if any({"base", TERRAIN} == {c.link_a, c.link_b} for c in collisions):
                 # a level chassis that touches the ground touches it all the more lower down
                 grounded = lifts[chosen]
+            cut = {c.link_a for c in collisions if c.link_b == TERRAIN}
+            cutting |= {(leg, *contacts[leg]) for leg in robot.legs if link_name(leg, "wheel") in cut}
             refusal = refusal or _cramped(robot, first)
             continue
         com = apply(T_site_base, center_of_mass(robot, q))
@@ -189,9 +192,3 @@ def _unreached(robot: Robot, postures: Array, wanted: Array, heights: Array) -> 
         f"no one height of the level chassis lets all legs reach the ground: {spans}; choose another place or heading",
         legs=list(robot.legs),
     )
-
-
-def _length(robot: Robot, leg: int) -> float:
-    """Farthest that any part of the leg can be from its hip, seen from above [m]."""
-    spec = robot.description.legs[leg]
-    return float(spec.hip_offset[0] + spec.thigh + spec.shank + spec.foot + robot.wheel_radius)
