@@ -8,6 +8,7 @@ from footfall.core.grid import GridGeometry
 from footfall.robot.ground import surface_points
 from footfall.robot.ground_tables import PER_METRE, ground_tables, needed_height
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
 
 
@@ -139,3 +140,24 @@ def test_misuse_is_refused():
     with pytest.raises(InvalidInput, match="too large"):
         ground_tables(np.zeros(wide.shape), wide, [0.1])
     assert ground_tables(np.zeros(wide.shape), wide, [0.1], around=(45.0, 45.0), within=2.0).cells.size < 1e6
+
+
+@pytest.mark.parametrize("resolution", [0.1, 0.25, 2.0, 20.0])
+def test_coarse_ground_is_cut_out_however_large_its_cells(rng, resolution):
+    dem = from_heights(rng.normal(size=(9, 11)) * 0.2 * resolution, resolution, -5 * resolution, -4 * resolution)
+    around, within, radii = np.array([0.3, -0.2]) * resolution, min(2.5, 1.5 * resolution), [0.06, 0.2]
+    part = ground_tables(dem.heights, dem.geometry, radii, around, within)
+    assert part.cells.size < 2e6
+    angle, out = rng.uniform(0, 2 * np.pi, 300), within * np.sqrt(rng.uniform(size=300))
+    points = around + np.column_stack([out * np.cos(angle), out * np.sin(angle)])
+    steepest = float(np.hypot(*(np.abs(np.diff(dem.heights, axis=axis)).max() / resolution for axis in (0, 1))))
+    for k, radius in enumerate(radii):
+        offset = np.linspace(-radius, radius, 41)
+        dx, dy = (d[np.hypot(*np.meshgrid(offset, offset)) <= radius] for d in np.meshgrid(offset, offset))
+        rise = np.sqrt(radius**2 - dx**2 - dy**2)
+        exact = (height_at(dem, points[:, :1] + dx, points[:, 1:] + dy) + rise).max(axis=1)
+        over = needed(part, k, points) - exact
+        # never too low, and too high by no more than surface and ball rise over a few cells of the table
+        cells = 4 / part.layout[k, PER_METRE]
+        assert (over >= -1e-6).all()
+        assert over.max() < steepest * cells + np.sqrt(2 * radius * cells)

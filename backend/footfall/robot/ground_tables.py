@@ -88,32 +88,27 @@ def ground_tables(
     balls = np.unique(np.asarray(radii, float))
     if not len(balls) or not (np.isfinite(balls) & (balls > 0)).all():
         raise InvalidInput("the radii of balls must be finite and above zero [m]")
-    if around is None:
-        region, x0, y0 = np.array([0.0, 0.0, math.inf]), geometry.x0, geometry.y0
-    else:
-        region = _circle(around, within)
-        z, x0, y0 = _cut_out(z, geometry, region[:2], within + float(balls[-1]))
+    region = np.array([0.0, 0.0, math.inf]) if around is None else _circle(around, within)
     if np.isinf(z).any():
         raise InvalidInput("heights must be finite [m], or NaN where the ground is unknown")
     steps = [_pitch_step(float(radius), geometry.resolution) for radius in balls]
-    cells = sum(math.prod(n * 0.5**step + 2 * _CELLS_PER_RADIUS for n in z.shape) for step in steps)
-    if cells > _MOST_CELLS:
-        raise InvalidInput("this ground is too large for tables; cut out what is needed of it", cells=int(cells))
-    tops = _tops(z, set(steps))
+    tops = _tops(_Patch(z, geometry.x0, geometry.y0, geometry.resolution), steps, region, float(balls[-1]))
+    _require_few(sum(math.prod(n + 2 * _CELLS_PER_RADIUS for n in tops[step].values.shape) for step in steps))
     rises = [_rises(float(radius), geometry.resolution * 2.0**step) for radius, step in zip(balls, steps, strict=True)]
     layout = np.zeros((len(balls), PAD + 1))
     count = 0
     for row, step, rise in zip(layout, steps, rises, strict=True):
         pitch, pad = geometry.resolution * 2.0**step, len(rise) // 2
-        rows, cols = (n + 2 * pad for n in tops[step].shape)
-        row[: START + 1] = x0 - pad * pitch, y0 - pad * pitch, 1 / pitch, rows, cols, count
-        row[TOP_ROWS], row[TOP_COLUMNS], row[PAD] = *tops[step].shape, pad
+        blocks = tops[step]
+        rows, cols = (n + 2 * pad for n in blocks.values.shape)
+        row[: START + 1] = blocks.x0 - pad * pitch, blocks.y0 - pad * pitch, 1 / pitch, rows, cols, count
+        row[TOP_ROWS], row[TOP_COLUMNS], row[PAD] = *blocks.values.shape, pad
         count += rows * cols
     known: list[Array] = []
     for step, blocks in tops.items():
         layout[[other == step for other in steps], TOPS] = count
-        known.append(blocks.ravel())
-        count += blocks.size
+        known.append(blocks.values.ravel())
+        count += blocks.values.size
     for row, rise in zip(layout, rises, strict=True):
         row[RISES] = count
         known.append(rise.ravel())
@@ -132,16 +127,27 @@ def _circle(around: ArrayLike, within: float) -> Array:
     return region
 
 
-def _cut_out(heights: NDArray, geometry: GridGeometry, around: Array, far: float) -> tuple[NDArray, float, float]:
-    """The rows and columns of all blocks that come within ``far`` of a point, and where they begin."""
-    cells = far / geometry.resolution + 1.0
+class _Patch(NamedTuple):
+    """Heights of cells or tops of blocks (rows, cols), where the first is or begins, and how large each is [m]."""
+
+    values: NDArray
+    x0: float
+    y0: float
+    pitch: float
+
+
+def _cut_out(patch: _Patch, region: Array, more: float) -> _Patch:
+    """The rows and columns of all blocks that come within ``more`` of the region [m]."""
+    if math.isinf(region[2]):
+        return patch
+    cells = (region[2] + more) / patch.pitch + 1.0
     begin, end = [], []
-    for at, first, count in zip(around, (geometry.x0, geometry.y0), (geometry.cols, geometry.rows), strict=True):
-        middle = (at - first) / geometry.resolution
+    for at, first, count in zip(region, (patch.x0, patch.y0), patch.values.shape[::-1], strict=False):
+        middle = (at - first) / patch.pitch
         begin.append(int(np.clip(math.floor(middle - cells), 0, count - 1)))
         end.append(int(np.clip(math.ceil(middle + cells) + 1, begin[-1] + 1, count)))
-    west, south = (first + i * geometry.resolution for first, i in zip((geometry.x0, geometry.y0), begin, strict=True))
-    return heights[begin[1] : end[1], begin[0] : end[0]], west, south
+    west, south = patch.x0 + begin[0] * patch.pitch, patch.y0 + begin[1] * patch.pitch
+    return _Patch(patch.values[begin[1] : end[1], begin[0] : end[0]], west, south, patch.pitch)
 
 
 def _pitch_step(radius: float, resolution: float) -> int:
@@ -149,14 +155,32 @@ def _pitch_step(radius: float, resolution: float) -> int:
     return math.floor(math.log2(max(radius / _CELLS_PER_RADIUS, min(_FINE, resolution)) / resolution))
 
 
-def _tops(heights: NDArray, steps: set[int]) -> dict[int, Array]:
-    """Highest point of the surface over each block of 2^step cells, by step; −inf over holes."""
-    if min(heights.shape) < 2:
-        return dict.fromkeys(steps, np.full((1, 1), -np.inf))
-    tops = {step: _block_tops(_refined(heights, -step)) for step in steps | {0} if step <= 0}
+def _tops(ground: _Patch, steps: list[int], region: Array, radius: float) -> dict[int, _Patch]:
+    """Highest point of the surface over each block of 2^step cells, by step; −inf over holes.
+
+    Of ground with large cells the region is cut out again each time that they are halved: the blocks would be too many.
+    """
+    ground = _cut_out(ground, region, radius)
+    tops = {0: _over_blocks(ground)}
     for step in range(1, max(steps) + 1):
-        tops[step] = _halved(tops[step - 1])
-    return {step: tops[step] for step in steps}
+        before = tops[step - 1]
+        tops[step] = before._replace(values=_halved(before.values), pitch=2 * before.pitch)
+    for step in range(-1, min(steps) - 1, -1):
+        _require_few(4 * ground.values.size)
+        halved = _Patch(_refined(ground.values), ground.x0, ground.y0, ground.pitch / 2)
+        ground = _cut_out(halved, region, radius)
+        tops[step] = _over_blocks(ground)
+    return {step: tops[step] for step in set(steps)}
+
+
+def _require_few(cells: float) -> None:
+    if cells > _MOST_CELLS:
+        raise InvalidInput("this ground is too large for tables; cut out what is needed of it", cells=int(cells))
+
+
+def _over_blocks(ground: _Patch) -> _Patch:
+    few = min(ground.values.shape) < 2
+    return ground._replace(values=np.full((1, 1), -np.inf) if few else _block_tops(ground.values))
 
 
 @njit()
@@ -181,19 +205,17 @@ def _halved(tops: Array) -> Array:
     return out
 
 
-def _refined(heights: NDArray, times: int) -> NDArray:
-    """The same surface on a grid of half the spacing, so many times over."""
-    for _ in range(times):
-        rows, cols = heights.shape
-        z, out = heights.astype(float), np.empty((2 * rows - 1, 2 * cols - 1))
-        out[::2, ::2] = z
-        out[::2, 1::2] = (z[:, :-1] + z[:, 1:]) / 2
-        out[1::2, ::2] = (z[:-1] + z[1:]) / 2
-        # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
-        diagonal, other = (z[:-1, :-1] + z[1:, 1:]) / 2, z[1:, :-1] + z[:-1, 1:]
-        out[1::2, 1::2] = np.where(np.isnan(other), np.nan, diagonal)
-        heights = out
-    return heights
+def _refined(heights: NDArray) -> NDArray:
+    """The same surface on a grid of half the spacing."""
+    rows, cols = heights.shape
+    z, out = heights.astype(float), np.empty((2 * rows - 1, 2 * cols - 1))
+    out[::2, ::2] = z
+    out[::2, 1::2] = (z[:, :-1] + z[:, 1:]) / 2
+    out[1::2, ::2] = (z[:-1] + z[1:]) / 2
+    # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
+    diagonal, other = (z[:-1, :-1] + z[1:, 1:]) / 2, z[1:, :-1] + z[:-1, 1:]
+    out[1::2, 1::2] = np.where(np.isnan(other), np.nan, diagonal)
+    return out
 
 
 @lru_cache(maxsize=128)
