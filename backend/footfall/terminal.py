@@ -108,6 +108,9 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
         typer.echo(
             f"true north is turned {middle:+.1f}° clockwise from y in the middle, {least:+.1f}° … {most:+.1f}° over it"
         )
+    if dem.height_error is not None:
+        error = dem.height_error
+        typer.echo(f"95 % of it within {error.p95:.3f} m of the mesh's own surface, at most {error.most:.3f} m off")
     for pair, reason in dem.left_out.items():
         typer.echo(f"left out {pair}: {reason}")
     if written is not None:

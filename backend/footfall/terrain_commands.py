@@ -20,6 +20,9 @@ terrain_app = typer.Typer(
 )
 
 Scale = Annotated[float, typer.Option("--scale", help="Multiply all coordinates.")]
+MostError = Annotated[
+    float | None, typer.Option("--most-error", help="Height error that is accepted of a mesh [m]; 0.1 m if not said.")
+]
 
 
 @terrain_app.command("build")
@@ -137,12 +140,13 @@ def info(
     path: Annotated[Path, typer.Argument(help="Terrain file.")],
     scale: Scale = 1.0,
     resolution: Annotated[float | None, typer.Option(help="Cell size [m], for meshes.")] = None,
+    most_error: MostError = None,
     as_json: Json = False,
 ) -> None:
     """Say what a terrain file holds."""
     from footfall.io.terrain_files import read_terrain
 
-    terminal.show_terrain(read_terrain(path, scale=scale, resolution=resolution), as_json)
+    terminal.show_terrain(read_terrain(path, scale=scale, resolution=resolution, most_error=most_error), as_json)
 
 
 @terrain_app.command("convert")
@@ -154,6 +158,7 @@ def convert(
     center: Annotated[bool, typer.Option("--center", help="Move the middle to (0, 0).")] = False,
     size: Annotated[Pair | None, typer.Option(help="East and north extent of an image [m].")] = None,
     height_range: Annotated[Pair | None, typer.Option(help="Heights of black and white [m].")] = None,
+    most_error: MostError = None,
     as_json: Json = False,
 ) -> None:
     """Read one terrain format and write another."""
@@ -166,6 +171,7 @@ def convert(
         center=center or None,
         size=size,
         height_range=height_range,
+        most_error=most_error,
     )
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)

@@ -21,8 +21,9 @@ from rasterio.crs import CRS
 from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files, terrain_sidecars
 from footfall.io.terrain_projection import check_projection_text, check_true_to_scale, convergence
-from footfall.terrain.dem import Dem
+from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.ground.mesh_terrain import MOST_ERROR
 from footfall.terrain.ground.resample import resample
 from footfall.terrain.ground.simplified import SimplifiedMesh
 
@@ -48,14 +49,16 @@ def read_terrain(
     center: bool | tuple[float, float] | None = None,
     size: tuple[float, float] | None = None,
     height_range: tuple[float, float] | None = None,
+    most_error: float | None = None,
 ) -> Dem:
     """Read a terrain file; the ending of its name says which kind it is (see the module docstring).
 
-    resolution: cell size wanted [m], after scaling; None keeps the file's (meshes: their median edge).
+    resolution: cell size wanted [m], after scaling; None keeps the file's (meshes: as fine as their detail).
     scale: multiplies all coordinates, heights too, such as feet to metres.
     center: True moves the middle of the map to (0, 0); a point (x, y) [m] becomes (0, 0).
     size, height_range: of a height image only, and needed there: (east, north) extent of the whole
     picture and (height of black, height of white) [m].
+    most_error: how far, vertically, a mesh's own surface may be from that of the cells [m]; None: MOST_ERROR.
     Raises NotFound, or InvalidTerrain saying what is wrong with the file and what would be right.
     """
     path = Path(path)
@@ -86,6 +89,7 @@ def read_terrain(
         center=center,
         size=size,
         height_range=height_range,
+        most_error=most_error,
     )
 
 
@@ -100,6 +104,7 @@ def decode_terrain(
     height_range: tuple[float, float] | None = None,
     by_path: Path | None = None,
     projection: CRS | None = None,
+    most_error: float | None = None,
 ) -> Dem:
     """Like :func:`read_terrain`, for a file's content and its name.
 
@@ -111,6 +116,8 @@ def decode_terrain(
         raise InvalidTerrain(f"scale must be a positive number, not {scale}")
     if resolution is not None and not 0 < resolution < np.inf:
         raise InvalidTerrain(f"resolution must be a positive number of metres, not {resolution}")
+    if most_error is not None and not 0 < most_error < np.inf:
+        raise InvalidTerrain(f"most_error must be a positive number of metres, not {most_error}")
     if not content:
         raise InvalidTerrain(f"{name} is empty")
     _check_content_matches(content, ending, name)
@@ -124,7 +131,7 @@ def decode_terrain(
     elif size is not None or height_range is not None:
         raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
     elif ending in _MESHES:
-        dem = terrain_mesh_files.read_mesh(content, name, cell)
+        dem = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
     elif ending == ".asc" and by_path is None:
         dem = terrain_grid_files.read_asc(content, name)
         check_true_to_scale(projection, dem.geometry.bounds, name)
@@ -204,6 +211,8 @@ def _scaled(dem: Dem, scale: float) -> Dem:
         heights, grid.resolution * scale, grid.x0 * scale, grid.y0 * scale, dem.name, texture=dem.texture
     )
     scaled = replace(scaled, true_north=dem.true_north)
+    if dem.height_error is not None:
+        scaled = replace(scaled, height_error=HeightError(dem.height_error.p95 * scale, dem.height_error.most * scale))
     if dem.variance is None:
         return scaled
     variance = dem.variance * np.float32(scale**2)

@@ -10,7 +10,7 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.rasterise import rasterise
+from footfall.terrain.ground.mesh_terrain import MOST_ERROR, terrain_of_mesh
 from footfall.terrain.ground.triangulate import triangulate
 
 MAX_TRIANGLES = 20_000_000
@@ -18,8 +18,10 @@ MAX_COORDINATE = 1e8
 """Farther vertices [m] are refused: products of such numbers would leave the range of floats."""
 
 
-def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem:
-    """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.rasterise.rasterise`."""
+def read_mesh(
+    content: bytes, name: str, resolution: float | None = None, unit: float = 1.0, most_error: float = MOST_ERROR
+) -> Dem:
+    """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.mesh_terrain.terrain_of_mesh`."""
     ending = name.rsplit(".", 1)[-1].lower()
     try:
         given = _counted_from_one(content) if ending == "obj" else content
@@ -39,7 +41,7 @@ def read_mesh(content: bytes, name: str, resolution: float | None = None) -> Dem
     _check_whole(content, ending, len(triangles), name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
-    dem = rasterise(Mesh(vertices, triangles.astype(np.int32)), resolution, name)
+    dem = terrain_of_mesh(Mesh(vertices, triangles.astype(np.int32)), resolution, name, unit, most_error)
     if _holds_float32(content, ending) and _blurs(vertices, dem.geometry.resolution):
         raise InvalidTerrain(
             f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():.0f} m, so its vertices "

@@ -17,6 +17,17 @@ MAX_CELLS = 16_000_000
 
 
 @value
+class HeightError(Value):
+    """How far the cells' surface is from that of the mesh it was read from, vertically [m].
+
+    p95: what 95 % of the ground stays under. most: the largest difference found; at a wall, up to its height.
+    """
+
+    p95: float
+    most: float
+
+
+@value
 class Dem(Value):
     """Heights at cell centres of a grid in the site frame.
 
@@ -36,6 +47,7 @@ class Dem(Value):
     left_out: image pairs of the newest snapshot that could not be used, by name, and why.
     true_north: how far true north is turned clockwise from the site's y [deg]: in the middle of the map, least and
         most over it; None where its file did not say.
+    height_error: of a terrain that was read from a mesh.
     """
 
     heights: NDArray[np.float32]
@@ -52,6 +64,7 @@ class Dem(Value):
     correction: NDArray[np.float64] | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)
     true_north: tuple[float, float, float] | None = field(default=None, metadata=LATER)
+    height_error: HeightError | None = field(default=None, metadata=LATER)
 
     @property
     def remembers(self) -> bool:

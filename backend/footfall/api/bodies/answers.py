@@ -298,6 +298,13 @@ class EventAnswer(TypedDict):
     hash: str
 
 
+class HeightErrorAnswer(TypedDict):
+    """How far the cells' surface is from the mesh that was read, vertically [m]: 95 % of it, and the most."""
+
+    p95: float
+    most: float
+
+
 class TerrainAnswer(TypedDict):
     """What a terrain is, without its cells."""
 
@@ -315,6 +322,7 @@ class TerrainAnswer(TypedDict):
     sources: list[str]
     left_out: dict[str, str]
     true_north_deg: tuple[float, float, float] | None
+    height_error: HeightErrorAnswer | None
     parents: dict[str, str]
 
 

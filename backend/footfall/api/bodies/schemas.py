@@ -227,6 +227,7 @@ class TerrainOptions(Strictly):
     center: bool | Vector2 | None = None
     size: Vector2 | None = None
     height_range: Vector2 | None = None
+    most_error: Annotated[float, Field(gt=0, le=1e4)] | None = None
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of ``read_terrain``."""

@@ -91,6 +91,7 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
     """Size, bounds and heights of a terrain, without its cells."""
     known = np.isfinite(dem.heights)
     west, south, east, north = dem.geometry.bounds
+    error = dem.height_error
     return {
         "digest": dem.digest,
         "name": dem.name,
@@ -106,6 +107,7 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
         "sources": list(dem.sources),
         "left_out": dict(dem.left_out),
         "true_north_deg": dem.true_north,
+        "height_error": None if error is None else {"p95": error.p95, "most": error.most},
         "parents": dict(dem.provenance.parents),
     }
 

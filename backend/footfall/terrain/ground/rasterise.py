@@ -1,5 +1,6 @@
 """A mesh seen from above becomes a Dem: the highest point over each cell centre."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,6 +18,9 @@ Array = NDArray[np.float64]
 MAX_LAYERED_SHARE = 0.1
 """A mesh is a surface while at most this share of its cells has ground above ground."""
 
+MOST_NATURAL_CELLS = 4_000_000
+"""A mesh with finer edges than so many cells over it gets this many."""
+
 _VERTICAL = 1e-9
 """Triangles whose area seen from above is under this share of their own are walls: they cover no cell."""
 
@@ -27,7 +31,7 @@ _CELLS_AT_ONCE = 4_000_000
 def rasterise(mesh: Mesh, resolution: float | None = None, name: str = "mesh") -> Dem:
     """Dem of the highest surface of a mesh, z up, [m]; NaN where no triangle covers the cell centre.
 
-    resolution: cell size [m]; None takes the median edge seen from above, fitted to the extent. The
+    resolution: cell size [m]; None takes a short edge of those seen from above, fitted to the extent. The
     grid starts at the mesh's south-west corner.
     Raises InvalidTerrain where the mesh is no surface seen from above: it has no triangles, only walls,
     or more than MAX_LAYERED_SHARE of its cells lie under another part of it (a closed solid, a roof).
@@ -89,10 +93,10 @@ def _layered_share(corners: Array, highest: Array, lowest: Array) -> float:
 
 
 def _natural_resolution(corners: Array, width: float, depth: float) -> float:
-    """Median edge seen from above, adjusted by under 1 % so that it divides the longer side."""
+    """An edge that nine tenths are longer than, seen from above, adjusted by under 1 % to divide the longer side."""
     edges = np.linalg.norm((corners - np.roll(corners, 1, axis=1))[..., :2], axis=-1)
-    edge = float(np.median(edges[edges > 0]))
     side = max(width, depth)
+    edge = max(float(np.percentile(edges[edges > 0], 10)), math.sqrt(width * depth / MOST_NATURAL_CELLS))
     fitted = side / max(round(side / edge), 1)
     return fitted if abs(fitted - edge) < 0.01 * edge else edge
 
