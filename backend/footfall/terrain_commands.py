@@ -14,12 +14,18 @@ from footfall.terminal import Json, Pair, Reporting, bar
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
     from footfall.telemetry.state import RobotState
+    from footfall.terrain.scan import ScanSettings
 
 terrain_app = typer.Typer(
     cls=Reporting, rich_markup_mode=None, no_args_is_help=True, help="Terrain from images or files."
 )
 
 Scale = Annotated[float, typer.Option("--scale", help="Multiply all coordinates.")]
+PoseOption = Annotated[
+    str | None, typer.Option("--pose", help="Where a scan's sensor was: x,y,z,qw,qx,qy,qz [m].", metavar="X,Y,Z,QW,…")
+]
+Up = Annotated[str | None, typer.Option("--up", help="Axis of a scan that points up: z, y, x, -z, -y, -x.")]
+Unit = Annotated[str | None, typer.Option("--unit", help="Unit of a scan: m, cm, mm, km, ft, us-ft.")]
 MostError = Annotated[
     float | None, typer.Option("--most-error", help="Height error that is accepted of a mesh [m]; 0.1 m if not said.")
 ]
@@ -56,6 +62,16 @@ def build(
     state: Annotated[
         Path | None, typer.Option(help="With --robot: how it stood, JSON as `state` in docs/rover-link.md.")
     ] = None,
+    scan: Annotated[
+        Path | None, typer.Option(help="Scan: PLY, PCD, LAS, LAZ, XYZ, CSV, VTK; or depth image: npz, 16-bit PNG.")
+    ] = None,
+    pose: PoseOption = None,
+    up: Up = None,
+    unit: Unit = None,
+    vegetation: Annotated[
+        bool, typer.Option("--leave-out-vegetation", help="With --scan: leave out returns above the ground.")
+    ] = False,
+    keep_outliers: Annotated[bool, typer.Option("--keep-outliers", help="With --scan: keep lone returns.")] = False,
     resolution: Annotated[float, typer.Option(help="Cell size [m].")] = 0.02,
     half_size: Annotated[float, typer.Option(help="How far the map reaches to each side [m].")] = 4.0,
     min_range: Annotated[float, typer.Option(help="Nearest ground that is looked for [m].")] = 1.0,
@@ -67,7 +83,7 @@ def build(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Build the ground from a recorded session, one photographed pair, or a folder of calibrated pairs.
+    """Build the ground from a recorded session, one photographed pair, a folder of calibrated pairs, or a scan.
 
     A pair that can't be used is left out, and named with the reason.
     """
@@ -78,6 +94,7 @@ def build(
     from footfall.terrain.build import build_terrain
     from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
     from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
+    from footfall.terrain.scan import ScanSettings
     from footfall.terrain.settings import TerrainSettings
 
     sources = list(files or [])
@@ -85,6 +102,14 @@ def build(
         if not sources:
             raise InvalidInput("say which file to write, with --out")
         out = sources.pop()
+    if scan is not None:
+        if sources or images is not None or refine:
+            raise InvalidInput("--scan is built alone: leave out BUNDLE, LEFT RIGHT, --images and --refine")
+        settings = ScanSettings(resolution=resolution, outliers=not keep_outliers, vegetation=vegetation)
+        _write_scan(scan, out, settings, unit, up, pose, calibration or [], as_json)
+        return
+    if (pose, up, unit, vegetation, keep_outliers) != (None, None, None, False, False):
+        raise InvalidInput("--pose, --up, --unit, --leave-out-vegetation and --keep-outliers belong to --scan")
     if images is None and (cameras, robot, state) != (None, None, None):
         raise InvalidInput("--cameras, --robot and --state belong to --images")
     settings = TerrainSettings(
@@ -112,13 +137,55 @@ def build(
             case [], Path(), [_, *_] as given:
                 body, stood = _in_view(robot, state)
                 names = None if cameras is None else cameras.split(",")
-                pose = None if stood is None else stood.T_site_base
-                photographs = read_photographs(images, given, names, pose)
+                stood_at = None if stood is None else stood.T_site_base
+                photographs = read_photographs(images, given, names, stood_at)
                 dem = terrain_from_photographs(photographs, settings, progress, body, stood, refine)
             case _:
                 raise InvalidInput("give BUNDLE, or LEFT RIGHT with --calibration, or --images with --calibration")
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)
+
+
+def _write_scan(
+    path: Path,
+    out: Path,
+    settings: "ScanSettings",
+    unit: str | None,
+    up: str | None,
+    pose: str | None,
+    calibration: list[Path],
+    as_json: bool,
+) -> None:
+    from footfall.core.strict_json import read_json
+    from footfall.io.scan_terrain import terrain_from_scan
+    from footfall.io.terrain_files import write_terrain
+
+    if not path.is_file():
+        raise InvalidInput(f"there is no scan {path}")
+    if len(calibration) > 1:
+        raise InvalidInput("a depth image has one calibration")
+    members = None
+    if calibration:
+        try:
+            members = read_json(calibration[0].read_bytes())
+        except (OSError, ValueError, RecursionError) as err:
+            raise InvalidInput(f"{calibration[0]} can't be read as JSON: {err}") from err
+        if not isinstance(members, dict):
+            raise InvalidInput(f"{calibration[0].name} needs a JSON object")
+    dem = terrain_from_scan(
+        path.read_bytes(), path.name, settings, unit=unit, up=up, pose=_pose(pose), calibration=members
+    )
+    write_terrain(dem, out)
+    terminal.show_terrain(dem, as_json, out)
+
+
+def _pose(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError as err:
+        raise InvalidInput(f"--pose needs x,y,z,qw,qx,qy,qz, not {text!r}") from err
 
 
 def _in_view(robot: str | None, state: Path | None) -> "tuple[Robot | None, RobotState | None]":
@@ -141,12 +208,18 @@ def info(
     scale: Scale = 1.0,
     resolution: Annotated[float | None, typer.Option(help="Cell size [m], for meshes.")] = None,
     most_error: MostError = None,
+    up: Up = None,
+    unit: Unit = None,
+    pose: PoseOption = None,
     as_json: Json = False,
 ) -> None:
     """Say what a terrain file holds."""
     from footfall.io.terrain_files import read_terrain
 
-    terminal.show_terrain(read_terrain(path, scale=scale, resolution=resolution, most_error=most_error), as_json)
+    dem = read_terrain(
+        path, scale=scale, resolution=resolution, most_error=most_error, up=up, unit=unit, pose=_pose(pose)
+    )
+    terminal.show_terrain(dem, as_json)
 
 
 @terrain_app.command("convert")
@@ -159,6 +232,9 @@ def convert(
     size: Annotated[Pair | None, typer.Option(help="East and north extent of an image [m].")] = None,
     height_range: Annotated[Pair | None, typer.Option(help="Heights of black and white [m].")] = None,
     most_error: MostError = None,
+    up: Up = None,
+    unit: Unit = None,
+    pose: PoseOption = None,
     as_json: Json = False,
 ) -> None:
     """Read one terrain format and write another."""
@@ -172,6 +248,9 @@ def convert(
         size=size,
         height_range=height_range,
         most_error=most_error,
+        up=up,
+        unit=unit,
+        pose=_pose(pose),
     )
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)

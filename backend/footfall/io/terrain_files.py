@@ -8,10 +8,15 @@
                 remembers also ``variance``, ``count``, ``time``, ``source`` and ``sources`` (JSON, as bytes)
 ``.ply .obj``   mesh, z up, rasterised from above; it must be a surface
 ``.off .stl``
+``.pcd .las``   scans, and PLY without faces: points, gridded; see :mod:`footfall.io.scan_files`
+``.laz .xyz``
+``.csv .txt``
+``.vtk``
 ``.png``        grey image of 8 or 16 bit, north up, with stated ``size`` and ``height_range``
 =============== =========================================================================
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,12 +25,15 @@ from rasterio.crs import CRS
 
 from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files, terrain_sidecars
+from footfall.io.scan_files import SCANS
+from footfall.io.scan_terrain import is_scan, terrain_from_scan
 from footfall.io.terrain_projection import check_projection_text, check_true_to_scale, convergence
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
 from footfall.terrain.ground.resample import resample
 from footfall.terrain.ground.simplified import SimplifiedMesh
+from footfall.terrain.scan import ScanSettings
 
 MAX_FILE_BYTES = 1_000_000_000
 """Larger files are refused unread."""
@@ -37,7 +45,7 @@ _STEEPEST = 10.0
 """Rise per run that at least half of a map's neighbouring cells must stay under."""
 
 _MESHES = (".ply", ".obj", ".off", ".stl")
-READABLE = (".tif", ".tiff", ".asc", ".npz", *_MESHES, ".png")
+READABLE = (".tif", ".tiff", ".asc", ".npz", *_MESHES, ".png", *SCANS)
 WRITABLE = (".tif", ".tiff", ".asc", ".npz", *_MESHES)
 
 
@@ -50,6 +58,9 @@ def read_terrain(
     size: tuple[float, float] | None = None,
     height_range: tuple[float, float] | None = None,
     most_error: float | None = None,
+    unit: str | None = None,
+    up: str | None = None,
+    pose: Sequence[float] | None = None,
 ) -> Dem:
     """Read a terrain file; the ending of its name says which kind it is (see the module docstring).
 
@@ -59,6 +70,7 @@ def read_terrain(
     size, height_range: of a height image only, and needed there: (east, north) extent of the whole
     picture and (height of black, height of white) [m].
     most_error: how far, vertically, a mesh's own surface may be from that of the cells [m]; None: MOST_ERROR.
+    unit, up, pose: of a scan that does not say what its coordinates mean; see :mod:`footfall.io.scan_terrain`.
     Raises NotFound, or InvalidTerrain saying what is wrong with the file and what would be right.
     """
     path = Path(path)
@@ -90,6 +102,9 @@ def read_terrain(
         size=size,
         height_range=height_range,
         most_error=most_error,
+        unit=unit,
+        up=up,
+        pose=pose,
     )
 
 
@@ -105,6 +120,9 @@ def decode_terrain(
     by_path: Path | None = None,
     projection: CRS | None = None,
     most_error: float | None = None,
+    unit: str | None = None,
+    up: str | None = None,
+    pose: Sequence[float] | None = None,
 ) -> Dem:
     """Like :func:`read_terrain`, for a file's content and its name.
 
@@ -128,6 +146,10 @@ def decode_terrain(
                 f"{name} is a picture: state size=(east, north) and height_range=(black, white) in metres"
             )
         dem = terrain_grid_files.read_png(content, name, size, height_range, cell)
+    elif is_scan(content, name):
+        dem = terrain_from_scan(content, name, ScanSettings(resolution=cell), unit=unit, up=up, pose=pose)
+    elif (unit, up, pose) != (None, None, None):
+        raise InvalidTerrain(f"unit, up and pose are for scans; {name} is none: use scale for another unit of length")
     elif size is not None or height_range is not None:
         raise InvalidTerrain(f"size and height_range are for pictures only; {name} has its own coordinates")
     elif ending in _MESHES:

@@ -1,0 +1,90 @@
+"""Depth images: how far the ground is along a camera's axis, with the calibration that makes points of it.
+
+``.npz`` holds ``depth`` (rows, cols) [m], not finite or not above zero where unknown, and either the calibration too
+(``focal_length`` or ``fx`` and ``fy``, ``cx``, ``cy`` [px]) or a file has it. ``.png`` has 16 bits, 0 where unknown;
+its calibration says ``depth_scale``, the metres of one count. The image is rectified: it has no lens distortion.
+"""
+
+import io
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from footfall.core.errors import InvalidTerrain
+from footfall.io.image_files import MAX_PIXELS
+from footfall.io.scan_files import scan_of
+from footfall.terrain.scan import Scan
+
+Array = NDArray[np.float64]
+
+DEPTH_IMAGES = (".npz", ".png")
+MEMBERS = ("focal_length", "fx", "fy", "cx", "cy", "depth_scale")
+
+
+def read_depth(content: bytes, name: str, calibration: Mapping[str, Any] | None = None) -> Scan:
+    """The points of a depth image in the frame of its camera, z forward, x to the right, y down [m]."""
+    members = dict(calibration or {})
+    unknown = sorted(set(members) - set(MEMBERS))
+    if unknown:
+        raise InvalidTerrain(f"the calibration of {name} may have {', '.join(MEMBERS)}, not {', '.join(unknown)}")
+    if name.lower().endswith(".npz"):
+        depth, own = _npz(content, name)
+        members = {**own, **members}
+        factor = float(_number(members, "depth_scale", name)) if "depth_scale" in members else 1.0
+    else:
+        depth = _png(content, name)
+        factor = _number(members, "depth_scale", name)
+    if factor <= 0:
+        raise InvalidTerrain(f"depth_scale of {name} must be above zero [m], not {factor:g}")
+    fx, fy = (_number(members, axis if axis in members else "focal_length", name) for axis in ("fx", "fy"))
+    cx, cy = (_number(members, one, name) for one in ("cx", "cy"))
+    if fx <= 0 or fy <= 0:
+        raise InvalidTerrain(f"the focal length of {name} must be above zero [px]")
+    row, col = np.indices(depth.shape, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        z = np.where(np.isfinite(depth) & (depth > 0), depth * factor, np.nan)
+    points = np.stack([(col - cx) / fx * z, (row - cy) / fy * z, z], axis=-1).reshape(-1, 3)
+    return scan_of(points, name, unit="m", camera=True)
+
+
+def _npz(content: bytes, name: str) -> tuple[Array, dict[str, Any]]:
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            found = {one: archive[one] for one in ("depth", *MEMBERS) if one in archive.files}
+    except Exception as err:  # damaged archives raise whatever zip and numpy trip over
+        raise InvalidTerrain(f"{name} is damaged, or no npz archive of arrays") from err
+    if "depth" not in found:
+        raise InvalidTerrain(f"{name} has no array 'depth' (rows, cols) [m]")
+    depth = found.pop("depth")
+    if depth.ndim != 2 or depth.dtype.kind not in "fiu" or not 0 < depth.size <= MAX_PIXELS:
+        raise InvalidTerrain(f"depth of {name} needs rows × cols of real numbers [m], not {depth.dtype} {depth.shape}")
+    return depth.astype(np.float64), {one: array.item() for one, array in found.items() if array.size == 1}
+
+
+def _png(content: bytes, name: str) -> Array:
+    try:
+        with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
+            if image.width * image.height > MAX_PIXELS:
+                raise InvalidTerrain(f"{name} has {image.width} × {image.height} pixels; the limit is {MAX_PIXELS}")
+            if not image.mode.startswith("I"):
+                raise InvalidTerrain(f"{name} has pixels of mode {image.mode}; a depth image is grey with 16 bits")
+            return np.asarray(image, np.float64)
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as err:
+        raise InvalidTerrain(f"{name} is damaged, or no PNG") from err
+
+
+def _number(members: Mapping[str, Any], member: str, name: str) -> float:
+    if member not in members:
+        raise InvalidTerrain(
+            f"{name} needs a calibration with {member}: JSON with focal_length (or fx and fy), cx, cy [px], and of "
+            "16-bit images depth_scale [m per count]",
+            missing=member,
+        )
+    found = members[member]
+    if isinstance(found, bool) or not isinstance(found, (int, float)) or not math.isfinite(found):
+        raise InvalidTerrain(f"{member} of the calibration of {name} must be a finite number")
+    return float(found)

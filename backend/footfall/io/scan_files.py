@@ -1,0 +1,259 @@
+"""Scans: files of points, through the libraries that keep each format well.
+
+=================== =====================================================================
+``.ply``            points without faces (trimesh)
+``.pcd``            every kind of encoding (pypcd4); points without coordinates are left out
+``.las .laz``       scaled coordinates and classes (laspy, lazrs); what the coordinate system says of units is heeded
+``.xyz .csv .txt``  text: three numbers first in each row, or columns that a heading calls x, y, z
+``.vtk``            legacy VTK of points (meshio)
+``.npz .png``       a depth image with its calibration, see :mod:`footfall.io.depth_files`
+=================== =====================================================================
+"""
+
+import io
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rasterio.crs import CRS
+
+from footfall.core.errors import InvalidTerrain
+from footfall.io.terrain_projection import check_projection_text, check_true_to_scale
+from footfall.terrain.scan import Scan
+
+Array = NDArray[np.float64]
+
+SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
+"""Endings that only scans have."""
+
+MAX_POINTS = 200_000_000
+MAX_COORDINATE = 1e8
+
+
+def read_scan(content: bytes, name: str) -> Scan:
+    """The points of a file and what it declares of them. Raises InvalidTerrain saying what is wrong."""
+    ending = Path(name).suffix.lower()
+    if ending not in _READERS:
+        raise InvalidTerrain(f"{name} can't be a scan: its name must end in one of {', '.join(_READERS)}")
+    if not content:
+        raise InvalidTerrain(f"{name} is empty")
+    try:
+        points, declared = _READERS[ending](content, name)
+    except InvalidTerrain:
+        raise
+    except Exception as err:  # the parsers raise whatever they trip over
+        raise InvalidTerrain(
+            f"{name} can't be read as a {ending[1:].upper()} file of points: it is damaged or cut"
+        ) from err
+    return scan_of(points, name, **declared)
+
+
+def scan_of(points: Any, name: str, **declared: Any) -> Scan:
+    """A scan of points (n, 3), those that are not finite left out."""
+    points = np.ascontiguousarray(points, np.float64)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points):
+        raise InvalidTerrain(f"{name} has no points")
+    if len(points) > MAX_POINTS:
+        raise InvalidTerrain(f"{name} has {len(points)} points, more than {MAX_POINTS} are refused")
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.any():
+        raise InvalidTerrain(f"none of the {len(points)} points of {name} has finite coordinates")
+    dropped = int((~finite).sum())
+    if dropped:
+        points = points[finite]
+        if declared.get("classes") is not None:
+            declared["classes"] = declared["classes"][finite]
+    if np.abs(points).max() > MAX_COORDINATE:
+        raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}")
+    return Scan(points, name, dropped=dropped, **declared)
+
+
+def ply_has_faces(content: bytes) -> bool:
+    """Whether a PLY is a mesh; one without faces is a scan."""
+    header = content[:65536].partition(b"end_header")[0]
+    stated = re.search(rb"^element\s+face\s+(\d+)", header, re.MULTILINE)
+    return stated is not None and int(stated[1]) > 0
+
+
+def _ply(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+    import trimesh
+
+    if ply_has_faces(content):
+        raise InvalidTerrain(f"{name} is a mesh, no scan: read it as a terrain file, without --scan")
+    stated = re.search(rb"^element\s+vertex\s+(\d+)", content[:65536], re.MULTILINE)
+    loaded: Any = trimesh.load(io.BytesIO(content), file_type="ply", process=False)
+    points = np.asarray(loaded.vertices)
+    if stated is None or len(points) < int(stated[1]):
+        raise InvalidTerrain(f"{name} is cut: it states more points than it holds")
+    return points, {}
+
+
+def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+    from pypcd4.pypcd4 import PointCloud
+
+    cloud = PointCloud.from_fileobj(io.BufferedReader(io.BytesIO(content)))
+    missing = [axis for axis in "xyz" if axis not in cloud.fields]
+    if missing:
+        raise InvalidTerrain(f"{name} has no field {', '.join(missing)}; it has {', '.join(cloud.fields)}")
+    points = np.column_stack([np.asarray(cloud.pc_data[axis], np.float64).ravel() for axis in "xyz"])
+    if len(points) < cloud.points:
+        raise InvalidTerrain(f"{name} is cut: it states {cloud.points} points and holds {len(points)}")
+    return points, {}
+
+
+def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+    import laspy
+
+    las = laspy.read(io.BytesIO(content))
+    if len(las.x) < las.header.point_count:
+        raise InvalidTerrain(f"{name} is cut: it states {las.header.point_count} points and holds {len(las.x)}")
+    points = np.column_stack([np.asarray(axis, np.float64) for axis in (las.x, las.y, las.z)])
+    declared: dict[str, Any] = {"up": "z", "classes": np.asarray(las.classification, np.uint8)}
+    wkt = _coordinate_system(las.header, name)
+    if wkt is not None:
+        # feet, degrees and what is not true to scale are refused, as in other formats
+        check_projection_text(wkt, name)
+        low, high = las.header.mins, las.header.maxs
+        check_true_to_scale(CRS.from_wkt(wkt), (low[0], low[1], high[0], high[1]), name)
+        declared["unit"] = "m"
+    return points, declared
+
+
+_EPSG_KEYS = {3072: "projected", 2048: "geographic"}
+
+
+def _coordinate_system(header: Any, name: str) -> str | None:
+    """The coordinate system of a LAS file as WKT."""
+    for record in (*header.vlrs, *(header.evlrs or ())):
+        if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
+            return str(record.string.strip("\0 "))
+    for record in header.vlrs:
+        if type(record).__name__ != "GeoKeyDirectoryVlr":
+            continue
+        keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
+        units = {kind: keys[number] for kind, number in (("lengths", 3076), ("heights", 4099)) if number in keys}
+        for kind, unit in units.items():
+            if unit != 9001:
+                raise InvalidTerrain(f"{name} has {kind} in another unit than metres (EPSG:{unit}); reproject it first")
+        for number in _EPSG_KEYS:
+            if 0 < keys.get(number, 0) < 32767:
+                return str(CRS.from_epsg(keys[number]).to_wkt())
+    return None
+
+
+def _text(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+    lines = content[:65536].decode("utf-8", "replace").lstrip("\ufeff").splitlines()
+    if not lines:
+        raise InvalidTerrain(f"{name} is empty")
+    comments = 0
+    while comments < len(lines) and (
+        not lines[comments].strip() or lines[comments].lstrip().startswith(("#", "//", "%"))
+    ):
+        comments += 1
+    if comments == len(lines):
+        raise InvalidTerrain(f"{name} has no rows of numbers")
+    first = lines[comments]
+    separator = next((s for s in (";", ",", "\t") if s in first), None)
+    words = [word.strip().strip('"') for word in (first.split(separator) if separator else first.split())]
+    columns = (0, 1, 2)
+    skip = comments
+    if len(words) == 1 and words[0].isdecimal():
+        skip += 1  # how many points there are, as in PTS files
+    elif not all(_is_number(word) for word in words[:3]):
+        columns, skip = _columns(words, name), skip + 1
+    elif len(words) < 3:
+        raise InvalidTerrain(f"{name} needs three numbers in each row, there are {len(words)}")
+    table = _numbers(content, separator, skip, columns, name)
+    return table, {}
+
+
+def _columns(words: list[str], name: str) -> tuple[int, int, int]:
+    """Which columns a heading calls x, y and z."""
+    plain = [re.sub(r"[\[(].*", "", word).strip().lower().lstrip("/#") for word in words]
+    found = [plain.index(axis) if axis in plain else -1 for axis in "xyz"]
+    if min(found) < 0:
+        raise InvalidTerrain(f"{name} begins with {', '.join(words[:6])}: its heading needs columns x, y and z")
+    return found[0], found[1], found[2]
+
+
+def _numbers(content: bytes, separator: str | None, skip: int, columns: tuple[int, ...], name: str) -> Array:
+    try:
+        return np.loadtxt(
+            io.StringIO(content.decode("utf-8", "replace").lstrip("\ufeff")),
+            delimiter=separator,
+            skiprows=skip,
+            usecols=columns,
+            comments=("#", "//", "%"),
+            ndmin=2,
+        )
+    except (ValueError, IndexError) as err:
+        where = re.search(r"at row (\d+)", str(err))
+        row = "a row" if where is None else f"row {int(where[1]) + skip + 1}"
+        raise InvalidTerrain(f"{name}: {row} does not have a number in each of the columns x, y and z") from err
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+_SURFACES = ("triangle", "quad", "polygon")
+
+
+def _vtk(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
+    import meshio
+
+    if re.match(rb"[^\n]*\n[^\n]*\n\s*(?:ASCII|BINARY)\s+DATASET\s+POLYDATA", content):
+        return _vtk_polydata(content, name), {}
+    # meshio reads legacy VTK by path only, and no POLYDATA
+    with tempfile.TemporaryDirectory(prefix="footfall-") as folder:
+        path = Path(folder) / "scan.vtk"
+        path.write_bytes(content)
+        read = meshio.vtk.read(path)
+    held = sorted({block.type for block in read.cells if block.type.startswith(_SURFACES)})
+    if held:
+        raise InvalidTerrain(f"{name} holds a surface ({', '.join(held)}), no scan: write it as PLY, OBJ or STL")
+    points = np.asarray(read.points, np.float64)
+    return points, {}
+
+
+_VTK_NUMBERS = {b"float": ">f4", b"double": ">f8", b"int": ">i4", b"long": ">i8", b"short": ">i2"}
+
+
+def _vtk_polydata(content: bytes, name: str) -> Array:
+    """The points of legacy POLYDATA, in text or as big-endian numbers."""
+    header = re.search(rb"\bPOINTS\s+(\d{1,10})\s+(\w+)[ \t]*\r?\n", content)
+    if header is None or header[2] not in _VTK_NUMBERS:
+        raise InvalidTerrain(f"{name} has no POINTS of {', '.join(kind.decode() for kind in _VTK_NUMBERS)}")
+    count, kind, body = int(header[1]), np.dtype(_VTK_NUMBERS[header[2]]), content[header.end() :]
+    text = re.match(rb"[^\n]*\n[^\n]*\n\s*ASCII", content) is not None
+    numbers: list[bytes] = body.split(None, 3 * count) if text else []
+    length = 3 * count * kind.itemsize
+    if (len(numbers) < 3 * count) if text else (len(body) < length):
+        raise InvalidTerrain(f"{name} is cut: it states more points than it holds")
+    if text:
+        points, rest = np.array(numbers[: 3 * count], np.float64), b" ".join(numbers[3 * count :])
+    else:
+        points, rest = np.frombuffer(body[:length], kind).astype(np.float64), body[length:]
+    if re.search(rb"(?:^|\s)(?:POLYGONS|TRIANGLE_STRIPS)\s+[1-9]", rest):
+        raise InvalidTerrain(f"{name} holds a surface, no scan: write it as PLY, OBJ or STL")
+    return points.reshape(-1, 3)
+
+
+_READERS: dict[str, Callable[[bytes, str], tuple[Any, dict[str, Any]]]] = {
+    ".ply": _ply,
+    ".pcd": _pcd,
+    ".las": _las,
+    ".laz": _las,
+    ".xyz": _text,
+    ".csv": _text,
+    ".txt": _text,
+    ".vtk": _vtk,
+}

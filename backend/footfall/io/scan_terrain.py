@@ -1,0 +1,58 @@
+"""Ground from the file of a scan or a depth image."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidTerrain
+from footfall.core.frames import rotation_from_quat_wxyz, transform
+from footfall.io.depth_files import DEPTH_IMAGES, read_depth
+from footfall.io.scan_files import SCANS, ply_has_faces, read_scan
+from footfall.terrain.dem import Dem
+from footfall.terrain.gridding import terrain_of_scan
+from footfall.terrain.scan import ScanSettings
+
+
+def is_scan(content: bytes, name: str) -> bool:
+    """Whether a terrain file holds points and no surface."""
+    ending = Path(name).suffix.lower()
+    return ending in SCANS or (ending == ".ply" and content[:3] == b"ply" and not ply_has_faces(content))
+
+
+def terrain_from_scan(
+    content: bytes,
+    name: str,
+    settings: ScanSettings | None = None,
+    *,
+    unit: str | None = None,
+    up: str | None = None,
+    pose: Sequence[float] | None = None,
+    calibration: Mapping[str, Any] | None = None,
+) -> Dem:
+    """The ground of a scan, or of a depth image with its calibration.
+
+    pose: where the sensor was, x, y, z [m] and the quaternion w, x, y, z, site; see
+    :func:`footfall.terrain.gridding.terrain_of_scan`.
+    """
+    T_site_sensor = None if pose is None else pose_of(pose)
+    if Path(name).suffix.lower() in DEPTH_IMAGES:
+        scan = read_depth(content, name, calibration)
+    elif calibration is not None:
+        raise InvalidTerrain(f"a calibration is for depth images ({', '.join(DEPTH_IMAGES)}); {name} has points")
+    else:
+        scan = read_scan(content, name)
+    return terrain_of_scan(scan, settings, unit, up, T_site_sensor)
+
+
+def pose_of(numbers: Sequence[float]) -> NDArray[np.float64]:
+    """T (4, 4) of x, y, z, qw, qx, qy, qz."""
+    seven = np.asarray(numbers, np.float64)
+    if seven.shape != (7,) or not np.isfinite(seven).all():
+        raise InvalidTerrain("a pose is seven finite numbers: x,y,z [m] and the quaternion qw,qx,qy,qz")
+    length = float(np.linalg.norm(seven[3:]))
+    if abs(length - 1.0) > 0.01:
+        raise InvalidTerrain(f"a pose's quaternion qw,qx,qy,qz has the length 1, not {length:.4g}")
+    return transform(rotation_from_quat_wxyz(seven[3:] / length), seven[:3])
