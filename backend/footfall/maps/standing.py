@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.frames import apply
 from footfall.robot.description import link_name
-from footfall.robot.ik import contact_point
-from footfall.robot.kinematics import link_poses
+from footfall.robot.ik import lowest_rim_point
+from footfall.robot.kinematics import link_poses, wheel_pose
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at, normal_at
@@ -30,6 +30,10 @@ _DISC = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.25, 0.5, 0.75, 1.0)
 _ROUNDS = 12
 """Most corrections of a contact by the normal of the ground there; on even ground one is enough."""
 _SETTLED = 1e-9
+SAME_PLACE = 1e-3
+"""Contacts this near to each other are one [m]."""
+UPRIGHT = 1e-6
+"""A wheel whose leg points along the ground's normal to this stands upright on it."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +53,32 @@ def contacts(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike,
     """The contacts of some wheels; no wheel is asked whether it is down.
 
     The contact lies where the wheel is lowest along the normal that the ground has at the contact: on a slope that is
-    not the point lowest in height, but up to a wheel's radius times the slope uphill of it.
+    not the point lowest in height, but up to a wheel's radius times the slope uphill of it. At an edge of the ground
+    there may be several such places: then it is the one that the wheel stands upright on, as a footfall is planned.
     """
-    normals = np.tile((0.0, 0.0, 1.0), (len(legs), 1))
-    seen = np.zeros(len(legs), bool)
-    points = _lowest(robot, posture, T_site_base, legs, normals)
+    Ts_site_wheel = [np.asarray(T_site_base, float) @ wheel_pose(robot, posture, leg) for leg in legs]
+    found = _settled(robot, dem, Ts_site_wheel)
+    upright = np.array([-T[:3, 0] for T in Ts_site_wheel]).reshape(-1, 3)
+    points = _lowest(robot, Ts_site_wheel, upright)
+    doubtful = np.linalg.norm(points - found.points, axis=1) > SAME_PLACE
+    if not doubtful.any():
+        return found
+    normals = normal_at(dem, points[:, 0], points[:, 1], robot.wheel_radius)
+    stands = doubtful & (np.linalg.norm(normals - upright, axis=1) <= UPRIGHT)
+    rows = stands[:, None]
+    return Contacts(np.where(rows, points, found.points), np.where(rows, normals, found.normals), found.seen | stands)
+
+
+def _settled(robot: Robot, dem: Dem, Ts_site_wheel: Sequence[Array]) -> Contacts:
+    """Contacts found beginning with vertical normals."""
+    normals = np.tile((0.0, 0.0, 1.0), (len(Ts_site_wheel), 1))
+    seen = np.zeros(len(Ts_site_wheel), bool)
+    points = _lowest(robot, Ts_site_wheel, normals)
     for _ in range(_ROUNDS):
         found = normal_at(dem, points[:, 0], points[:, 1], robot.wheel_radius)
         seen = np.asarray(np.isfinite(found).all(axis=1))
         normals = np.where(seen[:, None], found, (0.0, 0.0, 1.0))
-        before, points = points, _lowest(robot, posture, T_site_base, legs, normals)
+        before, points = points, _lowest(robot, Ts_site_wheel, normals)
         if np.abs(points - before).max(initial=0.0) <= _SETTLED:
             break
     return Contacts(points, normals, seen)
@@ -94,6 +114,6 @@ def standing(robot: Robot, dem: Dem, posture: ArrayLike, T_site_base: ArrayLike,
     return [leg for leg, gap in zip(legs, gaps, strict=True) if not gap > STANDING_GAP]
 
 
-def _lowest(robot: Robot, posture: ArrayLike, T_site_base: ArrayLike, legs: Sequence[int], normals: Array) -> Array:
-    found = [contact_point(robot, posture, leg, T_site_base, normal) for leg, normal in zip(legs, normals, strict=True)]
+def _lowest(robot: Robot, Ts_site_wheel: Sequence[Array], normals: Array) -> Array:
+    found = [lowest_rim_point(robot, T, normal) for T, normal in zip(Ts_site_wheel, normals, strict=True)]
     return np.array(found).reshape(-1, 3)

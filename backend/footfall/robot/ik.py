@@ -82,7 +82,11 @@ def contact_point(
 
     Where the normal is along the axle (a wheel lying flat) all are as low; it is the one farthest from the ankle.
     """
-    T_site_wheel = np.asarray(T_site_base, float) @ wheel_pose(robot, posture, leg)
+    return lowest_rim_point(robot, np.asarray(T_site_base, float) @ wheel_pose(robot, posture, leg), normal)
+
+
+def lowest_rim_point(robot: Robot, T_site_wheel: Array, normal: ArrayLike) -> Array:
+    """:func:`contact_point` of a wheel at a pose (4, 4)."""
     up = np.asarray(normal, float)
     length = np.linalg.norm(up)
     if up.shape != (3,) or not length > 0:

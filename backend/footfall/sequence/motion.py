@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
 from footfall.planning.stance.whole_body import WholeBody
@@ -109,7 +110,8 @@ def _leg_row(
     too_deep = passage.after is not passage.target and depth > DEEPEST
     for result in _collisions(robot, row, passage, scene, ground, (postures, asked)):
         if result.rule == "terrain-collision" and result.holds and too_deep:
-            text = f"the set point of the wheel ends {depth:.3f} m under the ground, {DEEPEST:.2f} m are allowed"
+            deep, allowed = beside(depth, DEEPEST)
+            text = f"the set point of the wheel ends {deep} m under the ground, {allowed} m are allowed"
             yield RuleResult("terrain-collision", row, False, DEEPEST - depth, "m", text)
         else:
             yield result
@@ -219,7 +221,8 @@ def _ends(robot: Robot, row: int, leg: int, posture: Array, T_site_base: Array, 
     if np.isnan(gap):
         text = f"leg {leg} ends over unknown ground"
     elif gap > STANDING_GAP:
-        text = f"leg {leg} ends {gap:.3f} m above the ground, at most {STANDING_GAP:.3f} m still stand"
+        above, most = beside(gap, STANDING_GAP)
+        text = f"leg {leg} ends {above} m above the ground, at most {most} m still stand"
     else:
         text = f"leg {leg} ends on the ground"
     return RuleResult("ends-on-ground", row, gap <= STANDING_GAP, STANDING_GAP - gap, "m", text)

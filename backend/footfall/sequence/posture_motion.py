@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, contacts, wheel_gaps
 from footfall.planning.stance.move_checks import LOCKED, coms_of
@@ -74,9 +75,10 @@ def _ground(robot: Robot, row: int, body: WholeBody, Ts_site_link: Array, legs: 
     if not found.holds or sunk.max(initial=-np.inf) <= deepest:
         return found
     at, column = np.unravel_index(int(np.argmax(sunk)), sunk.shape)
+    deep, allowed = beside(float(sunk[at, column]), deepest)
     text = (
-        f"the wheel of leg {robot.legs[int(column)]} is {sunk[at, column]:.3f} m in the ground, "
-        f"{deepest:.3f} m are allowed, deepest at {at / (len(gaps) - 1):.0%} of the row"
+        f"the wheel of leg {robot.legs[int(column)]} is {deep} m in the ground, "
+        f"{allowed} m are allowed, deepest at {at / (len(gaps) - 1):.0%} of the row"
     )
     return RuleResult("terrain-collision", row, False, deepest - float(sunk[at, column]), "m", text)
 

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
+from footfall.core.beside import beside
 from footfall.maps.standing import Contacts
 from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult
@@ -26,7 +27,8 @@ def samples(before: Array, reached: Array, largest_step: float) -> Array:
 
 def told_drag(row: int, wheel: str, worst: float, at: float) -> RuleResult:
     """The rule no-drag. worst: how far ``wheel`` was moved sideways [m], at a share of the row."""
-    text = f"{wheel} moves {worst:.3f} m sideways while it is down, {DRAG:.3f} m are allowed"
+    moved, allowed = beside(float(worst), DRAG)
+    text = f"{wheel} moves {moved} m sideways while it is down, {allowed} m are allowed"
     where = f", farthest at {at:.0%} of the row" if worst > DRAG else ""
     return RuleResult("no-drag", row, worst <= DRAG, DRAG - worst, "m", text + where)
 
@@ -37,9 +39,10 @@ def told_balance(row: int, support: Contacts, coms: Array, settings: SequenceSet
     worst = int(np.argmin(all_margins))
     kind = "conservative support polygon" if settings.conservative else "support polygon"
     spare = float(all_margins[worst]) - settings.least_margin
+    kept, wanted = beside(float(all_margins[worst]), settings.least_margin)
     text = (
-        f"margin {all_margins[worst]:.3f} m to the {kind} of {len(support.points)} feet, "
-        f"at least {settings.least_margin:.3f} m wanted, least at {worst / (len(coms) - 1):.0%} of the row"
+        f"margin {kept} m to the {kind} of {len(support.points)} feet, "
+        f"at least {wanted} m wanted, least at {worst / (len(coms) - 1):.0%} of the row"
     )
     return RuleResult("balance", row, spare >= 0, spare, "m", text)
 
@@ -61,7 +64,8 @@ def told_torque(
     ]
     worst = int(np.argmax([check.ratio for check in checks]))
     at, check = f"at {chosen[worst] / (len(postures) - 1):.0%} of the row", checks[worst]
-    text = f"{check.joint_name} at {check.ratio:.0%} of its limit {at}"
+    text = f"{check.joint_name} at {beside(100 * check.ratio, 100.0, 0)[0]}% of its limit {at}"
     if not check.feasible:
         text = f"no contact forces inside friction hold the rover {at}"
-    return RuleResult("torque", row, check.holds, 1.0 - check.ratio, "of the limit", text)
+    margin = 1.0 - check.ratio if check.feasible else np.nan
+    return RuleResult("torque", row, check.holds, margin, "of the limit", text)

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.payload import loaded
 from footfall.balance.support import margins
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.compliance.from_telemetry import LEAST_LOAD
 from footfall.planning.compliance.rover import CompliantRover, Rest
@@ -157,7 +158,8 @@ def _drag(rover: CompliantRover, row: int, going: YieldingRow, leg: int | None, 
         spare = allowed - np.linalg.norm(slipped, axis=1)
         if spare.min() < worst:
             worst, which, at = float(spare.min()), int(np.argmin(spare)), number
-    text = f"the wheel of leg {which} slips {allowed[which] - worst:.4f} m while it is down, {allowed[which]:.3f} m are"
+    slips, most = beside(allowed[which] - worst, allowed[which], 4)
+    text = f"the wheel of leg {which} slips {slips} m while it is down, {most} m are"
     where = f" allowed, farthest at {at / (len(going.rests) - 1):.0%} of the row" if worst < 0 else " allowed"
     return RuleResult("no-drag", row, worst >= 0, worst, "m", text + where)
 
@@ -203,8 +205,9 @@ def _balance(
     worst = int(np.argmin(spare))
     kind = "conservative support polygon" if settings.conservative else "support polygon"
     least = float(spare[worst]) - settings.least_margin
+    kept, wanted = beside(float(spare[worst]), settings.least_margin)
     text = (
-        f"margin {spare[worst]:.3f} m to the {kind} of {len(legs)} wheels, at least {settings.least_margin:.3f} m "
+        f"margin {kept} m to the {kind} of {len(legs)} wheels, at least {wanted} m "
         f"wanted, least at {worst * share:.0%} of the row; leg {legs[int(column)]} bears least, "
         f"{loads[at, column]:.0f} N"
     )
@@ -215,7 +218,8 @@ def _torque(robot: Robot, row: int, going: YieldingRow) -> RuleResult:
     ratios = np.abs([rest.torques for rest in going.rests]) / robot.torque_limits
     at, joint = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
     ratio = float(ratios[at, joint])
-    text = f"{robot.joint_names[joint]} at {ratio:.0%} of its limit at {at / (len(going.rests) - 1):.0%} of the row"
+    used, where = beside(100 * ratio, 100.0, 0)[0], f"{at / (len(going.rests) - 1):.0%} of the row"
+    text = f"{robot.joint_names[joint]} at {used}% of its limit at {where}"
     return RuleResult("torque", row, ratio <= 1.0, 1.0 - ratio, "of the limit", text)
 
 
@@ -242,5 +246,6 @@ def _ends(way: Yielding, last: dict[int, int], end: int) -> Iterator[RuleResult]
         load = float(rest.loads[leg])
         if leg not in last and (load >= least or not first.touching[leg]):
             continue
-        text = f"leg {leg} ends bearing {load:.0f} N, at least {least:.0f} N wanted"
+        bears, wanted = beside(load, least, 0)
+        text = f"leg {leg} ends bearing {bears} N, at least {wanted} N wanted"
         yield RuleResult("ends-on-ground", last.get(leg, end), load >= least, load - least, "N", text)

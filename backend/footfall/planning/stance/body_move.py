@@ -192,7 +192,7 @@ def _failed(bad: Sequence[Checked], checks: tuple[Check, ...]) -> No:
     else:
         status, what, chosen = Status.NO_PATH, "can't go straight there", bad
     check = chosen[0].check
-    size = f" by {-check.margin:.3f} {check.unit}" if -np.inf < check.margin < 0 else ""
+    size = f" by {-check.margin:.3f} {check.unit}" if check.margin < 0 else ""
     told_as = f"the check of {check.name} fails{size} ({check.where})"
     return No(status, f"the chassis {what}: {told_as}; {ADVICE[status]}", checks)
 

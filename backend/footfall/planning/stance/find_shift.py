@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
+from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -101,9 +102,10 @@ def _found(
     mount = float(np.linalg.norm(robot.description.legs[footfall.leg].T_base_hip[:2, 3]))
     farthest = mount + robot.leg_length(footfall.leg) + np.sqrt(2) * settings.most_shift
     if away > farthest:
+        shown, bound = beside(away, farthest, 2)
         reason = (
-            f"the footfall is {away:.2f} m from the middle of the chassis; shifted by up to {settings.most_shift:g} m "
-            f"along each axis, leg {footfall.leg} reaches no farther than {farthest:.2f} m; choose a nearer one"
+            f"the footfall is {shown} m from the middle of the chassis; shifted by up to {settings.most_shift:g} m "
+            f"along each axis, leg {footfall.leg} reaches no farther than {bound} m; choose a nearer one"
         )
         return No(Status.GOAL_INVALID, reason)
     stance = stance_of(robot, dem, state, settings.clearance, GROUND_BEYOND)

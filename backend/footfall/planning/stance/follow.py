@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from footfall.core.frames import apply, inverse
 from footfall.planning.step.lift import LARGEST_STEP
+from footfall.planning.step.unreached import shortfalls
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot
@@ -108,15 +109,6 @@ def shortfall(robot: Robot, leg: int, T_base_wheel: Array, back: bool) -> float:
     back: the leg reaches back over its hip (shoulder 1).
     """
     return float(shortfalls(robot, leg, T_base_wheel[None], back)[0])
-
-
-def shortfalls(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Array:
-    """:func:`shortfall` of many wheel poses, (n, 4, 4) → (n,)."""
-    spec = robot.description.legs[leg]
-    ankles = apply(inverse(spec.T_base_hip), Ts_base_wheel[:, :3, 3] - spec.foot * Ts_base_wheel[:, :3, 0])
-    reach = np.hypot(ankles[:, 0], ankles[:, 1]) * (-1.0 if back else 1.0)
-    away = np.hypot(reach - spec.hip_offset[0], ankles[:, 2] - spec.hip_offset[2])
-    return np.maximum(away - spec.thigh - spec.shank, abs(spec.thigh - spec.shank) - away)
 
 
 def unwrapped(q: Array, near: Array) -> Array:

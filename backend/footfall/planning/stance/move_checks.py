@@ -108,7 +108,8 @@ def coms_of(robot: Robot, posture: Array, postures: Array) -> Array:
 def _scored(name: str, spare: Array, unit: str, where: Callable[[int], str]) -> Checked:
     at = int(np.argmin(spare))
     least = float(spare[at])
-    check = Check(name, least >= 0, least, unit, where(at))
+    # what nothing holds lacks no size that could be told
+    check = Check(name, least >= 0, least if np.isfinite(least) else np.nan, unit, where(at))
     return Checked(check, bool(spare[0] < 0), bool(spare[-1] < 0))
 
 

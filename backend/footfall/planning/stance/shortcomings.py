@@ -19,10 +19,11 @@ from footfall.core.frames import inverse, rotation
 from footfall.core.mesh import Mesh
 from footfall.planning.stance.body_move import Stance
 from footfall.planning.stance.find_problem import FindShiftSettings
-from footfall.planning.stance.follow import reaches_back, shortfalls, unwrapped
+from footfall.planning.stance.follow import reaches_back, unwrapped
 from footfall.planning.step.ground import Contact
 from footfall.planning.step.lift import branch_of
 from footfall.planning.step.solids import part_poses
+from footfall.planning.step.unreached import shortfalls
 from footfall.robot.description import link_name
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_pose

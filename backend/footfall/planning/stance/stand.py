@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute
 from footfall.balance.torques import holding_torques
+from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
 from footfall.planning.stance.under_links import ground_near_links
@@ -116,7 +117,8 @@ def _cramped(robot: Robot, hit: Collision) -> str:
     if hit.required == 0:
         sink = robot.description.clearances.wheel_sink
         return f"{hit.link_a} would cut more than the allowed {sink:.3f} m into {hit.link_b}"
-    return f"{hit.link_a} and {hit.link_b} would be {hit.distance:.3f} m apart, {hit.required:.3f} m is needed"
+    apart, needed = beside(hit.distance, hit.required)
+    return f"{hit.link_a} and {hit.link_b} would be {apart} m apart, {needed} m is needed"
 
 
 def _places(robot: Robot, dem: Dem, leg: int, wanted: Array, T_site_ground: Array) -> tuple[Array, Array, Array]:

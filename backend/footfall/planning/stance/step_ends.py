@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.stance.body_move import Stance
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move_checks import coms_of
 from footfall.planning.step.edges import samples
 from footfall.planning.step.ground import Contact
+from footfall.planning.step.held import NOTHING_HOLDS
 from footfall.planning.step.lift import branch_of, vertical
-from footfall.planning.step.target import HEADINGS, candidates
+from footfall.planning.step.target import HEADINGS, candidates, upright_poses
+from footfall.planning.step.unreached import unreached
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ik import wheel_pose_for_contact
 
@@ -59,7 +62,8 @@ class StepEnds:
                 return ""
             first = first or blocked
         if not possible:
-            return f"no joint angles inside the limits put the wheel of leg {self.leg} upright on the footfall"
+            what = unreached(robot, self.leg, upright_poses(robot, self.leg, self.contact, T_site_base))
+            return f"leg {self.leg} can't stand upright on the footfall: {what}"
         return f"leg {self.leg} can't be lowered onto the footfall: {first}"
 
     def rough(self) -> str:
@@ -91,7 +95,8 @@ class StepEnds:
         others = [i for i, leg in enumerate(self.stance.standing) if leg != self.leg]
         spare = margins(self.stance.feet.points[others], coms[:, :2], settings.conservative).min()
         if spare < settings.least_margin:
-            return f"the margin to the other feet's polygon is {spare:.3f} m, {settings.least_margin:.3f} m is wanted"
+            kept, wanted = beside(float(spare), settings.least_margin)
+            return f"the margin to the other feet's polygon is {kept} m, {wanted} m is wanted"
         Ts_base_link = body.poses(postures)
         links = [link_name(self.leg, part) for part in PARTS]
         near = body.own_gap(Ts_base_link, links).gap
@@ -110,6 +115,6 @@ class StepEnds:
         for at in (0, -1):
             held = torque_margin(robot, postures[at], T_site_base, standing, normals, settings.friction)
             if not held.holds:
-                what = f"{held.joint_name} would need {held.ratio:.2f} of its torque limit"
-                return what if held.feasible else "no contact forces inside friction hold the rover"
+                needed = beside(held.ratio, 1.0, 2)[0]
+                return f"{held.joint_name} would need {needed} of its torque limit" if held.feasible else NOTHING_HOLDS
         return ""

@@ -35,7 +35,14 @@ class Stance:
 
     def __init__(self, robot: Robot, dem: Dem, state: RobotState, leg: int) -> None:
         self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
+        self.others = [i for i in robot.legs if i != leg]
         self.content = robot.digest, dem.digest, state.digest, leg
+
+    def posture(self, q: Array) -> Array:
+        """Whole posture with the leg at q (6,)."""
+        out = np.array(self.state.posture)
+        out[6 * self.leg : 6 * self.leg + 6] = q
+        return out
 
     @property
     def hip(self) -> Array:
@@ -69,6 +76,7 @@ _objections: Kept[str] = Kept(_KEPT)
 _grounds: Kept[Nearby | Refused] = Kept(_KEPT)
 _footings: Kept[Footing] = Kept(_KEPT)
 _standing: Kept[StandingLegs] = Kept(_KEPT)
+_feet: Kept[Contacts] = Kept(_KEPT)
 
 
 def impossible(stance: Stance) -> str:
@@ -87,14 +95,25 @@ def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
     return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
 
 
+def standing_feet(stance: Stance) -> Contacts:
+    """The contacts of the legs that stay."""
+    robot, dem, state = stance.robot, stance.dem, stance.state
+    return _feet.get(stance.content, lambda: contacts(robot, dem, state.posture, state.T_site_base, stance.others))
+
+
 def standing_legs(stance: Stance, feet: Contacts, friction: float) -> StandingLegs:
     """What the legs that stay on ``feet`` put into the programs of torque."""
     robot, state, leg = stance.robot, stance.state, stance.leg
-    others = [i for i in robot.legs if i != leg]
     return _standing.get(
         (stance.content, friction),
         lambda: StandingLegs(
-            robot, state.posture, state.T_site_base, others, feet.normals, leg, BalanceSettings(friction=friction)
+            robot,
+            state.posture,
+            state.T_site_base,
+            stance.others,
+            feet.normals,
+            leg,
+            BalanceSettings(friction=friction),
         ),
     )
 
@@ -107,7 +126,7 @@ def _ground_near(stance: Stance) -> Nearby | Refused:
 
 def _footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
     robot, dem, state, leg = stance.robot, stance.dem, stance.state, stance.leg
-    feet = contacts(robot, dem, state.posture, state.T_site_base, [i for i in robot.legs if i != leg])
+    feet = standing_feet(stance)
     normals, offsets = half_planes(feet.points, settings.conservative)
     return Footing(
         feet,

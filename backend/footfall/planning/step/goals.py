@@ -5,15 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from footfall.core.beside import beside
+from footfall.maps.standing import SAME_PLACE, contacts
 from footfall.planning.step.branches import bend_text
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance
 from footfall.planning.step.ground import Contact
+from footfall.planning.step.held import unheld
 from footfall.planning.step.lift import branch_of, vertical
 from footfall.planning.step.problem import Decision
 from footfall.planning.step.rise import blocked_rise, rises, space_of
 from footfall.planning.step.situation import TRUE, Situation
-from footfall.planning.step.target import Candidate, candidates
+from footfall.planning.step.target import Candidate, candidates, upright_poses
+from footfall.planning.step.unreached import unreached
 from footfall.planning.step.watch import Watch
 
 MOST_GOALS = 3
@@ -43,6 +47,7 @@ class Goals:
     def __init__(self, situation: Situation, watch: Watch, stance: Stance, contact: Contact, q_start: Array) -> None:
         self._situation, self._watch = situation, watch
         self._found: list[Goal] = []
+        self._contact = contact
         branch, asked = branch_of(situation.robot, situation.leg, q_start), situation.settings.branch
         everyone = candidates(situation.robot, situation.leg, contact, situation.T_site_base, q_start, branch)
         self._q_start = q_start
@@ -104,14 +109,23 @@ class Goals:
         space = space_of(situation, self._watch, TRUE)
         for place, candidate in enumerate(self._possible):
             self._watch.tick()
-            if not space.is_free(candidate.q):
+            if not space.is_free(candidate.q) or self._elsewhere(candidate) > SAME_PLACE:
                 continue
             up = self._way_up(candidate)
-            if not isinstance(up, str) and rises(situation, self._watch, up):
+            if not isinstance(up, str) and rises(situation, self._watch, up) and not self._unheld(up):
                 found += 1
                 yield Goal(place, candidate, up)
                 if found == MOST_GOALS:
                     return
+
+    def _elsewhere(self, candidate: Candidate) -> float:
+        """How far from the footfall the wheel would be taken to touch once it stands there, leaning [m]."""
+        if candidate.lean == 0:
+            return 0.0
+        situation = self._situation
+        posture, leg = situation.posture(candidate.q), situation.leg
+        found = contacts(situation.robot, situation.stance.dem, posture, situation.T_site_base, [leg]).points[0]
+        return float(np.linalg.norm(found - self._contact.point))
 
     def _way_up(self, candidate: Candidate) -> Array | str:
         situation = self._situation
@@ -122,10 +136,18 @@ class Goals:
         objection = self._situation.objection(candidate.q, TRUE)
         if objection:
             return objection
+        away = self._elsewhere(candidate)
+        if away > SAME_PLACE:
+            return f"leaning, the wheel would touch the ground {away:.3f} m from there, at an edge"
         up = self._way_up(candidate)
         if isinstance(up, str):
             return f"the wheel can't be lowered: {up}"
-        return blocked_rise(self._situation, self._watch, up)
+        unheld = self._unheld(up)
+        return f"with the leg above it {unheld}" if unheld else blocked_rise(self._situation, self._watch, up)
+
+    def _unheld(self, up: Array) -> str:
+        """What the other legs lack while the wheel is lowered."""
+        return unheld(self._situation.stance, self._situation.settings.friction, up)
 
     def _unreachable(self, stance: Stance, contact: Contact, everyone: list[Candidate]) -> str:
         leg, (x, y, _) = self._situation.leg, contact.point
@@ -137,11 +159,16 @@ class Goals:
                 f"{' or '.join(bend_text(2 * one) for one in others)}; ask for that branch, or leave it open"
             )
         away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
-        too_far = f", farther than the {reach:.2f} m it can reach" if away > reach else ""
-        return (
-            f"leg {leg} can't stand at ({x:.2f}, {y:.2f}): it is {away:.2f} m from its hip{too_far}; no joint "
-            "angles inside the limits put the wheel upright there; choose a footfall that the reach map shows green"
-        )
+        advice = "choose a footfall that the reach map shows green"
+        if away > reach:
+            there, farthest = beside(away, reach, 2)
+            return (
+                f"leg {leg} can't stand at ({x:.2f}, {y:.2f}): it is {there} m from its hip, farther than the "
+                f"{farthest} m it can reach; no joint angles inside the limits put the wheel upright there; {advice}"
+            )
+        poses = upright_poses(self._situation.robot, leg, contact, self._situation.T_site_base)
+        what = unreached(self._situation.robot, leg, poses)
+        return f"leg {leg} can't stand upright at ({x:.2f}, {y:.2f}), {away:.2f} m from its hip: {what}; {advice}"
 
 
 def posture_text(one: Candidate) -> str:

@@ -20,6 +20,7 @@ from footfall.planning.step.fast import compile_search
 from footfall.planning.step.footing import Stance, ground_near, impossible
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
+from footfall.planning.step.held import unheld_lift
 from footfall.planning.step.lift import vertical
 from footfall.planning.step.nearest_place import Place, nearest_place, place_told
 from footfall.planning.step.planners import REGISTRY, Answer, Swing
@@ -150,6 +151,11 @@ class _Failure:
     checks: tuple[Check, ...] = ()
     for_good: bool = True
 
+    @property
+    def failed(self) -> Check | None:
+        """The first check that does not hold of a path that was found."""
+        return next((check for check in self.checks if not check.holds), None)
+
 
 _Failures = dict[str, list[_Failure]]
 """Of each planner those of its last turn, a goal each."""
@@ -179,6 +185,11 @@ class _Attempt:
         objection = impossible(stance)
         if objection:
             return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
+        q, lift = np.array(self.state.leg(self.leg)), self.settings.lift
+        up = vertical(self.robot, self.leg, np.asarray(self.state.T_site_base), q, lift)
+        unheld = unheld_lift(stance, self.settings.friction, q[None] if isinstance(up, str) else up)
+        if unheld:
+            return _No(Status.START_INVALID, unheld[0], (unheld[1],))
         ground = ground_near(stance)
         if isinstance(ground, Refused):
             return _No(ground.status, ground.reason)
@@ -187,7 +198,7 @@ class _Attempt:
             situation = Situation(self.robot, self.dem, self.state, self.leg, ground, self.settings)
             situation.first_unsure(situation.lower[None], TRUE)
             compile_search(situation.footing.certificate)
-        up = self._lift(situation)
+        up = self._free_lift(situation, q, up)
         if isinstance(up, _No):
             return up
         self.watch.phase(0.2, "choosing how the leg stands at the goal")
@@ -196,9 +207,8 @@ class _Attempt:
             return _No(Status.GOAL_INVALID, goals.refusal)
         return self._search(situation, contact, up, goals)
 
-    def _lift(self, situation: Situation) -> Array | _No:
-        """Straight up from where the leg stands, (n, 6)."""
-        q = np.array(self.state.leg(self.leg))
+    def _free_lift(self, situation: Situation, q: Array, up: Array | str) -> Array | _No:
+        """The way straight up (n, 6) from where the leg stands, q, where nothing forbids it."""
         objection = situation.objection(q, TRUE)
         if objection:
             ways = way_out(situation, q, self.watch.pulse).told(self.robot, self.leg)
@@ -206,7 +216,6 @@ class _Attempt:
             advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
             return _No(Status.START_INVALID, f"the leg can't move from where it stands: {objection}; {advice}")
         lift = self.settings.lift
-        up = vertical(self.robot, self.leg, situation.T_site_base, q, lift)
         if isinstance(up, str):
             reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
             return _No(Status.NO_PATH, reason)
@@ -254,8 +263,7 @@ class _Attempt:
         """The answer after planners failed. barred: what proves that none can succeed, with what to try."""
         self.watch.lift_limit()
         said = _said(last)
-        # several goals often fail for one reason
-        told = barred or f"{'; '.join(dict.fromkeys(why for whys in said.values() for why in whys))}; {ADVICE}"
+        told = barred or f"{'; '.join(_once(last))}; {ADVICE}"
         checks = next((one.checks for failures in last.values() for one in failures if one.checks), ())
         reason = f"no way to the footfall was found: {told}"
         return _No(Status.NO_PATH, reason, checks, tuple(_tried(said)) if self.explain else ())
@@ -297,6 +305,24 @@ class _Attempt:
 def _said(last: _Failures) -> dict[str, list[str]]:
     """The reasons of each planner, a goal each."""
     return {planner: [failure.why() for failure in failures] for planner, failures in last.items() if failures}
+
+
+def _once(last: _Failures) -> list[str]:
+    """Every reason once: several goals often fail for one, and paths of several planners at one check."""
+    reasons: dict[str, None] = {}
+    failed: dict[str, tuple[Check, dict[str, None]]] = {}
+    for planner, failures in last.items():
+        for failure in failures:
+            if failure.failed is None:
+                reasons[failure.why()] = None
+            else:
+                failed.setdefault(failure.failed.name, (failure.failed, {}))[1][planner] = None
+    for check, planners in failed.values():
+        paths = (
+            f"paths of {', '.join(planners)} fail" if len(planners) > 1 else f"a path of {next(iter(planners))} fails"
+        )
+        reasons[f"{paths} the check of {_told(check)}"] = None
+    return list(reasons)
 
 
 def _tried(said: dict[str, list[str]]) -> list[Decision]:

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance, footing
@@ -38,12 +39,11 @@ class Situation:
         self.T_site_base = np.asarray(state.T_site_base)
         own = slice(6 * leg, 6 * leg + 6)
         self.lower, self.upper = robot.lower[own], robot.upper[own]
-        self.others = [i for i in robot.legs if i != leg]
         self.stance = Stance(robot, dem, state, leg)
+        self.others = self.stance.others
         self.footing = footing(self.stance, ground, settings)
         self._lift = {TRUE: 0.0, RAISED: settings.raise_terrain}
         self.mesh_queries = 0
-        self._own = own
 
     @cached_property
     def _scene(self) -> CollisionScene:
@@ -52,9 +52,7 @@ class Situation:
 
     def posture(self, q: Array) -> Array:
         """Whole posture with this leg at q (6,)."""
-        out = np.array(self.state.posture)
-        out[self._own] = q
-        return out
+        return self.stance.posture(q)
 
     def wheel(self, q: Array) -> Array:
         """T_base_wheel of this leg at q."""
@@ -114,9 +112,9 @@ class Situation:
             kind = "conservative support polygon" if self.settings.conservative else "support polygon"
             if margin == -np.inf:
                 return f"the {len(self.others)} feet that stay have no {kind}"
+            kept, wanted = beside(margin, self.settings.least_margin)
             return (
-                f"the centre of mass keeps a margin of {margin:.4g} m to the {kind} of the other feet, "
-                f"{self.settings.least_margin:.4g} m is wanted"
+                f"the centre of mass keeps a margin of {kept} m to the {kind} of the other feet, {wanted} m is wanted"
             )
         return ""
 

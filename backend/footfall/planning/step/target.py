@@ -45,10 +45,8 @@ def candidates(
     worth more to whoever watches the rover than a few centimetres of room, and it is quicker and costs less torque.
     Where the wheel can't stand upright there are none, lean or not: the reach map says so too.
     """
-    azimuth = leg_azimuth(robot, leg, T_site_base)
     turns = np.concatenate([HEADINGS, HEADINGS])
-    headings = azimuth + turns + np.repeat([0.0, np.pi], len(HEADINGS))
-    upright = wheel_pose_for_contact(robot, contact.point, contact.normal, headings, T_site_base)
+    upright = upright_poses(robot, leg, contact, T_site_base)
     leaning = _leaning(robot, leg, contact, T_site_base, upright)
     leans = np.arccos(np.clip(np.sum(upright[:, :3, 0] * leaning[:, :3, 0], axis=1), -1.0, 1.0))
     chosen = (leans > LEAST_LEAN) & (leans <= MOST_LEAN)
@@ -64,6 +62,13 @@ def candidates(
     order = np.lexsort((away, branches // 2 != branch // 2))
     sorted_by_rank = (branches[order].tolist(), turned[order].tolist(), lean[order].tolist())
     return [Candidate(*one) for one in zip(qs[order], *sorted_by_rank, strict=True)]
+
+
+def upright_poses(robot: Robot, leg: int, contact: Contact, T_site_base: Array) -> Array:
+    """Poses in base (2 · HEADINGS, 4, 4) of a wheel upright on the local ground: every heading, and half a turn on."""
+    turns = np.concatenate([HEADINGS, HEADINGS]) + np.repeat([0.0, np.pi], len(HEADINGS))
+    headings = leg_azimuth(robot, leg, T_site_base) + turns
+    return wheel_pose_for_contact(robot, contact.point, contact.normal, headings, T_site_base)
 
 
 def _leaning(robot: Robot, leg: int, contact: Contact, T_site_base: Array, upright: Array) -> Array:

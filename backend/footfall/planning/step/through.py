@@ -11,6 +11,7 @@ from footfall.planning.step.lift import leaned
 from footfall.planning.step.problem import MOST_THROUGH, Point
 from footfall.planning.step.situation import RAISED, Situation
 from footfall.planning.step.target import HEADINGS
+from footfall.planning.step.unreached import unreached
 from footfall.robot.ik import solve_leg
 
 
@@ -40,7 +41,8 @@ def via_postures(
         where = f"point {number} ({', '.join(f'{one:.2f}' for one in point)})"
         possible = _postures(situation, point, q_start)
         if not len(possible):
-            return f"no joint angles inside the limits put the wheel's centre at {where}; move it"
+            what = unreached(situation.robot, situation.leg, _poses(situation, point, q_start))
+            return f"no joint angles inside the limits put the wheel's centre at {where}: {what}; move it"
         far = np.abs(possible - before).max(axis=1) + np.abs(possible - q_goal).max(axis=1)
         ranked = possible[np.argsort(far, kind="stable")]
         allowed = next((q for q in ranked if space.is_free(q)), None)
@@ -53,6 +55,12 @@ def via_postures(
 
 def _postures(situation: Situation, point: Point, q_start: Array) -> Array:
     """Postures (n, 6) inside the limits with the wheel's centre at a point of the site [m]."""
+    solved = solve_leg(situation.robot, situation.leg, _poses(situation, point, q_start))
+    return solved.q[solved.valid]
+
+
+def _poses(situation: Situation, point: Point, q_start: Array) -> Array:
+    """Wheel poses in base (n, 4, 4) that are tried there."""
     T_base_start = situation.wheel(q_start)
     R_site_base = situation.T_site_base[:3, :3]
     Ts = np.tile(T_base_start, (len(HEADINGS), 1, 1))
@@ -60,5 +68,4 @@ def _postures(situation: Situation, point: Point, q_start: Array) -> Array:
         T[:3, :3] = R_site_base.T @ rotation("z", float(turn)) @ R_site_base @ T_base_start[:3, :3]
     Ts[:, :3, 3] = apply(inverse(situation.T_site_base), np.asarray(point, float))
     leaning = leaned(situation.robot, situation.leg, Ts, np.ones(len(Ts)))
-    solved = solve_leg(situation.robot, situation.leg, np.concatenate([Ts, leaning]))
-    return solved.q[solved.valid]
+    return np.concatenate([Ts, leaning])

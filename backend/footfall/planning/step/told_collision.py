@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.planning.step.edges import Array
 from footfall.robot.collision import TERRAIN, Collision
@@ -56,13 +57,16 @@ def in_words(met: Met, robot: Robot, what: str) -> str:
     if hit.distance < 0:
         return f"{hit.link_a} is {depth:.3f} m below {what}"
     if hit.distance > 0:
-        return f"{hit.link_a} is {hit.distance:.3f} m from {what}, {hit.required:.3f} m is needed"
+        distance, required = beside(hit.distance, hit.required)
+        return f"{hit.link_a} is {distance} m from {what}, {required} m is needed"
     if hit.link_b != TERRAIN:
         # of the hulls: the meshes may be a little less deep in each other
         return f"{hit.link_a} cuts up to {depth:.3f} m into {what} ({needed})"
+    deep = f"{depth:.3f}"
     if hit.required == 0:
-        needed = f"{robot.description.clearances.wheel_sink:.3f} m is allowed"
-    return f"{hit.link_a} cuts {depth:.3f} m into {what} ({needed})"
+        deep, allowed = beside(depth, robot.description.clearances.wheel_sink)
+        needed = f"{allowed} m is allowed"
+    return f"{hit.link_a} cuts {deep} m into {what} ({needed})"
 
 
 def _sunk(robot: Robot, dem: Dem, posture: Array, T_site_base: Array, link: str, lift: float) -> float:

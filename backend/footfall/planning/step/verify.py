@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_with
-from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margins_inside
-from footfall.balance.torques import torque_check
 from footfall.core.frames import apply, inverse
 from footfall.planning.step.edges import Array
-from footfall.planning.step.footing import Footing, standing_legs
+from footfall.planning.step.footing import Footing
 from footfall.planning.step.ground import Nearby
+from footfall.planning.step.held import NOTHING_HOLDS, listed, margin_told, worst_held
 from footfall.planning.step.problem import Check, StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import Gap, part_poses
@@ -229,18 +228,13 @@ def _balance(robot: Robot, state: RobotState, leg: int, settings: StepSettings, 
 
 
 def _torque(situation: Situation, path: _Path) -> Check:
-    robot, state, others = situation.robot, situation.state, situation.others
-    feet, friction = situation.footing.feet, situation.settings.friction
+    feet, others = situation.footing.feet, np.array(situation.others)
     due = _torque_samples(path)
-    worst, _ = standing_legs(situation.stance, feet, friction).worst(path.qs[due])
-    at = int(due[worst])
-    # the one that matters once more, by the check of single postures, which names the joint
-    posture, balance = situation.posture(path.qs[at]), BalanceSettings(friction=friction)
-    check = torque_check(robot, posture, state.T_site_base, others, feet.normals, balance)
-    joint = check.joint_name if check.feasible else "no contact forces inside friction hold the rover"
-    unseen = ~feet.seen
-    note = f"; ground taken as level under legs {_listed(others, unseen)}, where it is unknown" if unseen.any() else ""
-    return Check("torque", check.holds, 1.0 - check.ratio, "of the limit", f"{joint}, {path.where(at)}{note}")
+    worst, check = worst_held(situation.stance, feet, situation.settings.friction, path.qs[due])
+    joint, unseen = check.joint_name or NOTHING_HOLDS, others[~feet.seen]
+    note = f"; ground taken as level under legs {listed(unseen)}, where it is unknown" if len(unseen) else ""
+    where = path.where(int(due[worst]))
+    return Check("torque", check.holds, margin_told(check), "of the limit", f"{joint}, {where}{note}")
 
 
 def _torque_samples(path: _Path) -> NDArray[np.int64]:
@@ -256,10 +250,6 @@ def _places_on_segment(segments: NDArray[np.int64]) -> NDArray[np.int64]:
     """How many samples before each are on the same segment, (n,)."""
     first = np.searchsorted(segments, segments)
     return np.arange(len(segments)) - first
-
-
-def _listed(legs: list[int], chosen: NDArray[np.bool_]) -> str:
-    return ", ".join(str(leg) for leg, one in zip(legs, chosen, strict=True) if one)
 
 
 def _unknown(robot: Robot, state: RobotState, leg: int, ground: Nearby, path: _Path) -> Check:

@@ -1,0 +1,20 @@
+"""A measured size beside the limit that it is on the wrong side of, in words."""
+
+import math
+
+
+def beside(measured: float, limit: float, digits: int = 3) -> tuple[str, str]:
+    """Both with so many decimals, the measured one rounded away from the limit where both would read the same.
+
+    "0.020 m, 0.020 m is needed" tells an operator nothing: of 0.0198 m beside 0.020 m it says 0.019. What is not finite
+    has no size: "–".
+    """
+    if not math.isfinite(measured):
+        return "–", f"{limit:.{digits}f}"
+    unit = 10.0**-digits
+    shown, bound = round(measured / unit), round(limit / unit)
+    if measured > limit:
+        shown = max(shown, bound + 1)
+    elif measured < limit:
+        shown = min(shown, bound - 1)
+    return f"{shown * unit:.{digits}f}", f"{bound * unit:.{digits}f}"
