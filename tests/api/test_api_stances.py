@@ -76,7 +76,8 @@ def test_a_shift_for_a_footfall(standing, stood, standing_server, athlete):
     assert job["kind"] == "shift"
     assert "/shifts/" in job["result_url"]
     found = result(standing, job)
-    assert (found["status"], found["reason"]) == ("found", "")
+    assert found["status"] == "found"
+    assert found["reason"].startswith("▲ No shift was found that keeps a reserve: with this one leg")
     assert found["footfall"]["x"] == order["target"][0]
     assert found["provenance"]["settings"]["time_limit"] == 60.0
     assert found["cost"] > 0
@@ -84,7 +85,13 @@ def test_a_shift_for_a_footfall(standing, stood, standing_server, athlete):
     assert standing.get(SESSION).json()["shift"] == found["digest"]
     shift = {name: found["shift"][name] for name in ("dx", "dy", "dz", "droll", "dpitch", "dyaw")}
     assert standing.put(WHAT_IF, json=shift).status_code == 200
-    moved = result(standing, finished(standing, standing.post(f"{SESSION}/body-moves", json={"shift": shift})))
+    unreserved = {"reach_reserve": 0.0, "joint_reserve": 0.0}
+    no = result(standing, finished(standing, standing.post(f"{SESSION}/body-moves", json={"shift": shift})))
+    assert (no["status"], "reach reserve" in no["reason"]) == ("goal_invalid", True)
+    moved = result(
+        standing,
+        finished(standing, standing.post(f"{SESSION}/body-moves", json={"shift": shift, "settings": unreserved})),
+    )
     assert moved["status"] == "found"
     assert moved["plan"]["waypoints"] == found["plan"]["waypoints"]
 

@@ -85,7 +85,7 @@ def test_the_shift_that_makes_a_footfall_possible_can_be_tried_and_moved_to(live
     assert before.status is not Status.FOUND
     live.what_if(result.shift)
     assert live.get(live.plan_step(LEG).finish()).status is Status.FOUND
-    move = live.get(live.plan_body_move(result.shift).finish())
+    move = live.get(live.plan_body_move(result.shift, result.plan.provenance.settings).finish())
     assert move.status is Status.FOUND
     np.testing.assert_array_equal(move.plan.waypoints, result.plan.waypoints)
 

@@ -72,10 +72,13 @@ const find = () => attempt(async () => {
   const chosen = known.summary.footfall;
   $("panel-what-if").open = true;
   say("Looking for a shift…");
-  await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y] });
+  await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y], ...reserve() });
 });
 
-const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift() }));
+const check = () => attempt(() => post("/sessions/current/body-moves", { shift: shift(), ...reserve() }));
+
+// what is not kept is asked for as such
+const reserve = () => ($("keep-reserve").checked ? {} : { settings: { reach_reserve: 0, joint_reserve: 0 } });
 
 // commands of a checked move of the chassis: they start from how the rover stands, not from the what-if
 const make = (digest) => attempt(async () => {
@@ -112,6 +115,8 @@ async function draw({ summary }) {
     answered.shift = summary.shift;
     const answer = await get(`/sessions/current/shifts/${summary.shift}`);
     if (answer.shift) write(answer.shift);
+    // where none keeps a reserve this one is checked without, and says so
+    if (answer.reason.startsWith("▲")) $("keep-reserve").checked = false;
     const moved = answer.shift ? told(answer.shift) : "";
     const text = moved ? `A shift makes it possible: ${moved}. ${answer.reason}` : answer.reason;
     showAnswer("shift", answer, text);

@@ -11,9 +11,10 @@ from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, standing, wheel_gaps
 from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.stance.checked import Checked
 from footfall.planning.stance.follow import Followed, Obstacle, follow
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveResult, BodyMoveSettings
-from footfall.planning.stance.move_checks import Checked, recheck
+from footfall.planning.stance.move_checks import recheck
 from footfall.planning.stance.shift import require_same_robot, require_shift, told
 from footfall.planning.stance.whole_body import FAR, WholeBody
 from footfall.planning.step.ground import Refused, nearby
@@ -31,6 +32,11 @@ ADVICE = {
     Status.START_INVALID: "correct the state or the terrain, or ask for less clearance or margin",
     Status.GOAL_INVALID: "ask for a smaller shift or another direction, or for less clearance or margin",
     Status.NO_PATH: "go there by way of another pose of the chassis, or ask for less clearance or margin",
+}
+UNRESERVED = "or, with {} 0, for no reserve: then the next shift may be refused"
+RESERVE_ADVICE = {
+    "reach reserve": f"ask for a smaller shift, lower the chassis with it, {UNRESERVED.format('reach_reserve')}",
+    "joint reserve": f"ask for a smaller shift, step with that leg first, {UNRESERVED.format('joint_reserve')}",
 }
 
 
@@ -193,8 +199,9 @@ def _failed(bad: Sequence[Checked], checks: tuple[Check, ...]) -> No:
         status, what, chosen = Status.NO_PATH, "can't go straight there", bad
     check = chosen[0].check
     size = f" by {-check.margin:.3f} {check.unit}" if check.margin < 0 else ""
+    advice = RESERVE_ADVICE.get(check.name, ADVICE[status])
     told_as = f"the check of {check.name} fails{size} ({check.where})"
-    return No(status, f"the chassis {what}: {told_as}; {ADVICE[status]}", checks)
+    return No(status, f"the chassis {what}: {told_as}; {advice}", checks)
 
 
 def _no_start(objection: str) -> No:

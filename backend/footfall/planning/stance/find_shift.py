@@ -14,6 +14,7 @@ from footfall.planning.stance.body_move import Move, No, Stance, checked, follow
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.follow import Obstacle
+from footfall.planning.stance.reserve import reserves
 from footfall.planning.stance.shift import require_same_robot, told
 from footfall.planning.stance.shift_search import Ranked, search
 from footfall.planning.stance.shortcomings import Shortcomings, largest
@@ -60,8 +61,9 @@ def find_shift(
     "Can" is what the step planner asks of start and goal: the leg lifted straight up from its place, and lowered
     straight onto the footfall, free of collisions, held by the other feet with ``least_margin`` and by the motors.
     The swing between is not planned. Smallest in the cost of ShiftResult, as far as the search finds it: it is
-    heuristic, so there may be a smaller shift, or one where it found none. It is deterministic, nothing is random,
-    unless the time limit cuts it short. progress: may raise Cancelled.
+    heuristic, so there may be a smaller shift, or one where it found none. Where none keeps the reserves of the
+    settings one without is given, and the reason says so. It is deterministic, nothing is random, unless the time limit
+    cuts it short. progress: may raise Cancelled.
 
     Raises InvalidInput where leg, target or settings make no sense or the state is of another robot.
     """
@@ -76,8 +78,13 @@ def find_shift(
     provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings)
     watch = Watch(progress, settings.time_limit)
     watch.phase(0.0, "looking at the ground")
+    reason = ""
     try:
         found = _found(robot, dem, state, footfall, settings, watch)
+        if isinstance(found, No) and found.status is Status.NO_PATH and settings is not settings.bare:
+            bare = _found(robot, dem, state, footfall, settings.bare, watch)
+            if isinstance(bare, _Found):
+                found, settings, reason = bare, settings.bare, _unreserved(robot, bare, settings)
     except OutOfTime:
         found = No(Status.TIME_LIMIT, f"{settings.time_limit:g} s passed while {watch.text}; raise time_limit")
     if isinstance(found, No):
@@ -89,7 +96,7 @@ def find_shift(
         return ShiftResult(Status.FOUND, found.shift, None, cost, reason, (), footfall, provenance)
     # the plan is the one that plan_body_move gives for this shift, settings and parents included
     plan = plan_of(found.stance, found.shift, found.move, Provenance(provenance.parents, settings.move))
-    return ShiftResult(Status.FOUND, found.shift, plan, cost, "", found.move.checks, footfall, provenance)
+    return ShiftResult(Status.FOUND, found.shift, plan, cost, reason, found.move.checks, footfall, provenance)
 
 
 def _found(
@@ -136,6 +143,16 @@ def _found(
         return miss
     found = _tried(stance, ends, ranked, settings, watch)
     return miss if isinstance(found, No) and ranked.short[0] > 0 else found
+
+
+def _unreserved(robot: Robot, found: _Found, settings: FindShiftSettings) -> str:
+    """What the shift leaves less of than was asked for: those that leave more do not make the footfall possible."""
+    if found.move is None:
+        return ""
+    start, goal = found.move.waypoints[[0, -1]]
+    lacking = [one for one in reserves(robot, start, goal, found.stance.standing, settings.move) if not one.check.holds]
+    told = " and ".join(one.check.where for one in lacking)
+    return f"▲ No shift was found that keeps a reserve: with this one {told}; the next shift may be refused."
 
 
 def _tried(stance: Stance, ends: StepEnds, ranked: Ranked, settings: FindShiftSettings, watch: Watch) -> _Found | No:

@@ -1,13 +1,20 @@
 """One move of the chassis over standing feet: with which settings, and what comes back."""
 
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import Provenance, Value, before, value
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Check, Status
+
+REACH_RESERVE = 0.02
+"""What a move of the chassis leaves every leg short of straight, unless asked otherwise [m]; `stand` leaves 3 cm."""
+JOINT_RESERVE = 0.05
+"""The same for a joint and its limits [rad]."""
 
 
 @value
@@ -17,6 +24,9 @@ class BodyMoveSettings(Value):
     conservative: check the feet's conservative polygon, not the plain one. least_margin: least margin of the centre of
     mass to that polygon [m]. friction: coefficient between wheel and ground, for the torque check.
     time_limit: wall clock [s].
+    reach_reserve: how far a standing leg stays from straight and from folded where the chassis ends [m]. joint_reserve:
+    how far its joints stay from their limits there [rad]. What has less already is only not to lose any; 0 asks for
+    none.
     """
 
     clearance: float = 0.0
@@ -24,10 +34,13 @@ class BodyMoveSettings(Value):
     least_margin: float = 0.0
     friction: float = 0.6
     time_limit: float = 30.0
+    reach_reserve: float = field(default=REACH_RESERVE, metadata=before(0.0))
+    joint_reserve: float = field(default=JOINT_RESERVE, metadata=before(0.0))
 
     def check(self) -> None:
         require_above_zero(friction=self.friction, time_limit=self.time_limit)
         require_not_negative(clearance=self.clearance, least_margin=self.least_margin)
+        require_not_negative(reach_reserve=self.reach_reserve, joint_reserve=self.joint_reserve)
 
 
 @value

@@ -16,8 +16,10 @@ from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.frames import apply, inverse
 from footfall.maps.standing import Contacts
+from footfall.planning.stance.checked import Checked
 from footfall.planning.stance.follow import DRIFT, base_path, reaches_back
 from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.stance.reserve import reserves
 from footfall.planning.stance.whole_body import Nearest, WholeBody
 from footfall.planning.step.edges import samples
 from footfall.planning.step.ground import Nearby
@@ -34,15 +36,6 @@ SAMPLING = 0.01
 """Largest change of a joint between two samples [rad]: the chassis moves by a centimetre or so."""
 LOCKED = ("wheel", "ankle_roll")
 """Parts of a standing leg that stay where they are: how they meet the ground is no matter of this motion."""
-
-
-@dataclass(frozen=True)
-class Checked:
-    """A check, and whether it fails already at the start or at the goal."""
-
-    check: Check
-    at_start: bool = False
-    at_goal: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,6 +78,7 @@ def recheck(
     Ts_base_link = body.poses(path.postures)
     return [
         _limits(robot, path),
+        *reserves(robot, waypoints[0], waypoints[-1], standing, settings),
         _continuity(robot, waypoints),
         _drift(robot, path, Ts_base_link, body, standing, feet),
         _own(body, path, Ts_base_link, pulse),

@@ -20,6 +20,7 @@ from footfall.core.mesh import Mesh
 from footfall.planning.stance.body_move import Stance
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.follow import reaches_back, unwrapped
+from footfall.planning.stance.reserve import required
 from footfall.planning.step.ground import Contact
 from footfall.planning.step.lift import branch_of
 from footfall.planning.step.solids import part_poses
@@ -27,6 +28,7 @@ from footfall.planning.step.unreached import shortfalls
 from footfall.robot.description import link_name
 from footfall.robot.ik import leg_azimuth, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_pose
+from footfall.robot.reserve import joint_reserves, reach_reserves
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -77,6 +79,7 @@ class Shortcomings:
         self.stance, self.leg, self.settings = stance, leg, settings
         self._posture, self._T_site_base = np.asarray(state.posture), np.asarray(state.T_site_base)
         self._own_com = center_of_mass(robot, self._posture)
+        self._reserves = {i: _reserves(stance, i, settings) for i in stance.standing}
         self._branches = [branch_of(robot, i, state.leg(i)) for i in robot.legs]
         now = [self._T_site_base @ wheel_pose(robot, self._posture, i) for i in robot.legs]
         up = np.zeros((4, 4))
@@ -140,12 +143,12 @@ class Shortcomings:
     def _reached(self, place: Place, Ts_base_site: Array) -> tuple[Array, Array]:
         """The leg's angles (n, 6), NaN where out of reach, and the shortcoming (n,)."""
         near = self._posture[6 * place.leg : 6 * place.leg + 6]
-        both, stretch = self._both_wrists(place, Ts_base_site)
+        both, stretch = self._both_wrists(place, Ts_base_site, REACH_SPARE)
         both = unwrapped(both, near)
         counted = 5 if place.free else 6
         away = np.abs(both[:, :, :counted] - near[:counted]).max(axis=2)
         q = both[np.arange(len(both)), np.argmin(np.where(np.isnan(away), np.inf, away), axis=1)]
-        return q, stretch + self._outside(place.leg, q, counted)
+        return q, stretch + self._outside(place.leg, q[:, :counted], JOINT_SPARE)
 
     def _kept(self, place: Place, Ts_base_site: Sequence[Array]) -> tuple[Array, Array]:
         """As :meth:`_reached`, for a locked wheel that is followed along the way, given by T_base_site (n, 4, 4).
@@ -161,7 +164,9 @@ class Shortcomings:
         wrist = np.full(count, self._branches[place.leg] % 2)
         short = np.zeros(count)
         for poses in Ts_base_site:
-            both, stretch = self._both_wrists(place, poses)
+            ends = poses is Ts_base_site[-1]
+            reach_spare, joint_spare = self._reserves[place.leg] if ends else (REACH_SPARE, JOINT_SPARE)
+            both, stretch = self._both_wrists(place, poses, reach_spare)
             next_foot = _foot_direction(both[:, 0])
             change = next_foot - foot
             length = np.square(change).sum(axis=1)
@@ -171,24 +176,23 @@ class Shortcomings:
             wrist = np.where(back & (beside <= PASSING), 1 - wrist, wrist)
             q = unwrapped(both[rows, wrist], last)
             unsure = np.where(back & (beside > PASSING), np.maximum(NOT_PASSING - beside, 0.0), 0.0)
-            short = np.maximum(short, stretch + self._outside(place.leg, q, 6) + unsure)
+            short = np.maximum(short, stretch + self._outside(place.leg, q, joint_spare) + unsure)
             last, foot = q, next_foot
         return last, short
 
-    def _both_wrists(self, place: Place, Ts_base_site: Array) -> tuple[Array, Array]:
-        """Angles (n, 2, 6) of both wrists, NaN out of reach; how much too far the wheel is, with REACH_SPARE, (n,)."""
+    def _both_wrists(self, place: Place, Ts_base_site: Array, spare: float) -> tuple[Array, Array]:
+        """Angles (n, 2, 6) of both wrists, NaN out of reach; how much too far the wheel is, with a spare [m], (n,)."""
         robot, leg = self.stance.robot, place.leg
         Ts_base_wheel = Ts_base_site @ place.T_site_wheel
         pair = 2 * (self._branches[leg] // 2)  # shoulder and elbow stay
         back = reaches_back(robot, leg, self._posture[6 * leg : 6 * leg + 6])
         stretch = shortfalls(robot, leg, Ts_base_wheel, back)
-        return solve_leg(robot, leg, Ts_base_wheel).q[:, pair : pair + 2], np.maximum(stretch + REACH_SPARE, 0.0)
+        return solve_leg(robot, leg, Ts_base_wheel).q[:, pair : pair + 2], np.maximum(stretch + spare, 0.0)
 
-    def _outside(self, leg: int, q: Array, counted: int) -> Array:
-        """How far the first joints of (n, 6) are outside the limits less JOINT_SPARE; UNREACHED where NaN."""
-        own = slice(6 * leg, 6 * leg + counted)
-        low, high = self.stance.robot.lower[own] + JOINT_SPARE, self.stance.robot.upper[own] - JOINT_SPARE
-        angles = q[:, :counted]
+    def _outside(self, leg: int, angles: Array, spare: float | Array) -> Array:
+        """How far the leg's first joints (n, k) are outside the limits less a spare [rad]; UNREACHED where NaN."""
+        own = slice(6 * leg, 6 * leg + angles.shape[1])
+        low, high = self.stance.robot.lower[own] + spare, self.stance.robot.upper[own] - spare
         outside = np.maximum(np.maximum(low - angles, angles - high), 0.0).sum(axis=1)
         return np.where(np.isnan(outside), UNREACHED, outside)
 
@@ -232,6 +236,14 @@ class Shortcomings:
             away = (points @ normals.T - offsets).max(axis=2).min(axis=1)
             short[near] = np.maximum(wanted - away, 0.0)
         return short
+
+
+def _reserves(stance: Stance, leg: int, settings: FindShiftSettings) -> tuple[float, float | Array]:
+    """What one standing leg is asked to have left where the chassis ends: of reach [m], of each joint (6,) [rad]."""
+    now, own = stance.state.posture, slice(6 * leg, 6 * leg + 6)
+    reach = required(reach_reserves(stance.robot, now)[leg], settings.reach_reserve)
+    joints = required(joint_reserves(stance.robot, now)[own], settings.joint_reserve)
+    return max(REACH_SPARE, float(reach)), np.maximum(JOINT_SPARE, joints)
 
 
 def _peaks(dem: Dem, center_xy: Array, radius: float) -> Array:

@@ -1,0 +1,14 @@
+"""One check of a move of the chassis."""
+
+from dataclasses import dataclass
+
+from footfall.planning.step.problem import Check
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A check, and whether it fails already at the start or at the goal."""
+
+    check: Check
+    at_start: bool = False
+    at_goal: bool = False

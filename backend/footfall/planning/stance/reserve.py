@@ -1,0 +1,52 @@
+"""Whether a move of the chassis leaves the standing legs a reserve: short of straight, and inside their joints' limits.
+
+A leg that ends straight passes every other check, and then the chassis can go nowhere: the next shift is refused. So a
+move keeps a reserve where it ends. What a leg lacks already before the move it may lack after it, but not more.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from footfall.core.beside import beside
+from footfall.planning.stance.checked import Checked
+from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.step.edges import Array
+from footfall.planning.step.problem import Check
+from footfall.robot.model import Robot
+from footfall.robot.reserve import joint_reserves, reach_reserves
+
+SAME = 1e-6
+"""Less than this is lost by rounding alone [m, rad]."""
+
+
+def required(reserves: Array | float, wanted: float) -> Array:
+    """What is asked of reserves like those before a move: ``wanted``, or what there is where that is less."""
+    return np.minimum(wanted, np.maximum(reserves, 0.0))
+
+
+def reserves(
+    robot: Robot, start: Array, goal: Array, standing: Sequence[int], settings: BodyMoveSettings
+) -> Iterable[Checked]:
+    """The checks of what the legs ``standing`` have left at the goal; none for a reserve of 0 that was asked for."""
+    legs = list(standing)
+    if settings.reach_reserve > 0:
+        had, has = reach_reserves(robot, np.array([start, goal]))[:, legs]
+        least = required(had, settings.reach_reserve)
+        at = int(np.argmin(has - least))
+        yield _checked("reach reserve", had[at], has[at], least[at], "m", f"leg {legs[at]}", "straight or folded")
+    if settings.joint_reserve > 0:
+        joints = [6 * leg + joint for leg in legs for joint in range(6)]
+        had, has = joint_reserves(robot, np.array([start, goal]))[:, joints]
+        least = required(had, settings.joint_reserve)
+        at = int(np.argmin(has - least))
+        name = robot.joint_names[joints[at]]
+        yield _checked("joint reserve", had[at], has[at], least[at], "rad", name, "its limit")
+
+
+def _checked(name: str, had: float, has: float, least: float, unit: str, what: str, short_of: str) -> Checked:
+    spare = float(has - least)
+    holds = spare >= -SAME
+    left, wanted = beside(has, least) if not holds else (f"{has:.3f}", f"{least:.3f}")
+    where = f"{what} ends {left} {unit} from {short_of}, {had:.3f} before, at least {wanted} asked"
+    return Checked(Check(name, holds, max(spare, 0.0) if holds else spare, unit, where), at_goal=not holds)
