@@ -60,18 +60,25 @@ class Yielding:
 
 
 def follow(
-    robot: Robot, at_rest: AtRest, commands: tuple[Command, ...], dem: Dem, settings: SequenceSettings
+    robot: Robot,
+    at_rest: AtRest,
+    commands: tuple[Command, ...],
+    dem: Dem,
+    settings: SequenceSettings,
+    fitted: bool = True,
 ) -> Yielding:
     """How a rover that stands as ``at_rest`` says goes through commands.
 
+    fitted: whether how it stands says how stiff its joints are; else they are as the settings say.
     Raises InvalidInput where it is of another robot, or where fewer than three of its wheels are pressed down.
     """
     state = at_rest.state
     feet = contacts(robot, dem, state.posture, state.T_site_base, list(robot.legs)).points
     # the chassis goes no farther than its legs reach
     ground = nearby(dem, state.T_site_base[:2, 3], 2 * reach(robot), feet)
-    rover = CompliantRover(robot, dem if isinstance(ground, Refused) else ground.dem, settings.compliance)
-    rest = measured(rover, state, at_rest.set_points)
+    whole, unseen = (dem, None) if isinstance(ground, Refused) else (ground.dem, ground.filled)
+    rover = CompliantRover(robot, whole, settings.compliance, unseen)
+    rest = measured(rover, state, at_rest.set_points, fitted)
     rows: list[YieldingRow] = []
     ends: list[Rest] = []
     set_points: list[Array] = []

@@ -71,11 +71,6 @@ class Rest:
         return self.left_over <= BALANCED
 
     @property
-    def found_higher(self) -> float:
-        """How much higher than on the map the wheels that touch find the ground, by their median; 0 without any [m]."""
-        return float(np.median(self.raised[self.touching])) if self.touching.any() else 0.0
-
-    @property
     def touching(self) -> NDArray[np.bool_]:
         """Which wheels are pressed down, (legs,)."""
         return (self.forces != 0.0).any(axis=1)
@@ -93,10 +88,20 @@ class Rest:
 
 
 class CompliantRover:
-    """A robot of springs on a ground."""
+    """A robot of springs on a ground.
 
-    def __init__(self, robot: Robot, dem: Dem, settings: ComplianceSettings | None = None) -> None:
-        self.robot, self.dem = robot, dem
+    unseen: (rows, cols), cells of ``dem`` that nobody saw: filled to the height of the wheels that stand there, they
+    don't tell how high the ground is; None: all were seen.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        dem: Dem,
+        settings: ComplianceSettings | None = None,
+        unseen: NDArray[np.bool_] | None = None,
+    ) -> None:
+        self.robot, self.dem, self.unseen = robot, dem, unseen
         self.settings = settings or ComplianceSettings()
         balance = self.settings.balance
         self.stiffness = self.settings.joint_scale * robot.stiffness
@@ -138,7 +143,7 @@ class CompliantRover:
         touching, T = rest.touching, rest.T_site_base
         below, normals, seen = self.ground_under(rest.posture, T, forces=rest.forces)
         # where the wheels that stand find the ground on the whole, so will the next one
-        raised = np.where(touching, rest.raised, rest.found_higher)
+        raised = np.where(touching, rest.raised, self.found_higher(rest))
         kept = touching & ~seen
         normals = np.where(kept[:, None], rest.normals, normals)
         points = np.where(kept[:, None], rest.points, below + raised[:, None] * normals)
@@ -154,6 +159,24 @@ class CompliantRover:
             rest.forces.copy(),
         )
         return self.settle(pose, rest.commanded, target, rest.bias, rest.offset, rest.stiffness, raised, increments)
+
+    def found_higher(self, rest: Rest) -> float:
+        """How much higher than on the map the wheels that touch find the ground [m], by their median.
+
+        0 where none stands on ground that was seen.
+        """
+        told = [leg for leg in np.flatnonzero(rest.touching) if self._seen_at(rest.contacts[leg])]
+        return float(np.median(rest.raised[told])) if told else 0.0
+
+    def _seen_at(self, point: Array) -> bool:
+        """Whether the height at a point (3,) is the map's, not made up."""
+        if self.unseen is None:
+            return True
+        grid = self.dem.geometry
+        # a height is that between the middles of four cells
+        col, row = np.floor((point[:2] - (grid.x0, grid.y0)) / grid.resolution).astype(int).tolist()
+        around = self.unseen[max(row, 0) : row + 2, max(col, 0) : col + 2]
+        return around.size > 0 and not around.any()
 
     def settle(
         self,

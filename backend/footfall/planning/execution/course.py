@@ -123,7 +123,7 @@ class Commander(ABC):
     @property
     def higher(self) -> Array:
         """How much higher than planned the wheel is to stand, site (3,) [m]: as the others find the ground."""
-        return self.start.found_higher * self.normals[self.leg]
+        return self.rover.found_higher(self.start) * self.normals[self.leg]
 
     @abstractmethod
     def unload(self) -> None:

@@ -77,7 +77,7 @@ def plan_execution(
     stance = stance_of(robot, dem, state, settings.clearance, reach_out=_REACH_OUT)
     if isinstance(stance, No):
         return no(stance.status, stance.reason)
-    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance)
+    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance, stance.body.ground.filled)
     try:
         start = measured(rover, state, commanded)
     except InvalidInput as err:
@@ -197,7 +197,7 @@ class _Attempt:
     def _softer(self, course: Course, leg: int) -> Array:
         """Clearance (n,) [m] with all springs softer by the tolerance, started from the same telemetry; NaN beyond."""
         own = self.settings.compliance
-        soft = CompliantRover(self.robot, self.rover.dem, softer(own, self.settings.tolerance))
+        soft = CompliantRover(self.robot, self.rover.dem, softer(own, self.settings.tolerance), self.rover.unseen)
         motion = predict(soft, measured(soft, self.state, self.start.commanded, fitted=False), course.commanded)
         out = np.full(len(course.rests), np.nan)
         hubs = np.array([one.hubs[leg] for one in motion.rests])
