@@ -3,15 +3,13 @@
 import { act, actOfKey, listed, perform, told } from "./acts.js";
 import { $, element } from "./dom.js";
 import { openPalette } from "./palette.js";
+import { STOPS, asksToStop, hearEverywhere, isEscape } from "./stopkeys.js";
 
 const REPEATING = ["[", "]", ",", "."];
 const CAMERA_KEYS = ["W", "A", "S", "D", "Q", "E"]; // as viser has them
-const STOPS = [["Ctrl+.", "Stop request"], ["Esc Esc", "Stop request"]];
 
 const explained = []; // keys that a part of the page hears itself, for the list
 const first = []; // who hears keys before the keymap does
-
-let lastEscape = 0;
 
 export const explainKey = (key, text) => explained.push([key, text]);
 
@@ -31,21 +29,20 @@ export function listenForKeys(stop) {
   act({ key: "Ctrl+K", text: "Find an act by its name", run: openPalette, button: "open-palette" });
   act({ key: ":", text: "Find an act by its name", run: openPalette });
   const heard = (event) => {
-    if ((event.ctrlKey || event.metaKey) && event.key === ".") {
+    const stopping = asksToStop(event);
+    if (stopping) stop();
+    if (stopping && !isEscape(event)) {
       event.preventDefault();
-      stop();
       return;
     }
-    if (event.key === "Escape") {
-      const now = performance.now();
-      if (now - lastEscape < 700) stop();
-      lastEscape = now;
+    if (isEscape(event)) {
       const open = document.querySelectorAll("dialog[open]");
       for (const dialog of open) dialog.close();
       if (!open.length) isTaken(event);
       return;
     }
-    const typing = event.target.closest?.("input:not([type=range]):not([type=checkbox]):not([type=radio]), select, textarea");
+    const typing = event.target.isContentEditable
+      || event.target.closest?.("input:not([type=range]):not([type=checkbox]):not([type=radio]), select, textarea");
     if (event.ctrlKey || event.metaKey) {
       const key = `Ctrl+${event.key.toUpperCase()}`;
       // a field's own undo stays its own
@@ -65,13 +62,7 @@ export function listenForKeys(stop) {
     if (event.view !== window && CAMERA_KEYS.includes(event.key.toUpperCase())) return;
     press(event, event.key.length === 1 ? event.key.toUpperCase() : event.key);
   };
-  window.addEventListener("keydown", heard, true);
-  // The scene is a same-origin frame: keys pressed there count too.
-  $("scene").addEventListener("load", () => {
-    try {
-      $("scene").contentWindow.addEventListener("keydown", heard, true);
-    } catch { /* about:blank or a frame that failed to load has no keys */ }
-  });
+  hearEverywhere(heard);
 }
 
 function press(event, key) {

@@ -2,8 +2,17 @@
 
 import { ROOT } from "./api.js";
 import { $ } from "./dom.js";
+import { asksToStop, hearEverywhere } from "./stopkeys.js";
+import { stopIsConfirmed, stopIsUnconfirmed } from "./stopwish.js";
 
-if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";
+if (stopIsUnconfirmed()) $("why").textContent = "NO STOP WAS SENT: your login has ended. Log in and ask again, or use another way to stop the rover.";
+else if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";
+stopIsConfirmed(); // nobody who logs in later is to stop by this
+
+// Who presses them here must not believe that the rover stops.
+hearEverywhere((event) => {
+  if (asksToStop(event)) $("answer").textContent = "NO STOP WAS SENT: nobody can stop the rover from this page. Log in, or use another way.";
+});
 
 const REASONS = {
   expired: "That login took too long, or was not begun in this browser. Try again.",

@@ -65,9 +65,15 @@ async function startOrRetry() {
     await start();
   } catch (error) {
     toast(`${error.message} Trying again.`);
-    setTimeout(() => location.reload(), RETRY);
+    // where nothing answers, the browser's own page would come in place of this one: there is no stop on that
+    do {
+      await new Promise((done) => setTimeout(done, RETRY));
+    } while (!(await isServed()));
+    location.reload();
   }
 }
+
+const isServed = () => fetch(location.href).then((answer) => answer.ok, () => false);
 
 const RETRY = 2000; // ms
 

@@ -23,6 +23,17 @@ const fixed = (number, digits = 3) => (typeof number === "number" ? number.toFix
 $("name").textContent = story.name;
 $("about").textContent = `Recorded session of the rover ${story.robot}, ${story.events.length} events. Written by FootFall ${story.software}; nothing can be sent from here.`;
 
+// Who presses the stop keys of the operator's page here must not believe that the rover stops.
+let lastEscape = -Infinity;
+window.addEventListener("keydown", (event) => {
+  const twice = event.key === "Escape" && event.timeStamp - lastEscape < 700;
+  if (event.key === "Escape") lastEscape = event.timeStamp;
+  if (!twice && !((event.ctrlKey || event.metaKey) && event.key === ".")) return;
+  event.preventDefault();
+  $("no-stop").hidden = false;
+  $("no-stop").textContent = "NO STOP WAS SENT: this page plays a recording and reaches no rover. Stop it on the operator's page, or use another way.";
+}, true);
+
 // -- timeline --------------------------------------------------------------------------------
 
 $("place").max = String(story.events.length - 1);

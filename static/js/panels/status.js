@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
+import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe } from "../store.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
@@ -13,17 +14,23 @@ const STOP_AGAIN = 500; // ms
 
 let sent = ""; // "", or "sending", "failed": a stop request of this page that the summary does not show yet
 let asking = false;
+let wished = 0; // how often a stop was asked for here
+let confirmed = 0; // how many of these the server has answered
 
-// Asks until the server has confirmed it: nobody should have to press twice. Stopping twice is as good as once.
+// Asks until the server has confirmed it: nobody should have to press twice. Stopping twice is as good as once, and who
+// asks while an answer is on its way may have seen the stop before cleared by another: it is asked once more.
 export async function stop() {
   sent = "sending";
+  wished += 1;
   draw();
   if (asking) return;
   asking = true;
-  while (asking) {
+  stopIsWished();
+  while (confirmed < wished) {
+    const meant = wished;
     try {
       await askToStop(STOP_PATIENCE);
-      asking = false;
+      confirmed = meant;
     } catch (error) {
       if (sent !== "failed") toast(`The stop request is not confirmed: ${error.message} Use another way to stop the rover.`);
       sent = "failed";
@@ -31,6 +38,8 @@ export async function stop() {
       await new Promise((resolve) => setTimeout(resolve, STOP_AGAIN));
     }
   }
+  asking = false;
+  stopIsConfirmed();
   if (sent === "failed") sent = "sending"; // confirmed at last; the summary will show it
   draw();
 }
@@ -40,6 +49,7 @@ export function start() {
   $("stop").addEventListener("click", stop);
   act({ text: "Clear the stop", button: "stop-clear", run: clearStop, refusal: () => (standsStopped(known) ? "" : "No stop is in force.") });
   subscribe(draw);
+  if (stopIsUnconfirmed()) stop(); // asked for before this page was loaded again
 }
 
 const clearStop = () => attempt(async () => {
