@@ -183,8 +183,9 @@ def test_what_would_change_the_meaning_is_refused_by_name(tmp_path, more, says):
 def test_a_size_after_binning_is_told(tmp_path):
     """Drivers that give the binned size with the whole sensor's K: no reading of it is sure."""
     half = info(shift=-96.0).replace("image_width: 640", "image_width: 320").replace("_height: 480", "_height: 240")
-    with pytest.raises(InvalidImages, match=r"right.yaml.*centre at \(320.1, 239.2\).*binning_x 2.*REP 104"):
-        pair_of(tmp_path, with_fields(half, binning_x=2, binning_y=2))
+    for binning in (0, 2):
+        with pytest.raises(InvalidImages, match=r"right.yaml.*centre at \(320.1, 239.2\).*binning_x .*REP 104"):
+            pair_of(tmp_path, with_fields(half, binning_x=binning, binning_y=binning))
 
 
 LENSES = {

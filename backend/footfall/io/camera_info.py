@@ -164,12 +164,12 @@ class _Info:
                 f"{self.where}, roi: {width} × {height} pixels from ({x}, {y}) are no part of the whole image, "
                 f"{self.full[0]} × {self.full[1]}; width and height of the message are the whole image's (REP 104)"
             )
-        if (bins != (1, 1) or (width, height) != self.full) and not self._center_is_inside():
+        if not self._center_is_inside():
             raise InvalidImages(
                 f"{self.where}: camera_matrix has its centre at ({self.K[0, 2]:g}, {self.K[1, 2]:g}), outside of "
-                f"{self.full[0]} × {self.full[1]} pixels, and binning_x {bins[0]}, binning_y {bins[1]} or roi are set: "
-                "by REP 104 width and height are the whole image's, before binning. Give these, or the camera_info of "
-                "the images as they are, with binning 0"
+                f"{self.full[0]} × {self.full[1]} pixels (binning_x {bins[0]}, binning_y {bins[1]}): by REP 104 width "
+                "and height are the whole image's, before binning and roi, and K is of it. Give these, or the "
+                "camera_info of the images as they are, with binning 0"
             )
         return (x, y), (width, height), (bins[0], bins[1])
 
