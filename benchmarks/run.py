@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Iterator
 
 from benchmarks import (
+    attacks,
     clearance,
     compliance,
     console,
@@ -32,6 +33,7 @@ AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "referee": referee.figures,
     "console": console.figures,
     "operations": operations.figures,
+    "attacks": attacks.figures,
 }
 
 

@@ -94,6 +94,8 @@ HEAD_WITHIN = 20.0
 """A connection on which no whole head of a request came in this time is closed [s]."""
 STUCK_AFTER = 30.0
 """A connection that takes nothing of what waits for it for so long is closed [s]: its memory is others'."""
+SWITCH_AFTER = 0.0005
+"""How long one thread may hold the interpreter [s]: a stop waits so long for each that works on a request."""
 LOOK_AT_CONNECTIONS = 10
 """Every how many ticks of uvicorn, of 0.1 s."""
 
@@ -135,6 +137,14 @@ class Server(uvicorn.Server):
 
     def run(self, sockets: list[socket.socket] | None = None) -> None:
         super().run(sockets or [self._listening])
+
+    async def serve(self, sockets: list[socket.socket] | None = None) -> None:
+        before = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_AFTER)
+        try:
+            await super().serve(sockets)
+        finally:
+            sys.setswitchinterval(before)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)

@@ -21,7 +21,7 @@ from websockets.typing import Subprotocol
 
 from footfall.api.access import BASE
 from footfall.api.door import json_bodies
-from footfall.api.door.body_limits import FRAME_BYTES, JSON_BYTES, LOGIN_BYTES, body_limit, takes_files
+from footfall.api.door.body_limits import FRAME_BYTES, JSON_BYTES, JSON_PARTS, LOGIN_BYTES, body_limit, takes_files
 from footfall.api.door.front import LOOPBACK
 from footfall.api.door.guard import PATIENCE, SLOWEST, Guard
 from footfall.api.door.limits import LINE_BYTES, TOO_BIG
@@ -97,7 +97,7 @@ def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkey
     reading, go_on = threading.Event(), threading.Event()
     order = []
 
-    def slow(text):
+    def slow(text, most):
         reading.set()
         assert go_on.wait(60)
         return json.loads(text)
@@ -122,9 +122,9 @@ def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkey
     ("path", "body", "what"),
     [
         ("/login", b'{"name": "a", "name": "b", "password": "c"}', "'name' is given twice"),
-        ("/login", b"[" * LOGIN_BYTES, f"more than {MOST_DEEP} deep"),
-        (NOTES, b"[" * JSON_BYTES, f"more than {MOST_DEEP} deep"),
-        (NOTES, b'{"text":' * 2000 + b"1" + b"}" * 2000, f"more than {MOST_DEEP} deep"),
+        ("/login", b"[" * LOGIN_BYTES, f"more than {JSON_PARTS} members"),
+        (NOTES, b"[" * 1500, f"more than {MOST_DEEP} deep"),
+        (NOTES, b'{"text":' * 1000 + b"1" + b"}" * 1000, f"more than {MOST_DEEP} deep"),
         ("/sessions/current/terrains", b"[" * (MOST_DEEP + 1) + b"]" * (MOST_DEEP + 1), f"more than {MOST_DEEP} deep"),
     ],
 )
@@ -133,11 +133,14 @@ def test_what_fits_and_is_not_strict_is_told_so(client, path, body, what):
 
 
 def test_of_very_many_errors_some_are_listed_and_all_are_counted(client):
-    body = json.dumps({f"n{i}": {} for i in range(4000)})
+    body = json.dumps({f"n{i}": 0 for i in range(JSON_PARTS)})
     told = problem(client.post(NOTES, content=body, headers=JSON), 422, "validation")
     assert len(told["errors"]) == MOST_ERRORS
-    assert "(and 4000 more)" in told["detail"]  # text is missing as well
+    assert f"(and {JSON_PARTS} more)" in told["detail"]  # text is missing as well
     assert all(len(str(one["got"])) <= 200 for one in told["errors"])
+    body = json.dumps({f"n{i}": 0 for i in range(JSON_PARTS + 1)})
+    told = problem(client.post(NOTES, content=body, headers=JSON), 422, "validation")
+    assert f"more than {JSON_PARTS} members" in told["detail"]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections import Counter
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 from footfall.api.access import BASE, STOP
 from footfall.api.door.answers import LARGE, PIECE
 from footfall.api.door.budget import Budget
-from footfall.api.door.holding import Holding
+from footfall.api.door.holding import MADE_AT_ONCE, Holding
 from footfall.api.door.problems import add_problem_responses
 from footfall.core.errors import InvalidImages
 from footfall.core.frames import transform
@@ -52,8 +53,11 @@ class Asked:
         self.app = app
         self.ended: dict[str, int] = {}
 
-    def begin(self, name: str, path: str, client: str, body: bytes = b"", ends: bool = True) -> "One":
+    def begin(
+        self, name: str, path: str, client: str, body: bytes = b"", ends: bool = True, method: str = "POST"
+    ) -> "One":
         one = One(self, name, path, client, body, ends)
+        one.scope["method"] = method
         one.task = asyncio.create_task(one.run())
         return one
 
@@ -102,12 +106,13 @@ async def _large() -> Response:
     return Response(bytes(3 * MIB))
 
 
-def holding(of_one: int, in_all: int) -> Holding:
+def holding(of_one: int, in_all: int, make: Callable[..., Any] = _large) -> Holding:
     app = FastAPI()
     add_problem_responses(app)
     for path in (FILES, STOP, f"{BASE}/notes"):
         app.post(path)(_echo)
     app.post("/large")(_large)
+    app.get(f"{FILES}/x.npz")(make)
     return Holding(app, 64 * MIB, of_one, in_all)
 
 
@@ -159,6 +164,33 @@ def test_answers_that_nobody_fetches_are_few_and_go_in_pieces():
         assert [len(one.body) for one in (*ones[:2], other)] == [3 * MIB] * 3
         assert not ones[0].came[-1].get("more_body", False)
         assert app.answers.held == 0
+
+    asyncio.run(story())
+
+
+def test_few_files_are_made_at_once_and_fetching_them_holds_up_nobody():
+    async def story() -> None:
+        now, most, go_on = 0, 0, asyncio.Event()
+
+        async def make() -> Response:
+            nonlocal now, most
+            now, most = now + 1, max(most, now + 1)
+            await go_on.wait()
+            now -= 1
+            return Response(bytes(2 * PIECE))
+
+        app = holding(9 * MIB, 9 * MIB, make)
+        ones = [Asked(app).begin(f"{i}", f"{FILES}/x.npz", "a", method="GET") for i in range(5)]
+        other = Asked(app).begin("other", f"{BASE}/notes", "a", b"x")
+        await settle()
+        assert (now, other.status) == (MADE_AT_ONCE, 200)
+        go_on.set()
+        await settle()
+        # all wait to be fetched
+        assert ([one.status for one in ones], most) == ([200] * 5, MADE_AT_ONCE)
+        for one in ones:
+            one.fetches.set()
+        await asyncio.gather(*(one.task for one in ones))
 
     asyncio.run(story())
 

@@ -14,6 +14,8 @@ STOP_BYTES = 4 << 10
 """Of a stop's reason; a stop is never refused for more, it goes without."""
 JSON_BYTES = 64 << 10
 """Of every other request without files."""
+JSON_PARTS = 2000
+"""Members and elements of such a body: a state has a thousand. Each may be an error to tell of."""
 TELEMETRY_BYTES = 8 << 20
 """Of telemetry by requests. What is more than its route takes, and less than this, is told to the rover and counted."""
 FRAME_BYTES = 2 * MAX_BINARY_FRAME

@@ -1,9 +1,12 @@
 """How many bytes of requests and answers are held at once, of each client and in all. A stop needs none of it."""
 
+import asyncio
+import re
+
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from footfall.api.access import STOP
+from footfall.api.access import BASE, STOP
 from footfall.api.door.answers import Answer
 from footfall.api.door.body_limits import JSON_BYTES, body_limit
 from footfall.api.door.budget import Budget
@@ -13,6 +16,12 @@ OF_ONE, IN_ALL = 128 << 20, 256 << 20
 """Bodies that are held, and likewise answers that wait to be fetched: of one client, and of all together [bytes]."""
 RETRY_AFTER = 5
 """Who was refused may ask again after so long [s]."""
+
+
+MADE_AT_ONCE = 2
+"""Files to fetch that are made at once: each has a processor to itself, and a stop needs one."""
+
+_FILE = re.compile(BASE + r"/.*\.(npz|tif|asc|ply|obj|stl|off|zip|html)")
 
 
 class _Full(HTTPException):
@@ -32,10 +41,32 @@ class Holding:
         self.app = app
         self._max_body = max_body
         self.bodies, self.answers = Budget(in_all, of_one), Budget(in_all, of_one)
+        self._making = asyncio.Semaphore(MADE_AT_ONCE)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http" or scope["path"] == STOP:
             return await self.app(scope, receive, send)
+        if scope["method"] != "GET" or not _FILE.fullmatch(scope["path"]):
+            return await self._held(scope, receive, send)
+        making = True
+        await self._making.acquire()
+
+        def made() -> None:
+            nonlocal making
+            if making:
+                making = False
+                self._making.release()
+
+        async def send_made(message: Message) -> None:
+            made()  # fetching it may take as long as it likes
+            await send(message)
+
+        try:
+            await self._held(scope, receive, send_made)
+        finally:
+            made()
+
+    async def _held(self, scope: Scope, receive: Receive, send: Send) -> None:
         # behind a proxy that says who asks, the server has put that address here
         client, held, started = (scope.get("client") or ("",))[0], 0, False
         counted = body_limit(scope["path"], self._max_body) > JSON_BYTES

@@ -4,13 +4,14 @@ What is wrong is told as FastAPI tells of any body that is no JSON (:mod:`footfa
 """
 
 from collections.abc import Callable, Coroutine
+from functools import partial
 from typing import Any
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
-from footfall.api.door.body_limits import JSON_BYTES
+from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS
 from footfall.api.door.problems import Problem
 from footfall.core.strict_json import read_json
 
@@ -23,7 +24,9 @@ _reading = CapacityLimiter(1)
 
 async def read_apart(text: bytes) -> Any:
     """JSON of a body. Raises as :func:`~footfall.core.strict_json.read_json`."""
-    return read_json(text) if len(text) <= AT_ONCE else await to_thread.run_sync(read_json, text, limiter=_reading)
+    if len(text) <= AT_ONCE:
+        return read_json(text, most=JSON_PARTS)
+    return await to_thread.run_sync(partial(read_json, text, most=JSON_PARTS), limiter=_reading)
 
 
 async def small_body(request: Request) -> bytes:

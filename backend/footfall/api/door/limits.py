@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from footfall.api.door.body_limits import JSON_BYTES, LOGIN_BYTES, STOP_BYTES
+from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS, LOGIN_BYTES, STOP_BYTES
 from footfall.api.door.holding import IN_ALL, OF_ONE
 from footfall.core.errors import InvalidInput
-from footfall.core.strict_json import MOST_DEEP, MOST_PARTS
+from footfall.core.strict_json import MOST_DEEP
 from footfall.core.value import Value, value
 from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_ZIP_BYTES
 from footfall.io.image_files import MAX_PIXELS
@@ -77,7 +77,7 @@ IN_FILES: Mapping[str, int] = {
     "login_bytes": LOGIN_BYTES,
     "json_bytes": JSON_BYTES,
     "json_depth": MOST_DEEP,
-    "json_parts": MOST_PARTS,
+    "json_parts": JSON_PARTS,
     "listeners": MOST_LISTENERS,
     "listeners_of_one": MOST_OF_ONE,
     "page_items": PAGE_ITEMS,

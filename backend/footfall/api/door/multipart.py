@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from starlette.datastructures import FormData
 
 from footfall.api.bodies.schemas import Strictly
-from footfall.api.door.body_limits import JSON_BYTES
+from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS
 from footfall.api.door.problems import Problem
 from footfall.api.routing import BINARY
 from footfall.core.errors import InvalidInput
@@ -99,7 +99,7 @@ def json_of(form: FormData, name: str, model: type[_M]) -> _M:
 def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
     """JSON text as a request model; raises what FastAPI raises for a body."""
     try:
-        read_json(text)
+        read_json(text, most=JSON_PARTS)
         return model.model_validate_json(text)
     except ValidationError as error:
         errors: list[Any] = [{**one, "loc": (where, *one["loc"])} for one in error.errors()]
