@@ -7,6 +7,7 @@ its calibration says ``depth_scale``, the metres of one count. The image is rect
 
 import io
 import math
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +18,7 @@ from PIL import Image
 from footfall.core.errors import InvalidTerrain
 from footfall.io.image_files import MAX_PIXELS
 from footfall.io.scan_files import scan_of
+from footfall.io.terrain_grid_files import check_npz_size
 from footfall.terrain.scan import Scan
 
 Array = NDArray[np.float64]
@@ -53,6 +55,8 @@ def read_depth(content: bytes, name: str, calibration: Mapping[str, Any] | None 
 
 def _npz(content: bytes, name: str) -> tuple[Array, dict[str, Any]]:
     try:
+        with zipfile.ZipFile(io.BytesIO(content)) as packed:
+            check_npz_size(packed, name)
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             found = {one: archive[one] for one in ("depth", *MEMBERS) if one in archive.files}
     except Exception as err:  # damaged archives raise whatever zip and numpy trip over

@@ -30,7 +30,9 @@ Array = NDArray[np.float64]
 SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
 """Endings that only scans have."""
 
-MAX_POINTS = 200_000_000
+MAX_POINTS = 40_000_000
+"""More are refused by what the header states, before they are unpacked."""
+
 MAX_COORDINATE = 1e8
 
 
@@ -57,8 +59,7 @@ def scan_of(points: Any, name: str, **declared: Any) -> Scan:
     points = np.ascontiguousarray(points, np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points):
         raise InvalidTerrain(f"{name} has no points")
-    if len(points) > MAX_POINTS:
-        raise InvalidTerrain(f"{name} has {len(points)} points, more than {MAX_POINTS} are refused")
+    _require_few(len(points), name)
     finite = np.isfinite(points).all(axis=1)
     if not finite.any():
         raise InvalidTerrain(f"none of the {len(points)} points of {name} has finite coordinates")
@@ -70,6 +71,11 @@ def scan_of(points: Any, name: str, **declared: Any) -> Scan:
     if np.abs(points).max() > MAX_COORDINATE:
         raise InvalidTerrain(f"{name} has coordinates beyond {MAX_COORDINATE:g}")
     return Scan(points, name, dropped=dropped, **declared)
+
+
+def _require_few(count: int, name: str) -> None:
+    if count > MAX_POINTS:
+        raise InvalidTerrain(f"{name} has {count} points, more than {MAX_POINTS} are refused; thin it out", count=count)
 
 
 def ply_has_faces(content: bytes) -> bool:
@@ -95,6 +101,8 @@ def _ply(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     from pypcd4.pypcd4 import PointCloud
 
+    stated = re.search(rb"^POINTS\s+(\d+)", content[:65536], re.MULTILINE)
+    _require_few(0 if stated is None else int(stated[1]), name)
     cloud = PointCloud.from_fileobj(io.BufferedReader(io.BytesIO(content)))
     missing = [axis for axis in "xyz" if axis not in cloud.fields]
     if missing:
@@ -108,7 +116,9 @@ def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     import laspy
 
-    las = laspy.read(io.BytesIO(content))
+    with laspy.open(io.BytesIO(content)) as opened:
+        _require_few(opened.header.point_count, name)
+        las = opened.read()
     if len(las.x) < las.header.point_count:
         raise InvalidTerrain(f"{name} is cut: it states {las.header.point_count} points and holds {len(las.x)}")
     points = np.column_stack([np.asarray(axis, np.float64) for axis in (las.x, las.y, las.z)])

@@ -104,7 +104,7 @@ def read_npz(content: bytes, name: str) -> Dem:
     """The arrays ``heights``, ``resolution``, ``x0``, ``y0`` and, if there, ``texture`` and the memory layers."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            _check_npz_size(archive, name)
+            check_npz_size(archive, name)
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
             heights = arrays["heights"]
             resolution, x0, y0 = (float(arrays[key][()]) for key in ("resolution", "x0", "y0"))
@@ -127,7 +127,7 @@ def _sources(text: np.ndarray) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
+def check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
     """Refuse by the header alone, so that a small file can't ask for much memory."""
     for member in archive.namelist():
         with archive.open(member) as stream:

@@ -53,6 +53,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/terrains",
         "POST /sessions/{session}/terrains/blend",
         "POST /sessions/{session}/terrains/photographs",
+        "POST /sessions/{session}/terrains/scans",
         "POST /sessions/{session}/terrains/undo",
         "POST /sessions/{session}/terrains/clear",
         "POST /sessions/{session}/maps",

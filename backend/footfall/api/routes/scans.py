@@ -1,0 +1,50 @@
+"""Scans and depth images, uploaded with what they don't say themselves, become the session's terrain."""
+
+from fastapi import Request, Response
+from fastapi.concurrency import run_in_threadpool
+
+from footfall.api.access import OneSession, session_path
+from footfall.api.bodies.answers import TerrainAnswer
+from footfall.api.bodies.scan_schemas import ScanOptions
+from footfall.api.bodies.schemas import settings_value
+from footfall.api.door.multipart import file_of, form_of, json_of, multipart_doc
+from footfall.api.routes.terrains import about_terrain
+from footfall.api.routing import Routes
+from footfall.io.scan_terrain import terrain_from_scan
+from footfall.session.live import LiveSession
+from footfall.terrain.scan import ScanSettings
+
+router = Routes(tags=["terrains"])
+
+
+@router.post(
+    "/sessions/{session}/terrains/scans",
+    status_code=201,
+    openapi_extra=multipart_doc(
+        {"file": "scan: PLY, PCD, LAS, LAZ, XYZ, CSV or VTK; or depth image: npz or PNG of 16 bits"},
+        {"options": ScanOptions},
+    ),
+)
+async def load_scan(live: OneSession, request: Request, response: Response) -> TerrainAnswer:
+    """Make the ground that a scan or a depth image shows the session's terrain. Formats: docs/terrain-files.md."""
+    async with form_of(request, ("file",), ("options",)) as form:
+        name, content = await file_of(form, "file")
+        options = json_of(form, "options", ScanOptions)
+    about = await run_in_threadpool(_load, live, name, content, options)
+    response.headers["Location"] = session_path(live, "terrains", about["digest"])
+    return about
+
+
+def _load(live: LiveSession, name: str, content: bytes, options: ScanOptions) -> TerrainAnswer:
+    calibration = None if options.calibration is None else options.calibration.members()
+    dem = terrain_from_scan(
+        content,
+        name,
+        settings_value(ScanSettings, options.settings),
+        unit=options.unit,
+        up=options.up,
+        pose=options.pose,
+        calibration=calibration,
+    )
+    live.load_terrain(dem, source=name)
+    return about_terrain(dem)
