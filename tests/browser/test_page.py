@@ -221,6 +221,22 @@ def test_names_from_files_are_text(console: Page, quiet: Running) -> None:
     assert console.locator("#ground-text img").count() == 0
 
 
+def test_a_scan_is_loaded_with_the_unit_and_direction_that_are_chosen(console: Page, quiet: Running) -> None:
+    rows = "".join(f"{x} 2500 {y}\n" for x in range(0, 1000, 20) for y in range(0, 1000, 20))
+    file = {"name": "lidar.xyz", "mimeType": "text/plain", "buffer": rows.encode()}
+    before = held(quiet)["dem"]
+    console.locator("#terrain-file").set_input_files(file)
+    refusal = console.get_by_text("does not say what its coordinates mean").first
+    expect(refusal).to_be_visible(timeout=SLOW)
+    assert held(quiet)["dem"] == before
+    console.get_by_text("A scan means", exact=True).click()
+    console.locator("#scan-unit").select_option("mm")
+    console.locator("#scan-up").select_option("y")
+    console.locator("#terrain-file").set_input_files(file)
+    expect(console.locator("#ground-text")).to_contain_text("lidar.xyz", timeout=SLOW)
+    changed(quiet, "dem", before)
+
+
 def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
     served.rover.close()
     expect(page.locator("#status-link")).to_have_attribute("data-state", "bad", timeout=SLOW)

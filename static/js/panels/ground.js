@@ -102,9 +102,21 @@ const loadFile = () => attempt(async () => {
   if (!file) return;
   const form = new FormData();
   form.append("file", file);
-  await post("/sessions/current/terrains", form);
+  const stated = scanOptions();
+  if (Object.keys(stated).length || ONLY_SCANS.test(file.name)) {
+    form.append("options", JSON.stringify(stated));
+    await post("/sessions/current/terrains/scans", form);
+  } else {
+    await post("/sessions/current/terrains", form);
+  }
   $("terrain-file").value = "";
 });
+
+const ONLY_SCANS = /\.(pcd|las|laz|xyz|csv|txt|vtk)$/i;
+
+/** What is stated of a scan; nothing where its file is to say. */
+const scanOptions = () => Object.fromEntries(
+  [["unit", $("scan-unit").value], ["up", $("scan-up").value]].filter(([, value]) => value));
 
 function draw({ summary }) {
   if (!summary) return;
