@@ -70,6 +70,29 @@ def test_a_stair_stays_a_stair():
         terrain_of_mesh(stair(), 0.3, "stair.ply")
 
 
+def test_a_stair_on_a_large_floor_stays_one_too():
+    steps = stair(steps=4)
+    count = len(steps.vertices)
+    east, west = 1.2 + 6.0, -6.0
+    floor = [
+        (west, 0, 0),
+        (0, 0, 0),
+        (0, 2, 0),
+        (west, 2, 0),
+        (1.2, 0, 0.6),
+        (east, 0, 0.6),
+        (east, 2, 0.6),
+        (1.2, 2, 0.6),
+    ]
+    whole = mesh(
+        np.concatenate([steps.vertices, floor]),
+        np.concatenate([steps.triangles, count + np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)])]),
+    )
+    dem = terrain_of_mesh(whole, None, "floor.ply")
+    for aside in (-0.09, 0.0, 0.09):
+        assert height_at(dem, 0.3 * (np.arange(4) + 0.5) + aside, 1.0) == pytest.approx(0.2 * np.arange(4), abs=1e-6)
+
+
 def test_a_post_between_the_cells_is_missed_by_nobody():
     flat = strips([0.0, 1.0, 2.0, 3.0, 4.0], [0.0] * 5, 4.0)
     post = trimesh.creation.cone(radius=0.03, height=0.5)

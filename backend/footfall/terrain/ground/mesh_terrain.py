@@ -28,6 +28,10 @@ MOST_ERROR = 0.1
 _AIM = 0.02
 """Cells are halved until 95 % of the heights are this good [m], while they are few enough."""
 
+_ASIDE, _STEP = 0.05, 0.05
+"""And until nothing of the mesh is farther than _STEP from every height that the Dem has within _ASIDE of it [m]: a
+stair on a large floor is a small share of its area, and a ramp in place of a riser is wrong where the wheel goes."""
+
 MOST_CELLS = 4_000_000
 """Of a map whose cell size nobody stated, such as 20 × 20 m at 1 cm."""
 
@@ -55,7 +59,9 @@ def terrain_of_mesh(
     dem = rasterise(mesh, resolution, name)
     found = surface.error(dem)
     if resolution is None:
-        while not found.within(_AIM / unit, most_error / unit) and 4 * dem.heights.size <= MOST_CELLS:
+        while 4 * dem.heights.size <= MOST_CELLS and not (
+            found.within(_AIM / unit, most_error / unit) and surface.aside(dem, _ASIDE / unit) <= _STEP / unit
+        ):
             dem = rasterise(mesh, dem.geometry.resolution / 2, name)
             found = surface.error(dem)
     if not found.within(most_error / unit, most_error / unit):
@@ -114,6 +120,18 @@ class _Surface:
         by_area = off[-self._random :][known[-self._random :]]
         missed = _beyond_cells(dem, x[known], y[known], self._heights[known])
         return _Found(float(np.percentile(by_area, 95)) if len(by_area) else 0.0, float(off[known].max()), missed)
+
+    def aside(self, dem: Dem, distance: float) -> float:
+        """By how much the mesh goes at most beyond the Dem's heights that far around, 0 where they are unknown."""
+        x, y = self._points[:, 0] + self._middle[0], self._points[:, 1] + self._middle[1]
+        here = height_at(dem, x, y)
+        low, high = here.copy(), here.copy()
+        apart = np.flatnonzero(np.abs(here - self._heights) > 0)
+        for angle in np.arange(8) * (np.pi / 4):
+            around = height_at(dem, x[apart] + distance * np.cos(angle), y[apart] + distance * np.sin(angle))
+            low[apart], high[apart] = np.fmin(low[apart], around), np.fmax(high[apart], around)
+        beyond = np.maximum(low - self._heights, self._heights - high)
+        return float(np.nanmax(beyond, initial=0.0))
 
     def _cells(self, xy: Array) -> NDArray[np.int64]:
         cells = np.floor((xy - self._low) / self._pitch).astype(np.int64)
