@@ -7,7 +7,7 @@ from benchmarks import balance, reach, stance, traversability
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import Figure, seconds
 from footfall.maps.layers import MapSettings
-from footfall.maps.stack import compute_maps
+from footfall.planning.step.leg_maps import compute_maps
 
 
 def figures(quick: bool) -> Iterator[Figure]:

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from footfall.io.robot_files import load_robot
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
-    from footfall.maps.stack import compute_maps
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.stance.body_move import plan_body_move
     from footfall.planning.stance.body_shift import BodyShift
     from footfall.planning.stance.find_shift import find_shift
     from footfall.planning.stance.shift import shifted_state
     from footfall.planning.stance.stand import stand
+    from footfall.planning.step.leg_maps import compute_maps
     from footfall.planning.step.plan import plan_step
     from footfall.session.replay.recompute import replay
 
@@ -33,7 +33,7 @@ _where = {
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",
     "find_shift": "footfall.planning.stance.find_shift",
-    "compute_maps": "footfall.maps.stack",
+    "compute_maps": "footfall.planning.step.leg_maps",
     "plan_step": "footfall.planning.step.plan",
     "plan_execution": "footfall.planning.execution.plan",
     "make_sequence": "footfall.io.scripting",

@@ -51,8 +51,8 @@ def make_map(
     from footfall.io.map_files import ONE, require_map_file, write_maps
     from footfall.maps.choice import stack_quality
     from footfall.maps.layers import MapSettings
-    from footfall.maps.stack import compute_maps
     from footfall.maps.suggest import suggest
+    from footfall.planning.step.leg_maps import compute_maps
 
     if out is not None:
         if layer is None and out.suffix.lower() in ONE:
@@ -98,6 +98,7 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
             "stability": stack.stability,
             "layers": list(stack.layers),
             "area_m2": area,
+            "not_lifted": stack.not_lifted,
             "written": None if written is None else str(written),
         }
         terminal.show(about if best is None else {**about, "suggestions": best})
@@ -105,6 +106,8 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
     typer.echo(
         f"leg {stack.leg}: {area['stable']:.2f} m² reachable and stable, {area['unstable']:.2f} m² reachable only"
     )
+    if stack.not_lifted:
+        typer.echo(f"⊘ leg {stack.leg} can't step anywhere: {stack.not_lifted}")
     for rank, one in enumerate(best.footfalls if best is not None else (), 1):
         typer.echo(f"{rank}. ({one.x:.2f}, {one.y:.2f}) m, {one.score:.2f} of 1: {'; '.join(one.reasons)}")
     if best is not None and best.reason:

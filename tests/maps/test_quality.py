@@ -318,11 +318,11 @@ def test_bad_layers_are_told_what_would_be_right(rng):
         ({**layers, "slope": layers["slope"][:-1]}, "'slope' needs one number for each cell"),
         ({**layers, "slope": layers["slope"].astype(str)}, "'slope' needs one number for each cell"),
         (
-            {**layers, "reach_class": layers["reach_class"] + np.uint8(1)},
-            "'reach_class' holds whole numbers from 0 to 8",
+            {**layers, "reach_class": layers["reach_class"] + np.uint8(2)},
+            "'reach_class' holds whole numbers from 0 to 9",
         ),
         ({**layers, "reach_class": layers["reach_class"].astype(float)}, "'reach_class' holds whole numbers"),
-        ({**layers, "footing": np.full((ROWS, COLS), 7, np.uint8)}, "'footing' holds whole numbers from 0 to 6"),
+        ({**layers, "footing": np.full((ROWS, COLS), 8, np.uint8)}, "'footing' holds whole numbers from 0 to 7"),
     ]
     for bad, told in cases:
         with pytest.raises(InvalidInput, match=told):

@@ -26,8 +26,8 @@ from footfall.maps.layers import (
     MapSettings,
 )
 from footfall.maps.reach import reach
-from footfall.maps.stack import compute_maps
 from footfall.planning.stance.stand import stand
+from footfall.planning.step.leg_maps import compute_maps
 from footfall.robot.ik import contact_point, solve_leg, wheel_pose_for_contact
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.terrain.dem import Dem

@@ -217,7 +217,11 @@ def test_explain_names_every_layer_with_its_amount():
             reach_classes.JOINT_LIMIT,
             "limits: every posture that gets there turns a joint past its limit;",
         ),
-        ("reach_class", reach_classes.FOOT_COLLISION, "refused, in collision: every posture that gets there collides;"),
+        (
+            "reach_class",
+            reach_classes.FOOT_COLLISION,
+            "refused, in collision: every posture tried there, the wheel upright, collides;",
+        ),
         ("reach_class", reach_classes.UNSURE, "refused, not cleared of collisions: joint angles exist;"),
     ],
 )

@@ -11,7 +11,7 @@ from footfall.balance.settings import BalanceSettings
 from footfall.balance.torques import torque_check
 from footfall.core.frames import apply
 from footfall.planning.stance.stand import stand
-from footfall.planning.step import plan as plan_module
+from footfall.planning.step import lift_off as lift_off_module
 from footfall.planning.step.footing import Stance, standing_feet
 from footfall.planning.step.held import unheld, unheld_lift
 from footfall.planning.step.plan import plan_step
@@ -47,7 +47,7 @@ def no_search(monkeypatch):
     def asked(*_args, **_more):
         raise AssertionError("the collision scene was built for a step that the start forbids")
 
-    monkeypatch.setattr(plan_module, "Situation", asked)
+    monkeypatch.setattr(lift_off_module, "Situation", asked)
 
 
 @pytest.mark.parametrize("leg", [0, 2])

@@ -11,11 +11,11 @@ from scipy.spatial import ConvexHull
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation, transform
 from footfall.maps.layers import NO_SOLUTION, OUT_OF_RANGE, UNKNOWN, MapSettings
-from footfall.maps.stack import compute_maps
 from footfall.maps.standing import contacts, standing, wheel_gaps
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.edges import Space
 from footfall.planning.step.ground import Contact, footfall_contact
+from footfall.planning.step.leg_maps import compute_maps
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.step.target import candidates

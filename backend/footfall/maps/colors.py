@@ -22,6 +22,7 @@ from footfall.maps.layers import (
     LAYERS,
     LEG,
     NO_SOLUTION,
+    NOT_LIFTED,
     OUT_OF_RANGE,
     REACHABLE_STABLE,
     REACHABLE_UNSTABLE,
@@ -39,6 +40,7 @@ NO_SOLUTION_RGB: Rgb = (190, 38, 45)
 
 COLLISION_RGB: Rgb = (128, 26, 92)
 UNSURE_RGB: Rgb = (226, 214, 150)
+NOT_LIFTED_RGB: Rgb = (92, 84, 140)
 
 FOOTING: dict[int, tuple[str, Rgb]] = {
     REACHABLE_STABLE: ("● reachable and stable", (64, 176, 84)),
@@ -46,6 +48,7 @@ FOOTING: dict[int, tuple[str, Rgb]] = {
     COLLISION: ("■ collides", COLLISION_RGB),
     NO_SOLUTION: ("✕ no solution", NO_SOLUTION_RGB),
     UNSURE: ("◌ reachable, not cleared: plan to find out", UNSURE_RGB),
+    NOT_LIFTED: ("⊘ the leg can't be lifted from where it stands", NOT_LIFTED_RGB),
     OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
     UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
 }
@@ -59,6 +62,7 @@ REACH: dict[int, tuple[str, Rgb]] = {
     reach_classes.JOINT_LIMIT: ("⟂ past a joint limit", (232, 96, 60)),
     reach_classes.NO_GEOMETRY: ("✕ no solution", NO_SOLUTION_RGB),
     reach_classes.UNSURE: ("◌ collisions not checked", UNSURE_RGB),
+    reach_classes.NOT_LIFTED: ("⊘ the leg can't be lifted from where it stands", NOT_LIFTED_RGB),
     reach_classes.OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
     reach_classes.UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
 }

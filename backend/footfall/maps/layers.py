@@ -1,6 +1,7 @@
 """The stack of map layers for one leg, and the names and meanings of its layers."""
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +11,11 @@ from footfall.balance.settings import BalanceSettings
 from footfall.core.bounds import require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.maps.quality_settings import QualitySettings
 
 # Classes of the footing layers (FootFall paper: green, orange, red; unknown is its own colour).
-UNKNOWN, NO_SOLUTION, REACHABLE_UNSTABLE, REACHABLE_STABLE, OUT_OF_RANGE, COLLISION, UNSURE = range(7)
+UNKNOWN, NO_SOLUTION, REACHABLE_UNSTABLE, REACHABLE_STABLE, OUT_OF_RANGE, COLLISION, UNSURE, NOT_LIFTED = range(8)
 
 
 class LayerInfo(NamedTuple):
@@ -113,6 +114,7 @@ class MapSettings(Value):
     clearance: added to every clearance of the robot description [m].
     collisions: check collisions; without, what the leg reaches is unsure and never green.
     friction: make the layers with friction and torques too; they take seconds.
+    lift_off: ask, with the collisions, whether the leg can be lifted from where it stands; where not, no cell is green.
     balance: friction, gravity, tilt and payload. quality: weights and limits of the footfall quality.
     """
 
@@ -129,6 +131,7 @@ class MapSettings(Value):
     friction: bool = False
     balance: BalanceSettings = BalanceSettings()
     quality: QualitySettings = QualitySettings()
+    lift_off: bool = field(default=True, metadata=before(False))
 
     def check(self) -> None:
         if not (self.window > 0 and self.slope_limit > 0 and self.roughness_limit > 0 and self.step_limit > 0):
@@ -143,6 +146,7 @@ class MapStack(Value):
 
     layers: name → (rows, cols) array; float32 with NaN = unknown, uint8 for layers of classes.
     stability: which polygon or region footing asks for, "plain" or "conservative".
+    not_lifted: why the leg can't be lifted from where it stands, empty where it can or was not asked for.
     """
 
     geometry: GridGeometry
@@ -150,6 +154,7 @@ class MapStack(Value):
     stability: str
     layers: Mapping[str, NDArray[np.generic]]
     provenance: Provenance
+    not_lifted: str = field(default="", metadata=LATER)
 
     def check(self) -> None:
         for name, layer in self.layers.items():

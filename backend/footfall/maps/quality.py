@@ -40,7 +40,7 @@ Layers = Mapping[str, NDArray[Any]]
 wheel's footprint that carries), "limit_margin" [rad, to the nearest joint limit] and "reach_class"
 (``maps.reach_classes``). "height" and one of "reach_class" and "footing" are needed."""
 
-RANGE, UNKNOWN, POSTURE, COLLISION, UNSURE, UNSTABLE, ELEVATION, LIMIT = range(1, 9)
+RANGE, UNKNOWN, POSTURE, COLLISION, UNSURE, UNSTABLE, ELEVATION, LIMIT, NO_LIFT_OFF = range(1, 10)
 REFUSALS: Mapping[int, tuple[str, str]] = MappingProxyType(
     {
         RANGE: ("out of the leg's range", "move the body nearer, or choose another leg"),
@@ -51,6 +51,7 @@ REFUSALS: Mapping[int, tuple[str, str]] = MappingProxyType(
         UNSTABLE: ("not stable", "shift the body away from the leg, or set another leg down better first"),
         ELEVATION: ("too high or too low for the body", "change the body's height, or widen the elevation band"),
         LIMIT: ("at or beyond the limit of a factor", "widen that limit, or set the factor's weight to 0"),
+        NO_LIFT_OFF: ("for a leg that can't be lifted", "choose another leg, or change the stance first"),
     }
 )
 """Why a cell is refused, in the order of the checks: what it is, and what to try."""
@@ -204,6 +205,7 @@ _BY_REACH_CLASS = _classes(
         reach_classes.FOOT_COLLISION: COLLISION,
         reach_classes.WAYPOINT_COLLISION: COLLISION,
         reach_classes.UNSURE: UNSURE,
+        reach_classes.NOT_LIFTED: NO_LIFT_OFF,
     },
     len(reach_classes.CLASSES),
 )
@@ -215,8 +217,9 @@ _BY_FOOTING = _classes(
         footing.REACHABLE_UNSTABLE: UNSTABLE,
         footing.COLLISION: COLLISION,
         footing.UNSURE: UNSURE,
+        footing.NOT_LIFTED: NO_LIFT_OFF,
     },
-    7,
+    8,
 )
 
 
@@ -237,7 +240,7 @@ def _constraints(
     refused = np.zeros(geometry.shape, np.uint8)
     # last check first, so that the first one broken has the last word
     refused[(height < settings.lowest) | (height > settings.highest)] = ELEVATION
-    for code in (UNSTABLE, UNSURE, COLLISION, POSTURE):
+    for code in (UNSTABLE, UNSURE, COLLISION, POSTURE, NO_LIFT_OFF):
         if code != UNSURE or not settings.accept_unsure:
             for one in given:
                 refused[one == code] = code

@@ -18,18 +18,20 @@ from footfall.robot.obstacles import CHASSIS, LEG, PAYLOAD, SELF, TERRAIN
     WAYPOINT_COLLISION,
     UNSURE,
     FREE,
-) = range(9)
+    NOT_LIFTED,
+) = range(10)
 
 CLASSES: Mapping[int, tuple[str, str]] = {
     UNKNOWN: ("unknown", "too little of the ground within a wheel's radius is known"),
     OUT_OF_RANGE: ("out of range", "farther from the hip than the stretched leg"),
     NO_GEOMETRY: ("no solution", "thigh and shank can't bring the wheel there upright on the ground"),
     JOINT_LIMIT: ("joint limit", "every posture that gets there turns a joint past its limit"),
-    FOOT_COLLISION: ("collision", "every posture that gets there collides"),
+    FOOT_COLLISION: ("collision", "every posture tried there, the wheel upright, collides"),
     NO_LIFT: ("no way up", "the wheel can't be raised from there, as it is tilted, inside the joint limits"),
-    WAYPOINT_COLLISION: ("collision above", "the leg collides where it would start to lower the wheel"),
+    WAYPOINT_COLLISION: ("collision above", "the leg collides where it would start to lower the upright wheel"),
     UNSURE: ("unsure", "joint angles exist; whether the leg collides has not been found out"),
     FREE: ("free", "inside the limits and free of collision, there and above"),
+    NOT_LIFTED: ("not lifted", "the leg can't be lifted from where it stands, wherever it would step"),
 }
 """Class → name and meaning. Only FREE says yes; UNSURE says neither."""
 
@@ -83,7 +85,7 @@ def explained(reason: int, blame: int, link: int, seat: float, sink: float, lift
     elif reason in (FOOT_COLLISION, WAYPOINT_COLLISION):
         obstacle = _obstacle(blame)
         where = "there" if reason == FOOT_COLLISION else f"{100 * lift:.0f} cm above"
-        text = f"the {_spoken(PARTS[link])} collides with {obstacle} {where}"
+        text = f"with the wheel upright the {_spoken(PARTS[link])} collides with {obstacle} {where}"
     if seat > sink:
         text += f"; the wheel stands {100 * seat:.0f} cm above the fitted ground on a bump"
     return text

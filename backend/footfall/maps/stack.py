@@ -1,6 +1,7 @@
 """All map layers for one leg: coarse first, then fine."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,11 @@ _FOOTING[[reach_classes.NO_GEOMETRY, reach_classes.JOINT_LIMIT]] = footing.NO_SO
 _FOOTING[[reach_classes.FOOT_COLLISION, reach_classes.WAYPOINT_COLLISION]] = footing.COLLISION
 # the planner may lean the wheel where it can't be raised upright
 _FOOTING[[reach_classes.UNSURE, reach_classes.NO_LIFT]] = footing.UNSURE
+_FOOTING[reach_classes.NOT_LIFTED] = footing.NOT_LIFTED
 _FOOTING[reach_classes.FREE] = footing.REACHABLE_STABLE
 
 
-def compute_maps(
+def map_stack(
     robot: Robot,
     dem: Dem,
     state: RobotState,
@@ -47,6 +49,7 @@ def compute_maps(
     settings: MapSettings | None = None,
     progress: Progress = no_progress,
     preview: Callable[[MapStack], None] | None = None,
+    not_lifted: Callable[[], str] = lambda: "",
 ) -> MapStack:
     """Traversability, reachability, stability and quality of ``leg`` on the cells of the terrain.
 
@@ -55,6 +58,8 @@ def compute_maps(
 
     preview: called with maps of every fourth cell before the fine ones are made; what takes exact collision checks is
     unsure there.
+    not_lifted: why the leg can't be lifted from where it stands, which is a matter of planning
+    (planning.step.leg_maps); asked where the settings ask for it.
     Raises InvalidInput for a leg that does not exist or a state of another robot.
     """
     settings = settings or MapSettings()
@@ -74,7 +79,12 @@ def compute_maps(
         coarse = reach(*arguments, part(progress, 0.1, 0.2), quick, settings.lift, stride=COARSE)
         preview(made.stack(coarse, COARSE, part(progress, 0.2, 0.25)))
     reached = reach(*arguments, part(progress, 0.25, 0.7), checks, settings.lift)
-    stack = made.stack(reached, 1, part(progress, 0.7, 1.0))
+    why = not_lifted() if settings.lift_off and checks is not None else ""
+    if why:
+        stays = np.isin(reached.reason, (reach_classes.FREE, reach_classes.UNSURE, reach_classes.NO_LIFT))
+        reason = np.where(stays, reach_classes.NOT_LIFTED, reached.reason).astype(np.uint8)
+        reached = replace(reached, reason=reason)
+    stack = made.stack(reached, 1, part(progress, 0.7, 1.0), why)
     progress(1.0, "maps")
     return stack
 
@@ -108,7 +118,7 @@ class _Made:
         self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
         self.settings, self.stance, self.ground = settings, stance, ground
 
-    def stack(self, reached: Reach, stride: int, progress: Progress) -> MapStack:
+    def stack(self, reached: Reach, stride: int, progress: Progress, not_lifted: str = "") -> MapStack:
         """All layers on every ``stride``-th cell."""
         settings = self.settings
         arguments = self.robot, self.state, self.leg, self.stance, reached, settings.balance
@@ -169,6 +179,7 @@ class _Made:
             provenance=Provenance(
                 {"dem": self.dem.digest, "state": self.state.digest, "robot": self.robot.digest}, settings
             ),
+            not_lifted=not_lifted,
         )
 
 

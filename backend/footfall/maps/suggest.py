@@ -38,6 +38,7 @@ _FOOTINGS: Mapping[int, str] = {
     footing.OUT_OF_RANGE: "out of range",
     footing.COLLISION: "collision",
     footing.UNSURE: "unsure",
+    footing.NOT_LIFTED: "leg can't be lifted",
 }
 
 

@@ -161,7 +161,8 @@ async function drawLegend(summary) {
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;
   legendFor = wanted;
-  const layer = wanted ? (await get(`/sessions/current/maps/${maps}`)).layers[summary.view.layer] : { legend: [] };
+  const about = wanted ? await get(`/sessions/current/maps/${maps}`) : { layers: {}, not_lifted: "" };
+  const layer = wanted ? about.layers[summary.view.layer] : { legend: [] };
   const rows = layer?.legend ?? [{ text: "not computed: colour for the leg with friction", rgb: [134, 150, 178] }];
   if (wanted !== legendFor) return;
   $("legend").replaceChildren(
@@ -170,6 +171,7 @@ async function drawLegend(summary) {
       swatch.style.background = `rgb(${rgb.join(" ")})`;
       return element("li", {}, swatch, element("span", { textContent: text }));
     }),
+    ...(about.not_lifted ? [element("li", { className: "no", textContent: `⊘ ${about.not_lifted}` })] : []),
   );
 }
 

@@ -54,6 +54,7 @@ class MapsAnswer(TypedDict):
     geometry: GridGeometry
     parents: dict[str, str]
     settings: Value | None
+    not_lifted: str
     layers: dict[str, LayerAnswer]
 
 
@@ -113,6 +114,7 @@ def describe(live: OneSession, digest: Digest) -> MapsAnswer:
         "geometry": stack.geometry,
         "parents": dict(stack.provenance.parents),
         "settings": stack.provenance.settings,
+        "not_lifted": stack.not_lifted,
         "layers": {name: _about(stack, name) for name in stack.layers},
     }
 

@@ -16,12 +16,10 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.step.edges import Array, Space
-from footfall.planning.step.fast import compile_search
-from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.footing import Stance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
-from footfall.planning.step.held import unheld_lift
-from footfall.planning.step.lift import vertical
+from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.nearest_place import Place, nearest_place, place_told
 from footfall.planning.step.planners import REGISTRY, Answer, Swing
 from footfall.planning.step.problem import (
@@ -34,21 +32,18 @@ from footfall.planning.step.problem import (
     StepPlan,
     StepSettings,
 )
-from footfall.planning.step.rise import blocked_rise, rises, space_of
+from footfall.planning.step.rise import space_of
 from footfall.planning.step.shut_in import shut_in
-from footfall.planning.step.situation import RAISED, TRUE, Situation
+from footfall.planning.step.situation import RAISED, Situation
 from footfall.planning.step.smooth import smooth
 from footfall.planning.step.through import require_points, via_postures
 from footfall.planning.step.turns import QUICK, Turn, Turns
 from footfall.planning.step.verify import recheck
 from footfall.planning.step.watch import OutOfTime, OutOfTurn, Watch
-from footfall.planning.step.way_out import way_out
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-
-LIFT_ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
 
 
 def plan_step(
@@ -182,48 +177,15 @@ class _Attempt:
         if isinstance(contact, Refused):
             return _No(contact.status, contact.reason)
         stance = Stance(self.robot, self.dem, self.state, self.leg)
-        objection = impossible(stance)
-        if objection:
-            return _No(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
-        q, lift = np.array(self.state.leg(self.leg)), self.settings.lift
-        up = vertical(self.robot, self.leg, np.asarray(self.state.T_site_base), q, lift)
-        unheld = unheld_lift(stance, self.settings.friction, q[None] if isinstance(up, str) else up)
-        if unheld:
-            return _No(Status.START_INVALID, unheld[0], (unheld[1],))
-        ground = ground_near(stance)
-        if isinstance(ground, Refused):
-            return _No(ground.status, ground.reason)
-        self.watch.phase(0.05, "building the collision scene")
-        with self.watch.uncounted():
-            situation = Situation(self.robot, self.dem, self.state, self.leg, ground, self.settings)
-            situation.first_unsure(situation.lower[None], TRUE)
-            compile_search(situation.footing.certificate)
-        up = self._free_lift(situation, q, up)
-        if isinstance(up, _No):
-            return up
+        start = lift_off(stance, self.settings, self.watch)
+        if isinstance(start, NotLifted):
+            return _No(start.status, start.reason, start.checks)
+        situation, up = start.situation, start.up
         self.watch.phase(0.2, "choosing how the leg stands at the goal")
         goals = Goals(situation, self.watch, stance, contact, up[0])
         if goals.refusal:
             return _No(Status.GOAL_INVALID, goals.refusal)
         return self._search(situation, contact, up, goals)
-
-    def _free_lift(self, situation: Situation, q: Array, up: Array | str) -> Array | _No:
-        """The way straight up (n, 6) from where the leg stands, q, where nothing forbids it."""
-        objection = situation.objection(q, TRUE)
-        if objection:
-            ways = way_out(situation, q, self.watch.pulse).told(self.robot, self.leg)
-            advice = f"the smallest way out found: {ways}; else " if ways else ""
-            advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
-            return _No(Status.START_INVALID, f"the leg can't move from where it stands: {objection}; {advice}")
-        lift = self.settings.lift
-        if isinstance(up, str):
-            reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
-            return _No(Status.NO_PATH, reason)
-        if not rises(situation, self.watch, up):
-            blocked = blocked_rise(situation, self.watch, up)
-            reason = f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {LIFT_ADVICE}"
-            return _No(Status.NO_PATH, reason)
-        return up
 
     def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | _No:
         space = space_of(situation, self.watch, RAISED)

@@ -58,7 +58,7 @@ def clear(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Valu
 
 def maps(parents: Mapping[str, Any], settings: MapRequest, progress: Progress) -> Value:
     """robot, dem, state; MapRequest → MapStack."""
-    from footfall.maps.stack import compute_maps
+    from footfall.planning.step.leg_maps import compute_maps
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     preview = preview_of(progress)

@@ -35,7 +35,7 @@ def preload() -> None:
         "footfall.terrain.photographs",
         "footfall.terrain.fusion.blend",
         "footfall.terrain.fusion.clear",
-        "footfall.maps.stack",
+        "footfall.planning.step.leg_maps",
         "footfall.planning.step.plan",
         "footfall.planning.execution.plan",
         "footfall.planning.stance.after",

@@ -25,8 +25,8 @@ def plan() -> object:
 def maps() -> object:
     """One leg's maps of level ground."""
     from footfall.io.robot_files import load_robot
-    from footfall.maps.stack import compute_maps
     from footfall.planning.stance.stand import stand
+    from footfall.planning.step.leg_maps import compute_maps
     from footfall.terrain.generate import plane
 
     robot, ground = load_robot("athlete"), plane(size=8.0, resolution=0.25)

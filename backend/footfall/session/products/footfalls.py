@@ -10,6 +10,7 @@ from footfall.maps.binding import NOTHING, binding_text
 from footfall.maps.layers import (
     COLLISION,
     NO_SOLUTION,
+    NOT_LIFTED,
     OUT_OF_RANGE,
     REACHABLE_STABLE,
     REACHABLE_UNSTABLE,
@@ -29,6 +30,7 @@ FOOTING_NAMES = {
     OUT_OF_RANGE: "out of range",
     COLLISION: "in collision",
     UNSURE: "reachable, not cleared",
+    NOT_LIFTED: "leg can't be lifted",
 }
 
 _REASONS = {
@@ -36,7 +38,8 @@ _REASONS = {
     NO_SOLUTION: "the leg has no joint solution that puts its wheel there",
     REACHABLE_UNSTABLE: "the leg can reach it, but the rover would not stand stably",
     OUT_OF_RANGE: "it is farther away than the leg is long",
-    COLLISION: "the leg can reach it, but would collide there or where it starts to lower the wheel",
+    COLLISION: "the leg can reach it, but with its wheel upright would collide there or where it starts to lower it",
+    NOT_LIFTED: "the leg can't be lifted from where it stands, wherever it would step",
     UNSURE: "joint angles exist; whether the leg can get there freely only a plan can tell",
 }
 
@@ -54,6 +57,8 @@ def _margins(maps: MapStack) -> tuple[str, str]:
 
 def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
     """What exactly speaks against a cell, with its size; empty where nothing more is known."""
+    if footing == NOT_LIFTED:
+        return maps.not_lifted
     if footing in (NO_SOLUTION, COLLISION):
         found = hindrance_text(int(maps.layers["hindrance"][row, col]))
         return "" if found == FOOTING_NAMES[footing] else found

@@ -1,0 +1,46 @@
+"""The maps of one leg, with what planning knows of all their cells at once: whether the leg can be lifted at all."""
+
+from collections.abc import Callable
+
+from footfall.core.progress import Progress, no_progress
+from footfall.maps.layers import MapSettings, MapStack
+from footfall.maps.stack import map_stack
+from footfall.planning.step.footing import Stance
+from footfall.planning.step.lift_off import NotLifted, lift_off
+from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.watch import Watch
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+
+def compute_maps(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    leg: int,
+    settings: MapSettings | None = None,
+    progress: Progress = no_progress,
+    preview: Callable[[MapStack], None] | None = None,
+) -> MapStack:
+    """Traversability, reachability, stability and quality of ``leg`` on the cells of the terrain: see ``map_stack``.
+
+    Where the settings ask for it (``lift_off``, with ``collisions``) no cell is green for a leg that a step could not
+    begin with; why is told once, in ``not_lifted``.
+    """
+    settings = settings or MapSettings()
+    return map_stack(
+        robot, dem, state, leg, settings, progress, preview, lambda: why_not_lifted(robot, dem, state, leg, settings)
+    )
+
+
+def why_not_lifted(robot: Robot, dem: Dem, state: RobotState, leg: int, settings: MapSettings) -> str:
+    """What a step of the leg would be refused for wherever it went, by the planner's own check; empty where nothing."""
+    asked = StepSettings(
+        lift=settings.lift,
+        raise_terrain=settings.raise_terrain,
+        clearance=settings.clearance,
+        friction=settings.balance.friction,
+    )
+    found = lift_off(Stance(robot, dem, state, leg), asked, Watch(), to_plan=False)
+    return found.reason if isinstance(found, NotLifted) else ""

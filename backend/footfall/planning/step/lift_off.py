@@ -1,0 +1,75 @@
+"""Whether a leg can be lifted from where it stands: what the start of a step alone decides, whatever the footfall."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from footfall.planning.step.edges import Array
+from footfall.planning.step.fast import compile_search
+from footfall.planning.step.footing import Stance, ground_near, impossible
+from footfall.planning.step.ground import Refused
+from footfall.planning.step.held import unheld_lift
+from footfall.planning.step.lift import vertical
+from footfall.planning.step.problem import Check, Status, StepSettings
+from footfall.planning.step.rise import blocked_rise, rises
+from footfall.planning.step.situation import TRUE, Situation
+from footfall.planning.step.watch import Watch
+from footfall.planning.step.way_out import way_out
+
+ADVICE = "change the stance, or ask for another lift, raise_terrain, clearance or margin"
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """up: postures of the leg (n, 6) from where it stands to straight above."""
+
+    situation: Situation
+    up: Array
+
+
+@dataclass(frozen=True)
+class NotLifted:
+    """Why not, with what to try."""
+
+    status: Status
+    reason: str
+    checks: tuple[Check, ...] = ()
+
+
+def lift_off(stance: Stance, settings: StepSettings, watch: Watch, to_plan: bool = True) -> Lifted | NotLifted:
+    """The leg straight up from where it stands, or what forbids it; what is quickly found first.
+
+    to_plan: a search is to follow, so it is compiled; and a start that collides says the smallest ways out.
+    """
+    objection = impossible(stance)
+    if objection:
+        return NotLifted(Status.START_INVALID, f"the rover can't stand as its state says: {objection}")
+    robot, state, leg, lift = stance.robot, stance.state, stance.leg, settings.lift
+    q = np.array(state.leg(leg))
+    up = vertical(robot, leg, np.asarray(state.T_site_base), q, lift)
+    unheld = unheld_lift(stance, settings.friction, q[None] if isinstance(up, str) else up)
+    if unheld:
+        return NotLifted(Status.START_INVALID, unheld[0], (unheld[1],))
+    ground = ground_near(stance)
+    if isinstance(ground, Refused):
+        return NotLifted(ground.status, ground.reason)
+    watch.phase(0.05, "building the collision scene")
+    with watch.uncounted():
+        situation = Situation(robot, stance.dem, state, leg, ground, settings)
+        situation.first_unsure(situation.lower[None], TRUE)
+        if to_plan:
+            compile_search(situation.footing.certificate)
+    objection = situation.objection(q, TRUE)
+    if objection:
+        ways = way_out(situation, q, watch.pulse).told(robot, leg) if to_plan else ""
+        advice = f"the smallest way out found: {ways}; else " if ways else ""
+        advice += "correct the state or the terrain, move the chassis, or ask for less clearance or margin"
+        reason = f"the leg can't move from where it stands: {objection}; {advice}"
+        return NotLifted(Status.START_INVALID, reason)
+    if isinstance(up, str):
+        reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
+        return NotLifted(Status.NO_PATH, reason)
+    if not rises(situation, watch, up):
+        blocked = blocked_rise(situation, watch, up)
+        return NotLifted(Status.NO_PATH, f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {ADVICE}")
+    return Lifted(situation, up)
