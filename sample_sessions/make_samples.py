@@ -110,7 +110,7 @@ def edited_export(session: LiveSession) -> None:
     session.choose_footfall(4, float(x), float(y))
     session.plan_step(settings=StepSettings(planner="line", seed=1)).finish()
     require(session, Status.FOUND)
-    made = session.make_sequence()
+    made = session.make_sequence(as_commanded=True)  # rows that every format can hold
     sequence = session.get(made)
     assert isinstance(sequence, Sequence)
     commands = sequence.commands

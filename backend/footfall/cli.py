@@ -230,12 +230,19 @@ def plan_step(
     seed: Annotated[int, typer.Option(help="Same seed, same plan.")] = 0,
     conservative: Conservative = False,
     time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = 30.0,
+    as_commanded: Annotated[
+        bool, typer.Option("--as-commanded", help="Command what is planned; the rover's sag is not predicted.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
-    """Plan one step from a stance on a terrain; exit code 1 where the answer is no."""
+    """Plan one step from a stance on a terrain, and what to command for it; exit code 1 where the answer is no.
+
+    It is commanded so that the chassis keeps its pose although the rover sags.
+    """
     from footfall.io.artifacts import encode
+    from footfall.planning.execution.plan import plan_execution
     from footfall.planning.step.plan import plan_step as run
     from footfall.planning.step.problem import Status, StepSettings
 
@@ -243,10 +250,14 @@ def plan_step(
     settings = StepSettings(planner=planner, seed=seed, conservative=conservative, time_limit=time_limit, goals=goals)
     with bar("plan") as progress:
         result = run(body, dem, state, leg, target, settings=settings, progress=progress)
+    done = None
+    if result.plan is not None and not as_commanded:
+        with bar("command") as progress:
+            done = plan_execution(body, dem, state, result.plan, progress=progress)
     if out is not None:
-        out.write_bytes(encode(result))
-    terminal.show_plan(result, as_json)
-    raise typer.Exit(0 if result.status is Status.FOUND else 1)
+        out.write_bytes(encode(done or result))
+    terminal.show_plan(result, done, as_json)
+    raise typer.Exit(0 if (done or result).status is Status.FOUND else 1)
 
 
 @app.command()

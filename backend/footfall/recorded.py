@@ -8,7 +8,8 @@ from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS
 from footfall.io.scripting import make_sequence
-from footfall.planning.step.problem import PlanResult
+from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.step.problem import PlanResult, Status
 from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
@@ -70,8 +71,9 @@ def sequence_of(source: Path) -> Sequence:
         raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
     if isinstance(value, Sequence):
         return value
-    if not isinstance(value, PlanResult):
+    if not isinstance(value, (PlanResult, ExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
-    if value.plan is None:
+    found = value.plan if isinstance(value, PlanResult) else value.execution
+    if found is None or value.status is not Status.FOUND:
         raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
-    return make_sequence(value.plan)
+    return make_sequence(found)

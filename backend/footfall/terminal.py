@@ -14,7 +14,10 @@ from typer.core import TyperGroup
 from footfall.api.bodies.jsonable import dumps
 from footfall.core.errors import FootFallError
 from footfall.core.progress import Progress as Report
-from footfall.planning.step.problem import PlanResult
+from footfall.core.value import fields_of
+from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.execution.settings import MODES, ExecutionSettings
+from footfall.planning.step.problem import Check, PlanResult, Status
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -117,14 +120,39 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
         typer.echo(f"written to {written}")
 
 
-def show_plan(result: PlanResult, as_json: bool) -> None:
-    """The answer to a request for a step, with its checks."""
+def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -> None:
+    """The answer to a request for a step, with its checks; done: how it is commanded, None: as it was planned."""
     if as_json:
-        show(result)
+        commands = {"mode": "rigid", "status": result.status, "reason": "", "digest": None}
+        if done is not None:
+            told = {"status": done.status, "reason": done.reason, "digest": done.digest, "checks": done.checks}
+            commands = {"mode": mode_of(done), **told}
+        show({**fields_of(result), "digest": result.digest, "commands": commands})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
-    for check in result.checks:
+    show_checks(result.checks)
+    if result.plan is None:
+        return
+    typer.echo(f"{len(result.plan.waypoints)} waypoints by {result.plan.planner}, digest {result.plan.digest}")
+    if done is None:
+        typer.echo("as commanded: the rover sags; touch-down is not predicted")
+        return
+    title, text = MODES[mode_of(done)]
+    if done.status is Status.FOUND and done.execution is not None:
+        typer.echo(f"{title}: {text} Touch-down {done.execution.touch_down_offset:.3f} m from the planned contact.")
+    else:
+        typer.echo(f"it can't be commanded {title}: {done.reason}; --as-commanded predicts no sag")
+        show_checks(done.checks)
+
+
+def mode_of(done: ExecutionResult) -> str:
+    """In which mode it was asked for."""
+    asked = done.provenance.settings
+    return asked.mode if isinstance(asked, ExecutionSettings) else ExecutionSettings().mode
+
+
+def show_checks(checks: tuple[Check, ...]) -> None:
+    """Each with its margin, and where it is least."""
+    for check in checks:
         size = "" if check.margin != check.margin else f"{check.margin:+.4g} {check.unit}"
         typer.echo(f"  {'ok' if check.holds else 'NO':<3} {check.name:<24} {size:<16} {check.where}")
-    if result.plan is not None:
-        typer.echo(f"{len(result.plan.waypoints)} waypoints by {result.plan.planner}, digest {result.plan.digest}")

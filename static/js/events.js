@@ -62,7 +62,7 @@ const MADE = {
   what_if: () => "shifted the chassis in a what-if", after: () => "goes on from the end of a plan",
   shift: () => "looked for a shift of the chassis", body_move: () => "checked a move of the chassis",
   execution: ({ status }) => `commanded for sag: ${status.replaceAll("_", " ")}`,
-  sequence: () => "made commands", edit: () => "edited the commands", import: () => "read commands from a file",
+  sequence: () => "made commands", outcome: () => "compared the run with its prediction", edit: () => "edited the commands", import: () => "read commands from a file",
   export: ({ format }) => `exported the commands as ${format}`,
 };
 const DONE = {

@@ -26,6 +26,7 @@ import * as images from "./panels/images.js";
 import * as legs from "./panels/legs.js";
 import * as map from "./panels/map.js";
 import * as others from "./panels/others.js";
+import * as outcome from "./panels/outcome.js";
 import * as plan from "./panels/plan.js";
 import * as record from "./panels/record.js";
 import * as row from "./panels/row.js";
@@ -39,7 +40,7 @@ import * as view from "./panels/view.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

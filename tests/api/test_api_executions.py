@@ -50,7 +50,7 @@ def test_what_is_no_order_is_refused(client):
     assert "nothing was sent" in problem(client.get(f"{SESSION}/sag"), 409, "conflict")["detail"]
     problem(client.post(f"{SESSION}/sequences", json={"execution": "current"}), 409, "conflict")
     odd = client.post(f"{SESSION}/executions", json={"settings": {"mode": "slowly"}})
-    assert "mode is one of droop_aware" in problem(odd, 422, "invalid-input")["detail"]
+    assert "mode is one of pose_held" in problem(odd, 422, "invalid-input")["detail"]
 
 
 def test_an_execution_is_read_with_all_that_is_predicted(client, plan):
@@ -98,6 +98,33 @@ def test_it_becomes_commands(client, plan):
     assert changed.status_code == 200, changed.text
     assert changed.json()["valid"]
     assert changed.json()["set_points_before"] == sequence["set_points_before"]
+
+
+def test_a_plan_is_commanded_with_the_pose_held_unless_the_order_says_otherwise(client, plan):
+    assert client.get(SESSION).json()["way_of_commands"]["mode"] == "pose_held"
+    made = client.post(f"{SESSION}/sequences", json={"plan": plan}).json()
+    assert (made["way"]["mode"], made["way"]["doubt"]) == ("pose_held", False)
+    assert client.get(f"{SESSION}/executions/current").json()["settings"]["mode"] == "pose_held"
+    droop = client.post(f"{SESSION}/sequences", json={"settings": {"mode": "droop_aware"}}).json()
+    assert droop["way"]["mode"] == "droop_aware"
+    rigid = client.post(f"{SESSION}/sequences", json={"plan": plan, "as_commanded": True}).json()
+    assert rigid["way"] == {
+        "mode": "rigid",
+        "text": "as commanded: the rover sags; touch-down is not predicted",
+        "doubt": True,
+    }
+    assert "execution" not in rigid["parents"]
+    for body in (
+        {"as_commanded": True, "settings": {}},
+        {"execution": "current", "as_commanded": True},
+        {"execution": "current", "settings": {}},
+    ):
+        assert "leave out" in problem(client.post(f"{SESSION}/sequences", json=body), 422, "invalid-input")["detail"]
+    # what can't be held is not commanded otherwise
+    before = client.get(SESSION).json()["sequence"]
+    odd = client.post(f"{SESSION}/sequences", json={"settings": {"least_clearance": 0.4}})
+    assert "can't be commanded pose held: " in problem(odd, 422, "invalid-input")["detail"]
+    assert client.get(SESSION).json()["sequence"] == before
 
 
 def test_a_refusal_is_told_with_its_reason(client, plan):

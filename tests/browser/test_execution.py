@@ -29,7 +29,7 @@ def in_view(page: Page) -> None:
 def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: Running, plan: dict, look: Keep) -> None:
     answer = commanded(page, served, lambda: press(page, "Command for sag"))
     assert answer["status"] == "found", answer["reason"]
-    assert answer["settings"]["mode"] == "droop_aware"
+    assert answer["settings"]["mode"] == "pose_held"
     assert answer["parents"]["plan"] == plan["plan"]["digest"]
     done, figures = answer["execution"], answer["figures"]
     expect(page.locator("#execution-lift")).to_have_class("yes")
@@ -146,7 +146,7 @@ def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, qui
     # the mode by keys too
     console.locator("#execution-mode").focus()
     console.keyboard.press("ArrowDown")
-    expect(console.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
+    expect(console.locator("#execution-mode-text")).to_contain_text("The leg is commanded so that its wheel goes")
     # another plan: what is shown is for the one before, and no commands are made of it
     console.locator("#seed").fill("2")
     console.locator("#h-plan").click()
@@ -157,5 +157,21 @@ def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, qui
     in_view(console)
     look("out-of-date")
     second = commanded(console, quiet, lambda: console.keyboard.press("b"))
-    assert second["settings"]["mode"] == "pose_held"
+    assert second["settings"]["mode"] == "droop_aware"
     expect(console.locator("#execution-doubt")).to_be_hidden(timeout=SLOW)
+
+
+def test_commands_are_made_with_the_pose_held_unless_an_expert_says_otherwise(console: Page, quiet: Running) -> None:
+    planned(console, quiet, lambda: press(console, "Plan step"))
+    expect(console.locator("#way-text")).to_have_text("pose held: the rover's sag is predicted")
+    held_so = sequenced(quiet, lambda: press(console, "Make sequence"))
+    assert held_so["way"]["mode"] == "pose_held"
+    expect(console.locator("#sequence-way")).to_contain_text("pose held: The standing legs", timeout=SLOW)
+    expect(console.locator("#sequence-way")).not_to_have_class("doubt")
+    console.locator("#as-commanded").check()
+    doubt = "as commanded: the rover sags; touch-down is not predicted"
+    expect(console.locator("#way-text")).to_have_text(doubt)
+    rigid = sequenced(quiet, lambda: press(console, "Make sequence"))
+    assert rigid["way"] == {"mode": "rigid", "text": doubt, "doubt": True}
+    expect(console.locator("#sequence-way")).to_have_text(doubt, timeout=SLOW)
+    expect(console.locator("#sequence-way")).to_have_class("doubt")

@@ -37,3 +37,48 @@ def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, 
     )
     said.evaluate("line => line.scrollIntoView({block: 'end'})")
     look("measured")
+    until(lambda: held(served)["run"]["compared"]["state"] == "compared", "the comparison with the prediction", 60)
+    compared = held(served, f"{SESSION}/run")["compared"]
+    assert compared["verdict"] == "as_predicted", compared
+    text = page.locator("#outcome-text")
+    expect(text).to_have_text(f"Run 1: {compared['reason']}.", timeout=SLOW)
+    expect(text).to_have_class("yes")
+    expect(page.locator("#status-match")).to_have_text("carried out as predicted", timeout=SLOW)
+    rows = page.locator("#outcome-table tbody tr")
+    expect(rows).to_have_count(len(compared["differences"]))
+    for row, one in zip(rows.all(), compared["differences"], strict=True):
+        digits = 0 if one["unit"] == "N" else 3
+        numbers = [one[name] for name in ("predicted", "measured", "difference", "uncertainty")]
+        assert [float(cell) for cell in row.locator("td").all_inner_texts()[:4]] == pytest.approx(
+            [round(number, digits) for number in numbers], abs=1.1 * 10**-digits
+        )
+        assert row.locator("td").last.inner_text() == "●"
+    expect(page.locator("#outcome-advice li")).to_have_count(0)
+    text.evaluate("line => line.scrollIntoView({block: 'start'})")
+    look("compared")
+
+
+@pytest.mark.parametrize("physics", [True])
+def test_a_step_commanded_as_planned_is_not_called_good(
+    page: Page, served: Running, look: Callable[[str], None]
+) -> None:
+    planned(page, served, lambda: press(page, "Plan step"))
+    page.locator("#as-commanded").check()
+    sequence = sequenced(served, lambda: press(page, "Make sequence"))
+    assert sequence["way"]["doubt"]
+    expect(page.locator("#sequence-way")).to_have_class("doubt", timeout=SLOW)
+    press(page, "Arm")
+    expect(page.locator("#arm-state")).to_contain_text("armed for", timeout=SLOW)
+    press(page, "Send to rover")
+
+    def compared() -> dict | None:
+        run = held(served)["run"]
+        return run["compared"] if run and run["compared"]["state"] == "compared" else None
+
+    told = until(compared, "the comparison with the prediction", sequence["duration"] + 240)
+    assert told["verdict"] == "differs", told
+    expect(page.locator("#outcome-text")).to_have_class("doubt", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("carried out, not as predicted", timeout=SLOW)
+    expect(page.locator("#outcome-advice")).to_contain_text("make the next commands with the pose held")
+    page.locator("#outcome").evaluate("box => box.scrollIntoView({block: 'start'})")
+    look("not-as-predicted")

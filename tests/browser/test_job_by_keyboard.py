@@ -56,6 +56,6 @@ def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, lo
     until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "the arrival", 180)
     expect(page.locator("#commands tbody tr").nth(last)).to_contain_text("done", timeout=SLOW)
     expect(page.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
-    expect(page.locator("#status-match")).to_have_text("carried out: every row is done", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("carried out as commanded", timeout=SLOW)
     look("arrived")
     assert page.evaluate("window.pointed") == 0

@@ -148,7 +148,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     until(
         lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture", 5
     )
-    expect(page.locator("#status-match")).to_have_text("carried out: every row is done", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("carried out as predicted", timeout=SLOW)
     look("6-arrived")
 
 

@@ -75,9 +75,19 @@ def test_plan_step_and_export(level, tmp_path):
     asked = ["plan", "step", level, "--leg", 2, "--target", x + 0.1, y + 0.1, "--seed", 1, "--out", plan, "--json"]
     answer = json.loads(run(*asked).stdout)
     assert answer["status"] == "found"
-    assert json.loads(run(*asked).stdout)["digest"] == answer["digest"]
+    again = json.loads(run(*asked).stdout)
+    assert again["digest"] == answer["digest"]
+    assert again["commands"] == answer["commands"]
+    assert (answer["commands"]["mode"], answer["commands"]["status"]) == ("pose_held", "found")
     sequence = json.loads(run("export", plan, "--format", "seqjson").stdout)
-    assert sequence["steps"]
+    assert {one["stem"] for one in sequence["steps"]} >= {"POSTURE_MOVE", "LEG_LOWER"}
+    rigid = json.loads(run(*asked, "--as-commanded").stdout)
+    assert (rigid["digest"], rigid["commands"]["mode"]) == (answer["digest"], "rigid")
+    steps = json.loads(run("export", plan, "--format", "seqjson").stdout)["steps"]
+    assert {one["stem"] for one in steps} == {"LEG_MOVE"}
+    said = run(*asked[:-1], "--as-commanded").stdout
+    assert "as commanded: the rover sags; touch-down is not predicted" in said
+    assert "pose held: " in run(*asked[:-1]).stdout
     raced = json.loads(run(*asked, "--planner", "race", "--goals", "clearance").stdout)
     assert raced["status"] == "found"
     assert raced["digest"] != answer["digest"]

@@ -50,7 +50,7 @@ def served(tmp_path_factory, athlete):
         live.set_state(state)
         x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
         live.plan_step(2, (float(x), float(y) + 0.05)).finish(120)
-        digest = live.make_sequence()
+        digest = live.make_sequence(as_commanded=True)
         rows = len(live.get(digest).commands)
         for _ in range(3):
             digest = live.edit_sequence(digest, Edit("insert", 0, Command("WAIT", None, None, 0.15)))

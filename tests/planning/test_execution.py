@@ -341,7 +341,7 @@ def test_a_rover_that_does_not_yield_at_all_drags_no_wheel(athlete, dem, mode):
 
 
 def test_misuse_is_named(athlete, dem, state, plan, rest):
-    with pytest.raises(InvalidInput, match="mode is one of droop_aware"):
+    with pytest.raises(InvalidInput, match="mode is one of pose_held"):
         ExecutionSettings(mode="slowly")
     with pytest.raises(InvalidInput, match="speed_fraction must be"):
         ExecutionSettings(speed_fraction=1.5)

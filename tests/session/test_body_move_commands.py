@@ -110,5 +110,5 @@ def test_a_ghost_plays_the_newer_of_plan_and_move(live, athlete, standing):
     assert live.summary()["played"] == live.state.sequence
     live.plan_step(LEG, (float(x + 0.1), float(y + 0.1))).finish()
     assert live.played == live.state.plan
-    live.make_sequence()
+    live.make_sequence(as_commanded=True)
     assert live.played == live.state.plan

@@ -30,7 +30,7 @@ class Driven:
     def send(self, digest, state, commanded):
         live = self.live
         live.rover_connected(lambda _: None)
-        live.make_sequence(digest)
+        live.make_sequence(digest, as_commanded=digest == live.state.plan)
         self.tell(state, commanded)
         live.send(live.arm()["token"])
 

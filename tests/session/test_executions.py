@@ -1,6 +1,7 @@
 """Executions in a session: made by a job, folded, turned into commands, let through the gate, replayed."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -165,9 +166,78 @@ def test_sag_is_compared_at_the_pauses(live, state):
     assert found.assumed == sequence.provenance.settings.compliance
     with pytest.raises(Conflict, match="no pause of the sequence is done yet"):
         sag_of(sequence, {0: sequence.predicted[0]})
-    rigid = live.get(live.make_sequence())
+    rigid = live.get(live.make_sequence(as_commanded=True))
     with pytest.raises(Conflict, match="takes the rover as rigid"):
         sag_of(rigid, softer)
+
+
+def test_a_step_is_commanded_with_the_pose_held_unless_asked_otherwise(live, state, rest):
+    plan = planned(live, state)
+    assert live.way_of_commands().mode == "pose_held"
+    sequence = live.make_sequence()
+    done = live.get(live.state.execution)
+    assert done.execution.mode == "pose_held"
+    assert live.get(sequence).provenance.parents["execution"] == done.execution.digest
+    assert live.way_of(sequence) == {"mode": "pose_held", "text": live.way_of(sequence)["text"], "doubt": False}
+    # asked again, the execution that is there serves
+    count = len(live.events())
+    assert live.make_sequence(plan) == sequence
+    assert [event.payload["kind"] for event in live.events()[count:]] == ["sequence"]
+    droop = live.make_sequence(plan, ExecutionSettings(mode="droop_aware"))
+    assert live.way_of(droop)["mode"] == "droop_aware"
+    rigid = live.make_sequence(plan, as_commanded=True)
+    assert live.get(rigid).at_rest is None
+    told = live.way_of(rigid)
+    assert (told["mode"], told["doubt"]) == ("rigid", True)
+    assert told["text"] == "as commanded: the rover sags; touch-down is not predicted"
+    with pytest.raises(InvalidInput, match="take no settings"):
+        live.make_sequence(plan, ExecutionSettings(), as_commanded=True)
+
+
+def test_a_step_that_can_not_be_held_is_not_commanded_otherwise(live, state):
+    plan = planned(live, state)
+    with pytest.raises(InvalidInput, match=r"can't be commanded pose held: .*wheel clearance by.*as commanded"):
+        live.make_sequence(plan, ExecutionSettings(least_clearance=0.4))
+    assert live.state.sequence is None
+
+
+@pytest.mark.parametrize(
+    ("softness", "torques", "mode"),
+    [
+        (1.0, 1.0, "pose_held"),
+        (0.0, 1.0, "rigid"),
+        (0.2, 1.0, "rigid"),
+        (0.3, 1.0, "pose_held"),
+        (0.0, 0.0, "pose_held"),
+    ],
+)
+def test_telemetry_tells_whether_joints_give_way(live, state, rest, softness, torques, mode):
+    planned(live, state)
+    told = replace(state, joint_torques=torques * state.joint_torques)
+    live.take_telemetry(TelemetryFrame(0, told, state.posture + softness * (rest.commanded - state.posture)))
+    # where telemetry tells nothing, the state that is planned from does
+    assert live.way_of_commands().mode == mode
+    # a joint on its way is no joint that gives way
+    live.take_telemetry(TelemetryFrame(1, replace(told, mode="moving"), state.posture + 0.5))
+    assert live.way_of_commands().mode == mode
+    if mode == "rigid":
+        sequence = live.make_sequence()
+        assert live.get(sequence).at_rest is None
+        assert live.way_of(sequence) == {
+            "mode": "rigid",
+            "text": "as commanded: telemetry shows that the rover's joints do not give way",
+            "doubt": False,
+        }
+
+
+def test_without_any_load_known_sag_is_not_known(live, state):
+    nothing = replace(state, joint_torques=0 * state.joint_torques, wheel_forces=0 * state.wheel_forces)
+    live.set_state(nothing)
+    assert live.way_of_commands().mode == "rigid"
+    planned(live, state)
+    assert live.way_of(live.make_sequence())["text"] == (
+        "as commanded: whether the rover sags is not known; touch-down is not predicted"
+    )
 
 
 def test_set_points_are_those_of_a_rover_that_stands_so(standing, state, rest):

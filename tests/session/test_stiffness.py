@@ -111,7 +111,7 @@ def test_the_next_step_starts_where_the_sag_ends(live, athlete, state, rest):
     assert live.planned_end() == plan
     assert ends() == {"go_on": ("plan", False), "after": None}
     live.take_telemetry(TelemetryFrame(0, state, rest.commanded))
-    rigid = live.make_sequence(plan)
+    rigid = live.make_sequence(plan, as_commanded=True)
     assert live.planned_end() == rigid
     assert ends()["go_on"] == ("commands", False)
     execution = live.plan_execution().finish()

@@ -95,7 +95,8 @@ class CommandedSession(LinkedSession):
 
     @property
     def run(self) -> dict[str, Any] | None:
-        """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when.
+        """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when;
+        compared: what came of it, see :meth:`outcome`.
 
         State of a row: "queued", as its command's record says, or "unsent" where the run ended before it. A run that
         has ended is told so also while the log can't be written.
@@ -117,7 +118,7 @@ class CommandedSession(LinkedSession):
                 told = {"state": "queued", "reason": "", "times": queued}
             rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
         told = {name: item for name, item in fields_of(run).items() if name != "mark"}
-        return {**told, "rows": rows}
+        return {**told, "rows": rows, "compared": self.outcome()}
 
     def _with_the_latest_end(self) -> SessionState:
         state, latest = self.state, self._commanding.latest_end
@@ -162,11 +163,6 @@ class CommandedSession(LinkedSession):
             balance = settings.settings.compliance.balance
         mass, _ = loaded(self.robot, np.zeros(3), balance)
         return mass * balance.gravity
-
-    def _planned_on(self, sequence: str) -> str | None:
-        """Digest of the terrain that the plan behind a sequence was made on."""
-        behind = self.state.plan_behind(sequence)
-        return None if behind is None else behind.parents["dem"]
 
     def _sequence(self, digest: str | None) -> str:
         return digest or present(self.state.sequence, "there is no sequence yet; make one from a plan")

@@ -8,9 +8,10 @@ from contextlib import suppress
 from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry
+from footfall.planning.compliance.seen_yield import gives_way
 from footfall.session.commanding import Commanding
 from footfall.session.jobs.pool import JobPool
-from footfall.session.products.executions import ExecutionSession
+from footfall.session.products.outcomes import OutcomeSession
 from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import Send
@@ -21,7 +22,7 @@ from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, en
 from footfall.telemetry.state import RobotState, TelemetryFrame, counted_anew
 
 
-class LinkedSession(ExecutionSession):
+class LinkedSession(OutcomeSession):
     """The part of a session that hears the rover. Every method may be called from any thread."""
 
     def __init__(
@@ -33,6 +34,7 @@ class LinkedSession(ExecutionSession):
     ) -> None:
         super().__init__(store, jobs)
         self._requests = 0
+        self._compared = self._before = self.state.runs
         self.recorder = Recorder(store.folder, lambda: self.description, self._recording_told, recording)
         self.link = RecordedLink(self.recorder, light_time)
         journal = self._journal
@@ -92,6 +94,10 @@ class LinkedSession(ExecutionSession):
         if self.link.take(frame, at, light, by_request):
             if before is not None:
                 self._tell_what_is_odd(before, frame)
+            if frame.state.mode == "idle":
+                told = gives_way(frame.state, frame.commanded, self.description.stiffness)
+                self._seen_to_give_way = self._seen_to_give_way if told is None else told
+            self._look_whether_a_run_is_over(frame)
             self.recorder.take(frame, at)
             self._journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
 

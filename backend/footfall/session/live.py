@@ -17,8 +17,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from footfall.core.errors import Conflict, FootFallError, NotFound
+from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
 from footfall.core.value import Value
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.step.problem import PlanResult
 from footfall.session.gate.checks import STALE_AFTER, pose_difference
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.planned import PlannedSession
@@ -109,15 +111,26 @@ class LiveSession(PlannedSession):
 
     # -- products ------------------------------------------------------------------------------
 
-    def make_sequence(self, plan_digest: str | None = None) -> str:
+    def make_sequence(
+        self, plan_digest: str | None = None, settings: ExecutionSettings | None = None, *, as_commanded: bool = False
+    ) -> str:
         """Commands of a planned step, its execution or a move of the chassis (None: the present step's); the digest.
 
-        Raises Conflict, InvalidInput, NotFound.
+        A step is commanded as ``settings`` say (None: with the pose held), its sag predicted, where that is known: see
+        :meth:`way_of_commands`. as_commanded: as it was planned, whether or not the rover sags; touch-down is then not
+        predicted. Raises Conflict, InvalidInput, NotFound.
         """
         plan = plan_digest or present(self.state.plan, "there is no plan yet")
         made = self.state.products.get(plan)
         if made is None or made.kind not in ("plan", "execution", "body_move", "shift"):
             raise NotFound(f"the session holds no plan {plan}", digest=plan)
+        if as_commanded and settings is not None:
+            raise InvalidInput(
+                "commands as planned predict no sag, so they take no settings of it: leave out one of them"
+            )
+        for_sag = made.kind == "plan" and not as_commanded and self.way_of_commands().mode != "rigid"
+        if for_sag and self._shelf.typed(PlanResult, plan).plan is not None:
+            return self.make_sequence(self.executed(plan, settings))
         behind = "execution" if made.kind == "execution" else "plan"
         parents = {"robot": self.robot_digest, behind: plan, "dem": made.parents["dem"]}
         return self._workshop.submit("sequence", parents, None, urgent=True).finish(SHORT_JOB)

@@ -50,6 +50,7 @@ def summary(session: PlannedSession) -> dict[str, Any]:
             "reason": state.execution_reason,
         },
         "joint_scale": state.joint_scale,
+        "way_of_commands": asdict(session.way_of_commands()),
         "sequence": state.sequence,
         "commands_of_another_plan": session.commands_of_another_plan,
         "played": session.played,

@@ -8,6 +8,7 @@ import { edit, redo, toldChoice, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
 import { kept, unsure } from "./conn.js";
+import { sagSettings, titleOf } from "./execution.js";
 import { choose, chosenRow, onChoice } from "./row.js";
 import { rowStates } from "./run.js";
 
@@ -26,6 +27,7 @@ export function start() {
   act({ key: "Ctrl+Y", text: "Redo what was undone last", button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : "There is nothing undone to make again.") });
   attempt(offerFormats);
   onChoice(() => draw(known));
+  for (const id of ["as-commanded", "execution-mode"]) $(id).addEventListener("change", changed);
   subscribe(draw);
 }
 
@@ -36,7 +38,7 @@ async function offerFormats() {
 
 const make = () => attempt(async () => {
   await answered();
-  await post("/sessions/current/sequences", {}, once());
+  await post("/sessions/current/sequences", $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() }, once());
 });
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
@@ -105,7 +107,17 @@ function draw({ summary, sequence }) {
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
     : sending ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
       : sequence && unsure() ? `not armed. ${unsure()}` : "not armed"; // what passes is said in sight: no hand has to point at the button
+  drawWay(summary, sequence);
   drawTable(summary, sequence);
+}
+
+// How the next commands will take the rover, before they are made; and how those that are there do.
+function drawWay({ way_of_commands: way }, sequence) {
+  const rigid = way.mode === "rigid";
+  $("way-text").textContent = $("as-commanded").checked && !rigid ? "as commanded: the rover sags; touch-down is not predicted"
+    : rigid ? `as commanded: ${way.reason}` : `${titleOf(sagSettings().mode)}: the rover's sag is predicted`;
+  $("sequence-way").hidden = !sequence?.way;
+  if (sequence?.way) Object.assign($("sequence-way"), { textContent: sequence.way.text, className: sequence.way.doubt ? "doubt" : "hint" });
 }
 
 function drawTable(summary, sequence) {

@@ -43,6 +43,9 @@ async function load() {
   describe();
 }
 
+// Of a mode, for a person; its own name until the server has told the others.
+export const titleOf = (mode) => modes[mode]?.title ?? mode;
+
 const describe = () => { $("execution-mode-text").textContent = modes[$("execution-mode").value].text; };
 
 const SCALES = ["joint_scale", "wheel_scale"];
@@ -51,8 +54,8 @@ const fields = () => [...$("execution-settings").querySelectorAll("input")];
 const nameOf = (field) => field.id.replace("sag-", "");
 
 // An empty field stands for what is delivered; of the joints' stiffness, for what was taken over. Sag is that under what balance is judged with.
-function settings() {
-  const chosen = { mode: $("execution-mode").value, compliance: { balance: balance() } };
+export function sagSettings() {
+  const chosen = { mode: $("execution-mode").value || "pose_held", compliance: { balance: balance() } };
   for (const field of fields()) {
     const name = nameOf(field);
     if (field.value !== "") (SCALES.includes(name) ? chosen.compliance : chosen)[name] = Number(field.value);
@@ -62,7 +65,7 @@ function settings() {
 
 const order = () => attempt(async () => {
   await answered();
-  await post("/sessions/current/executions", { plan: known.summary.plan.digest, settings: settings() });
+  await post("/sessions/current/executions", { plan: known.summary.plan.digest, settings: sagSettings() });
 });
 
 const jobsThatAre = (...states) => [...known.jobs.values()].filter(({ kind, state }) => kind === "execution" && states.includes(state));
@@ -122,7 +125,7 @@ function outdated(summary) {
 
 function drawAnswer({ status, reason, checks, settings: used, execution, figures }) {
   const found = status === "found";
-  const mode = modes[used.mode]?.title ?? used.mode;
+  const mode = titleOf(used.mode);
   $("execution-answer").className = found ? "yes" : "no";
   $("execution-answer").textContent = found
     ? `Can be commanded, ${mode}. Every check holds.`

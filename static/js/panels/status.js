@@ -6,6 +6,7 @@ import { $, age, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe } from "../store.js";
+import { verdictOf } from "./outcome.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
@@ -133,7 +134,7 @@ function drawMatch(summary, frame) {
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
   else if (match.ok && match.older_ground) mark("status-match", "warn", "planned on older ground");
   else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
-  else if (carriedOut(summary)) mark("status-match", "good", "carried out: every row is done");
+  else if (carriedOut(summary)) mark("status-match", ...verdictOf(summary.run.compared));
   else {
     mark("status-match", "bad", off(match));
     $("status-match").title = match.reason;

@@ -241,6 +241,13 @@ class UpToDateAnswer(TypedDict):
     sequence: FitAnswer | None
 
 
+class WayAnswer(TypedDict):
+    """How a planned step is commanded unless an order says otherwise, and why."""
+
+    mode: Literal["pose_held", "rigid"]
+    reason: str
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -271,6 +278,7 @@ class SessionAnswer(TypedDict):
     plan: PlanInSummary
     execution: dict[str, Any]
     joint_scale: float
+    way_of_commands: WayAnswer
     sequence: DigestText | None
     commands_of_another_plan: bool
     can_undo: bool

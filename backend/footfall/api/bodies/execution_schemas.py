@@ -14,8 +14,8 @@ class ExecutionOrder(Strictly):
     model_config = ConfigDict(
         json_schema_extra={
             "examples": [
-                {"plan": None, "settings": {"mode": "droop_aware"}},
-                {"settings": {"mode": "pose_held", "stop_share": 0.1, "compliance": {"joint_scale": 0.9}}},
+                {"plan": None},
+                {"settings": {"mode": "droop_aware", "stop_share": 0.1, "compliance": {"joint_scale": 0.9}}},
             ]
         }
     )

@@ -11,9 +11,21 @@ from footfall.planning.step.problem import Check, Status
 from footfall.sequence.commands import Command, RuleResult
 
 
+class WayOfCommands(TypedDict):
+    """mode: of the execution that commands were made of; "rigid": they take the rover as rigid.
+
+    text: for a person. doubt: whether the rover sags otherwise than they know, so that touch-down is not predicted.
+    """
+
+    mode: str
+    text: str
+    doubt: bool
+
+
 class SequenceAnswer(TypedDict):
     """Commands, what each leads to, and every rule.
 
+    way: how the rover is commanded, and whether its sag is predicted.
     starts_from: what says from where they start: their plan, the file that they were read from, or the rover as it
     stood then (or was looked at in a what-if), where the file doesn't say.
     """
@@ -34,6 +46,7 @@ class SequenceAnswer(TypedDict):
     rules: tuple[RuleResult, ...]
     parents: dict[str, str]
     starts_from: Literal["plan", "file", "rover"]
+    way: WayOfCommands
     current: bool
     can_undo: bool
 

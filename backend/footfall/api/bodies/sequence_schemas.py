@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import ConfigDict, Field
 
+from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
 from footfall.api.bodies.schemas import FromNumber, Leg, Name, Number, Strictly
 from footfall.sequence.commands import COMMAND_NAMES
 from footfall.sequence.edit import EDIT_KINDS
@@ -15,16 +16,26 @@ Row = Annotated[int, Field(ge=0, le=10**6), FromNumber]
 class NewSequence(Strictly):
     """Make commands of a plan: digest of a planned step or of a move of the chassis, null for the latest step.
 
-    execution: of an execution instead, by digest; ``current`` is that of the present plan.
+    execution: of an execution instead, by digest; ``current`` is that of the present plan. A step is commanded with the
+    pose held, or as ``settings`` say, where it is known how the rover sags; as_commanded: as it was planned all the
+    same, its touch-down not predicted.
     """
 
     model_config = ConfigDict(
         json_schema_extra={
-            "examples": [{"plan": None}, {"plan": "0f3c6bb6a1d24c5f8f6f2d1c9a7e4b30"}, {"execution": "current"}]
+            "examples": [
+                {"plan": None},
+                {"plan": "0f3c6bb6a1d24c5f8f6f2d1c9a7e4b30"},
+                {"settings": {"mode": "droop_aware"}},
+                {"as_commanded": True},
+                {"execution": "current"},
+            ]
         }
     )
     plan: Name | None = None
     execution: Name | None = None
+    settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
+    as_commanded: bool = False
 
 
 class CommandModel(Strictly):

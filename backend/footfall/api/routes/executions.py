@@ -1,6 +1,7 @@
 """Executions: what a rover that sags is commanded for a planned step, as a job, and what is expected of it."""
 
 from fastapi import Response
+from pydantic import BaseModel
 
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
@@ -30,7 +31,7 @@ def order_execution(live: OneSession, order: ExecutionOrder, response: Response)
 
     Where the order does not say `joint_scale`, it is what was taken over last.
     """
-    return accepted(live.plan_execution(order.plan, _settings(live, order)), response)
+    return accepted(live.plan_execution(order.plan, settings_of_order(live, order.settings)), response)
 
 
 @router.get("/sessions/{session}/executions/{digest}")
@@ -94,13 +95,13 @@ def _wheel(found: WheelClearance) -> WheelAnswer:
     }
 
 
-def _settings(live: LiveSession, order: ExecutionOrder) -> ExecutionSettings | None:
+def settings_of_order(live: LiveSession, given: BaseModel | None) -> ExecutionSettings | None:
     """Those of an order; how stiff joints are, where it does not say, is what was taken over last."""
-    given = order.settings
     settings = settings_value(ExecutionSettings, given)
     if given is None or settings is None:
         return None
-    told = given.compliance.model_fields_set if "compliance" in given.model_fields_set else ()
+    compliance = getattr(given, "compliance", None)
+    told = compliance.model_fields_set if compliance and "compliance" in given.model_fields_set else ()
     return settings if "joint_scale" in told else live.settings_in_force(settings)
 
 

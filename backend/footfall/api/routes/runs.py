@@ -34,6 +34,38 @@ class RowAnswer(TypedDict):
     times: dict[str, float]
 
 
+class DifferenceAnswer(TypedDict):
+    """One quantity of a run: `touch-down` of a wheel, `load` on it, `drift` or `sink` of the chassis (leg −1).
+
+    difference: of measured and predicted; uncertainty: of the prediction, in 95 of 100 cases; null: not known. verdict:
+    `differs` where the difference is larger; `advice` then says what to do.
+    """
+
+    quantity: str
+    leg: int
+    predicted: float | None
+    measured: float | None
+    difference: float | None
+    uncertainty: float | None
+    unit: str
+    verdict: Literal["as_predicted", "differs", "not_told"]
+    text: str
+    advice: str
+
+
+class ComparedAnswer(TypedDict):
+    """What came of a run, compared with its prediction. state: `waiting` until the rover is at rest after it, `none`
+    where there is nothing to compare, for the `reason` given. verdict: only `as_predicted` is good; rigid: the commands
+    predicted no sag.
+    """
+
+    state: Literal["none", "waiting", "compared"]
+    reason: str
+    verdict: Literal["as_predicted", "differs", "not_told"]
+    rigid: bool | None
+    differences: list[DifferenceAnswer]
+
+
 class RunAnswer(TypedDict):
     """The latest run. state: going, held, aborting or ended; mode: whole, or steps where it waits after every row."""
 
@@ -47,6 +79,7 @@ class RunAnswer(TypedDict):
     outcome: str
     queued: float
     ended: float | None
+    compared: ComparedAnswer
 
 
 @router.get("/sessions/{session}/run", name="read")

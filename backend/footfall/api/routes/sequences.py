@@ -8,11 +8,18 @@ from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
 from footfall.api.acting import Actor
-from footfall.api.bodies.sequence_answers import ArmedAnswer, ExportedAnswer, SentAnswer, SequenceAnswer
+from footfall.api.bodies.sequence_answers import (
+    ArmedAnswer,
+    ExportedAnswer,
+    SentAnswer,
+    SequenceAnswer,
+    WayOfCommands,
+)
 from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
 from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
 from footfall.api.lineage import Lineage, find, head_of
+from footfall.api.routes.executions import settings_of_order
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.exports import MEDIA, SUFFIXES
@@ -29,13 +36,19 @@ ExportFormat = Literal["json", "csv", "seqjson", "fprime", "fprime-dictionary", 
 
 @router.post("/sessions/{session}/sequences", status_code=201)
 def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAnswer:
-    """Turn a planned step, its execution or a move of the chassis into commands. They become the session's sequence."""
-    chosen = order.plan
+    """Turn a planned step, its execution or a move of the chassis into commands. They become the session's sequence.
+
+    `way` of the answer says how it is commanded. 422 where the step can't be commanded so: nothing is made otherwise
+    than was asked for.
+    """
+    chosen, settings = order.plan, settings_of_order(live, order.settings)
     if order.execution is not None:
         if chosen is not None:
             raise InvalidInput("a sequence is made of a plan or of an execution, not of both")
+        if settings is not None or order.as_commanded:
+            raise InvalidInput("an execution says already how it is commanded: leave out settings and as_commanded")
         chosen = live.found_execution(None if order.execution == "current" else order.execution)
-    live.make_sequence(chosen)
+    live.make_sequence(chosen, settings, as_commanded=order.as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return _body(lineage, lineage.head, response)
@@ -214,6 +227,7 @@ def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
         "rules": sequence.rules,
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
+        "way": cast(WayOfCommands, lineage.live.way_of(digest)),
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

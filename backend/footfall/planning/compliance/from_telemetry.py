@@ -15,6 +15,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, inverse
 from footfall.planning.compliance.equilibrium_kernel import Pose
 from footfall.planning.compliance.rover import CompliantRover, Rest, require_three
+from footfall.planning.compliance.seen_yield import LEAST_YIELD
 from footfall.robot.tolerance import inside
 from footfall.telemetry.state import RobotState
 
@@ -29,8 +30,6 @@ UNEXPLAINED = 0.003
 """
 MOST_SOFTER = 2.0
 """A joint is taken to be at most so many times softer, or stiffer, than described."""
-LEAST_YIELD = 0.25
-"""A rover whose joints yield less than this share of what is expected holds them by other means than springs."""
 LEAST_LOAD = 0.005
 """A wheel that is pressed with less than this share of the weight is in the air: force sensors are not exact."""
 

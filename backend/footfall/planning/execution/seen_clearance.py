@@ -99,7 +99,7 @@ def seen_clearance(
         clearance=float(clearances[leg]),
         joints=float(UNEXPLAINED * np.linalg.norm(up)),
         pose=float(np.sqrt(np.mean(off * off))) if len(off) >= LEAST_STANDING else None,
-        ground=_deviation(dem, place),
+        ground=height_deviation(dem, place),
         whole=bool(ground_known(dem, hubs[leg][None], radius)[0]),
     )
 
@@ -144,8 +144,8 @@ def along(way: Array, point: Array) -> tuple[int, float] | None:
     return at, float(shares[at])
 
 
-def _deviation(dem: Dem, place: Array) -> float | None:
-    """One σ of the height there [m]: the largest of the known cells around; None where the map says nothing."""
+def height_deviation(dem: Dem, place: Array) -> float | None:
+    """One σ of the height at a place (2,) [m]: the largest of the known cells around; None: the map says nothing."""
     if dem.variance is None:
         return None
     grid = dem.geometry

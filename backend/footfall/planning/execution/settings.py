@@ -10,29 +10,29 @@ from footfall.core.value import Value, value
 from footfall.planning.compliance.settings import ComplianceSettings
 
 MODES: Mapping[str, tuple[str, str]] = {
-    "droop_aware": (
-        "droop-aware",
-        "The leg is commanded so that its wheel goes where it was planned although the rover sags.",
-    ),
     "pose_held": (
         "pose held",
         "The standing legs are commanded too, so that the chassis keeps its pose while the load moves.",
+    ),
+    "droop_aware": (
+        "droop-aware",
+        "The leg is commanded so that its wheel goes where it was planned although the rover sags.",
     ),
     "as_commanded": (
         "as commanded",
         "The leg is commanded what was planned, lifted higher if its wheel would not clear the ground.",
     ),
 }
-"""mode → its name and what it does, for a person"""
+"""mode → its name and what it does, for a person; the first is what is delivered."""
 
 
 @value
 class ExecutionSettings(Value):
     """mode: one of MODES.
 
-    - as_commanded: the swing leg is commanded what was planned; the lift is raised until the wheel clears the ground.
-    - droop_aware: the swing leg is commanded so that the sagging rover carries its wheel where it was planned.
     - pose_held: the supporting legs are commanded so that the chassis keeps its pose while the load moves.
+    - droop_aware: the swing leg is commanded so that the sagging rover carries its wheel where it was planned.
+    - as_commanded: the swing leg is commanded what was planned; the lift is raised until the wheel clears the ground.
 
     least_clearance: of the swing leg's wheel over the ground while it swings [m]; most_lift: of a plan [m].
     largest_offset: of the touch-down from the planned contact, seen from above [m]. least_load: on each supporting
@@ -43,7 +43,7 @@ class ExecutionSettings(Value):
     uncertainty of the clearance. clearance: added to every clearance of the robot description [m].
     """
 
-    mode: str = "droop_aware"
+    mode: str = "pose_held"
     least_clearance: float = 0.05
     most_lift: float = 0.5
     largest_offset: float = 0.1

@@ -10,6 +10,7 @@ from footfall.planning.step.lift_off import NotLifted, lift_off
 from footfall.planning.step.problem import StepSettings
 from footfall.planning.step.watch import Watch
 from footfall.robot.model import Robot
+from footfall.robot.tolerance import state_inside
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -42,5 +43,5 @@ def why_not_lifted(robot: Robot, dem: Dem, state: RobotState, leg: int, settings
         clearance=settings.clearance,
         friction=settings.balance.friction,
     )
-    found = lift_off(Stance(robot, dem, state, leg), asked, Watch(), to_plan=False)
+    found = lift_off(Stance(robot, dem, state_inside(robot, state), leg), asked, Watch(), to_plan=False)
     return found.reason if isinstance(found, NotLifted) else ""

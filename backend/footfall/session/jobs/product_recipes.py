@@ -19,6 +19,7 @@ from footfall.session.jobs.requests import (
     ExportRequest,
     ImportRequest,
     MapRequest,
+    OutcomeRequest,
     ShiftRequest,
     StepRequest,
 )
@@ -150,6 +151,14 @@ def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> 
     return make_sequence(chosen, parents["robot"], parents["dem"])
 
 
+def outcome(parents: Mapping[str, Any], settings: OutcomeRequest, progress: Progress) -> Value:
+    """robot, dem, sequence, state at rest after a run of it; OutcomeRequest → Outcome."""
+    from footfall.sequence.foretold import outcome
+
+    robot, dem, sent, state = (parents[name] for name in ("robot", "dem", "sequence", "state"))
+    return outcome(robot, dem, sent, state, settings.set_points, settings.run, settings.rows)
+
+
 def _plan_of(result: Any) -> Any:
     if result.plan is None:
         raise InvalidInput(f"there is no plan to make commands of: {result.reason}", status=result.status.value)
@@ -198,6 +207,7 @@ PRODUCTS: Mapping[str, Recipe] = {
     "shift": shift,
     "body_move": body_move,
     "sequence": sequence,
+    "outcome": outcome,
     "edit": edit,
     "import": from_file,
     "export": export,

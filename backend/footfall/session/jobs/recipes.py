@@ -41,6 +41,7 @@ def preload() -> None:
         "footfall.planning.stance.after",
         "footfall.planning.stance.find_shift",
         "footfall.sequence.edit",
+        "footfall.sequence.foretold",
         "footfall.io.exports",
     ):
         import_module(module)

@@ -54,6 +54,15 @@ class ExecutionRequest(Value):
 
 
 @value
+class OutcomeRequest(Value):
+    """What came of a run, after so many of its rows. set_points: (legs × 6,) of the rover at rest then [rad]."""
+
+    run: int
+    rows: int
+    set_points: NDArray[np.float64]
+
+
+@value
 class ShiftRequest(Value):
     """The shift of the chassis that makes a footfall possible."""
 

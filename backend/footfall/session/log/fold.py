@@ -94,7 +94,8 @@ class SessionState(Value):
         first; choices_ahead: what was taken back since, the latest at the end, for redo.
     runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it. epoch: the latest
         that the rover was told of.
-    joint_scale: times the described stiffness that joints are taken to have, where an order does not say.
+    joint_scale: times the described stiffness that joints are taken to have, where an order does not say. outcome: what
+        came of the latest run that was compared with its prediction.
     """
 
     name: str = ""
@@ -131,6 +132,7 @@ class SessionState(Value):
     conn: ConnRecord | None = field(default=None, metadata=LATER)
     epoch: int = field(default=0, metadata=LATER)
     joint_scale: float = field(default=1.0, metadata=LATER)
+    outcome: str | None = field(default=None, metadata=LATER)
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
 
@@ -263,6 +265,8 @@ def _product(state: SessionState, event: Event, payload: Payload) -> SessionStat
         return replace(state, shift=digest)
     if kind == "body_move":
         return replace(state, body_move=digest)
+    if kind == "outcome":
+        return replace(state, outcome=digest)
     if kind == "sequence":
         made = replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
         return replace(made, **forgotten(state, "edit"))

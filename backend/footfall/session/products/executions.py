@@ -1,19 +1,24 @@
 """Executions of a session: what is commanded so that the rover, which sags, makes the planned step."""
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.execution.settings import MODES, ExecutionSettings
+from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.hand import HandSession
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest
+from footfall.session.log.fold import ProductRecord
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
+from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.recorded import present
 from footfall.session.rover.link import RoverLink
@@ -22,6 +27,21 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 MOST_RUNS = 20
 """Runs before the latest that are asked how far the rover gave way."""
 
+HELD = "the standing legs are commanded too, so that the chassis keeps its pose although the rover sags"
+HOLDS = "telemetry shows that the rover's joints do not give way"
+UNTOLD = (
+    "neither telemetry nor the state that is planned from tells what the joints bear, so how the rover sags is not "
+    "known: they are commanded as planned; touch-down is not predicted"
+)
+
+
+@dataclass(frozen=True)
+class Way:
+    """mode: "pose_held", or "rigid" where sag is not known; reason: why, for a person."""
+
+    mode: str
+    reason: str
+
 
 class ExecutionSession(HandSession):
     """The part of a session that turns plans into set points; thread-safe as
@@ -29,6 +49,54 @@ class ExecutionSession(HandSession):
     """
 
     link: RoverLink
+    _seen_to_give_way: bool | None = None
+    """Whether the rover's joints give way, by the latest telemetry at rest that tells it."""
+
+    def way_of_commands(self) -> Way:
+        """How a planned step is commanded unless an order says otherwise: with the pose held where sag is known."""
+        if self._seen_to_give_way is not None:
+            return Way("pose_held", HELD) if self._seen_to_give_way else Way("rigid", HOLDS)
+        state = None if self.state.state is None else self._shelf.typed(RobotState, self.state.state)
+        if state is None or not (state.joint_torques.any() or state.wheel_forces.any()):
+            return Way("rigid", UNTOLD)
+        return Way("pose_held", HELD)
+
+    def way_of(self, sequence: str) -> dict[str, Any]:
+        """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
+        commands, behind = self._shelf.typed(Sequence, sequence), self.state.plan_behind(sequence)
+        if commands.at_rest is not None:
+            asked = None if behind is None or behind.settings is None else self._shelf.get(behind.settings)
+            if not isinstance(asked, ExecutionRequest):
+                return {"mode": "for_sag", "text": "commanded for sag, as the file says", "doubt": False}
+            title, text = MODES[asked.settings.mode]
+            return {"mode": asked.settings.mode, "text": f"{title}: {text}", "doubt": False}
+        if self._seen_to_give_way is False:
+            return {"mode": "rigid", "text": f"as commanded: {HOLDS}", "doubt": False}
+        sags = "the rover sags" if self.way_of_commands().mode == "pose_held" else "whether the rover sags is not known"
+        return {"mode": "rigid", "text": f"as commanded: {sags}; touch-down is not predicted", "doubt": True}
+
+    def executed(self, plan: str, settings: ExecutionSettings | None = None) -> str:
+        """The execution of a planned step, made unless the present one was asked for with the same; its digest.
+
+        Raises InvalidInput where the step can't be commanded so.
+        """
+        made = self._made_plan(plan)[1]
+        request = self._request(made, settings)
+        there = self.state.execution
+        known = None if there is None else self.state.products[there]
+        if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
+            parents = {**made.parents, "plan": plan}
+            there = self._workshop.submit("execution", parents, request, urgent=True).finish(SHORT_JOB)
+        found = self._shelf.typed(ExecutionResult, there)
+        if found.status is not Status.FOUND:
+            mode = MODES[request.settings.mode][0]
+            raise InvalidInput(
+                f"the step can't be commanded {mode}: {found.reason}; or take another mode, or ask for it as "
+                "commanded: the rover then sags, and its touch-down is not predicted",
+                status=found.status.value,
+                mode=request.settings.mode,
+            )
+        return there
 
     def plan_execution(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a planned step (None: the present one), from the state that it was planned from.
@@ -39,9 +107,11 @@ class ExecutionSession(HandSession):
         """
         digest, made = self._made_plan(plan)
         self._found_plan(digest)
+        return self._workshop.submit("execution", {**made.parents, "plan": digest}, self._request(made, settings))
+
+    def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
         state = self._shelf.typed(RobotState, made.parents["state"])
-        request = ExecutionRequest(settings or self.settings_in_force(), set_points_at(self.link.frame, state))
-        return self._workshop.submit("execution", {**made.parents, "plan": digest}, request)
+        return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self.link.frame, state))
 
     def found_execution(self, digest: str | None = None) -> str:
         """Digest of an execution (None: the present one). Raises Conflict where there is none, NotFound."""

@@ -33,6 +33,7 @@ _PRODUCTS: Mapping[str, tuple[str, ...]] = {
     "execution": ("ExecutionResult",),
     "shift": ("ShiftResult",),
     "body_move": ("BodyMoveResult",),
+    "outcome": ("Outcome",),
     "export": (FILE,),
 }
 _PARENTS: Mapping[str, tuple[str, ...]] = {
@@ -55,6 +56,7 @@ _MADE_FROM: Mapping[str, tuple[str, ...]] = {
     "execution": (*_GROUND, "plan"),
     "sequence": ("robot", "dem"),
     "edit": ("robot", "dem", "sequence"),
+    "outcome": (*_GROUND, "sequence"),
     "export": ("sequence",),
 }
 """Kind of product → the parents that none is without."""

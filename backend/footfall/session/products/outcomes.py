@@ -1,0 +1,140 @@
+"""What came of each run: compared with its prediction as soon as the rover is at rest after it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from footfall.core.errors import FootFallError
+from footfall.core.value import fields_of
+from footfall.sequence.commands import Sequence
+from footfall.sequence.outcome import Difference, Outcome
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import OutcomeRequest
+from footfall.session.log.fold_commands import RunRecord
+from footfall.session.products.executions import ExecutionSession
+from footfall.session.products.remembered import on_map
+from footfall.telemetry.state import TelemetryFrame
+from footfall.terrain.dem import Dem
+
+REST = 1.5
+"""So long after commands that end without a pause the chassis still sways [s]."""
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """A run whose rover comes to rest. rows: so many were done; since: rover clock [s]; frame: the latest of it."""
+
+    run: RunRecord
+    rows: int
+    since: float
+    frame: TelemetryFrame
+
+
+class OutcomeSession(ExecutionSession):
+    """The part of a session that compares runs with their prediction; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    _compared: int = 0
+    """The latest run that was compared, or can't be."""
+    _waiting: _Waiting | None = None
+    _asked: tuple[int, Job] | None = None
+    """A run, and the job that compares it."""
+    _refused: tuple[int, str] = (0, "")
+    """A run, and why it was not compared."""
+    _before: int = 0
+    """The latest run before the session was opened."""
+
+    def outcome(self) -> dict[str, Any]:
+        """What came of the latest run, as plain JSON.
+
+        state: "none" where there is nothing to compare, "waiting" until the rover is at rest and the comparison made,
+        "compared". verdict: "as_predicted", "differs" or "not_told"; only the first is good.
+        """
+        state = self.state
+        run = state.run
+        nothing = {"verdict": "not_told", "rigid": None, "differences": []}
+        if run is None or run.state != "ended":
+            return {"state": "none", "reason": "nothing was carried out yet", **nothing}
+        made = None if state.outcome is None else self._shelf.typed(Outcome, state.outcome)
+        if made is not None and made.run == run.number:
+            told = {"verdict": made.verdict, "rigid": made.rigid, "reason": _reason(made)}
+            return {"state": "compared", **told, "differences": [_plain(one) for one in made.differences]}
+        reason = self._not_compared(run)
+        if self._asked is not None and self._asked[0] == run.number:
+            reason = self._asked[1].error.message if self._asked[1].error is not None else reason
+        if self._refused[0] == run.number:
+            reason = self._refused[1]
+        if reason:
+            return {"state": "none", "reason": reason, **nothing}
+        return {"state": "waiting", "reason": "it is compared when the rover is at rest", **nothing}
+
+    def _look_whether_a_run_is_over(self, frame: TelemetryFrame) -> None:
+        """``frame``: the latest. What is compared is the first at rest after a run, or the last before the next run."""
+        waiting, run = self._waiting, self.state.run
+        if waiting is not None and (run is None or run.number != waiting.run.number):
+            self._compare(waiting)
+            waiting = self._waiting
+        if run is None or run.state != "ended" or run.number <= self._compared or frame.state.mode != "idle":
+            return
+        if self._not_compared(run):
+            self._compared = run.number
+            return
+        rows = len(self._done(run))
+        since = frame.state.time if waiting is None else waiting.since
+        self._waiting = waiting = _Waiting(run, rows, since, frame)
+        ended = self._shelf.typed(Sequence, run.sequence).commands[rows - 1]
+        if ended.name == "WAIT" or frame.state.time - since >= REST:
+            self._compare(waiting)
+
+    def _compare(self, waiting: _Waiting) -> None:
+        self._waiting, self._compared = None, waiting.run.number
+        dem = self._planned_on(waiting.run.sequence) or self.state.dem
+        if dem is None:
+            return
+        try:
+            state = self._shelf.put(on_map(waiting.frame.state, self._shelf.typed(Dem, dem)))
+            parents = {"robot": self.robot_digest, "dem": dem, "sequence": waiting.run.sequence, "state": state}
+            request = OutcomeRequest(waiting.run.number, waiting.rows, waiting.frame.commanded)
+            job = self._workshop.submit("outcome", parents, request, urgent=True, run=waiting.run.number)
+            self._asked = (waiting.run.number, job)
+        except (FootFallError, OSError) as err:
+            self._refused = (waiting.run.number, f"it could not be compared with its prediction: {err}")
+
+    def _not_compared(self, run: RunRecord) -> str:
+        """Why a run that has ended can't be compared with its prediction; empty where it can."""
+        sent = [one for one in self.state.commands if one.run == run.number]
+        open_rows = [one.row for one in sent if one.state != "done"]
+        if open_rows:
+            return f"row {open_rows[0] + 1} was not carried out to its end: where the rover is now was not predicted"
+        if not sent:
+            return "no row of it was carried out"
+        if run.number <= self._before:
+            return "the session was closed before the rover was at rest"
+        if self.state.dem is None:
+            return "there is no terrain to compare it on"
+        return ""
+
+    def _done(self, run: RunRecord) -> list[int]:
+        return [one.row for one in self.state.commands if one.run == run.number and one.state == "done"]
+
+    def _planned_on(self, sequence: str) -> str | None:
+        """Digest of the terrain that the plan behind a sequence was made on."""
+        behind = self.state.plan_behind(sequence)
+        return None if behind is None else behind.parents["dem"]
+
+
+def _plain(one: Difference) -> dict[str, Any]:
+    """JSON has no NaN."""
+    return {name: None if item != item else item for name, item in fields_of(one).items()}
+
+
+def _reason(made: Outcome) -> str:
+    """One line: what came of it."""
+    if made.verdict == "as_predicted":
+        return "touch-down, loads, drift and sink are as predicted" if not made.rigid else "it moved as commanded"
+    if made.verdict == "differs":
+        count = sum(one.verdict == "differs" for one in made.differences)
+        return f"{count} of {len(made.differences)} differ from the prediction by more than its uncertainty"
+    if made.rigid:
+        return "these commands took the rover as rigid, and it sags: touch-down and loads were not predicted"
+    return "not all that was predicted was measured"
