@@ -2,11 +2,13 @@
 
 import { act } from "./acts.js";
 import { PAGE, get } from "./api.js";
-import { $, element } from "./dom.js";
+import { $, age, element } from "./dom.js";
 import { clock } from "./events.js";
-import { subscribe } from "./store.js";
+import { alive, silent, subscribe } from "./store.js";
 
-const GOES_ON = "Commands, telemetry and stop go on without it.";
+// What goes on without the scene goes on only while the server does.
+const goesOn = () => (alive() ? "Commands, telemetry and stop go on without it." : silence());
+const silence = () => `The server is silent for ${age(silent())}: commands, telemetry and the scene are as they were then, and a stop is not confirmed.`;
 const LOOK_PERIOD = 20000; // ms
 const RETURN_PERIOD = 5000; // ms, while it is gone
 
@@ -18,22 +20,23 @@ let wanted = true;
 let gone = false; // its server, as far as is known
 let lookedAt = 0;
 let answeredAt = 0; // ms since 1970
+let said = { text: "The scene is loading.", failed: false, lasts: false }; // of the scene itself; what goes on is added when it is drawn
 
 export function startScene() {
   const frame = $("scene");
   wanted = new URLSearchParams(location.search).get("scene") !== "off";
   frame.addEventListener("load", loaded);
   act({ text: "Load the scene again", button: "scene-again", run: load, refusal: () => (wanted ? "" : "The page was opened with ?scene=off.") });
-  subscribe(look);
+  subscribe(() => { draw(); look(); });
   if (wanted) load();
-  else note(`The scene is off (?scene=off). ${GOES_ON}`);
+  else note("The scene is off (?scene=off).", false, true);
 }
 
 async function load() {
   note("The scene is loading.");
   const reason = await unavailable();
   gone = Boolean(reason);
-  if (gone) note(`The scene can't be shown: ${reason}. ${GOES_ON}`, true);
+  if (gone) note(`The scene can't be shown: ${reason}.`, true);
   else $("scene").src = `/scene/?${options()}`;
 }
 
@@ -60,22 +63,22 @@ function loaded() {
   if (!inside || inside.URL === "about:blank") return;
   answeredAt = Date.now();
   inside.head.append(element("style", { textContent: STYLE }));
-  inside.addEventListener("webglcontextlost", () => note(`The scene has lost its graphics. ${GOES_ON}`, true), true);
+  inside.addEventListener("webglcontextlost", () => note("The scene has lost its graphics.", true), true);
   note("");
 }
 
 // The frame can't tell that its server has gone; asking for the page that it shows can. The server opens the scene anew.
 async function look() {
   const period = gone ? RETURN_PERIOD : LOOK_PERIOD;
-  if (!wanted || ($("scene-note").textContent && !gone) || performance.now() - lookedAt < period) return;
+  if (!wanted || (said.text && !gone) || performance.now() - lookedAt < period) return;
   lookedAt = performance.now();
   const reason = await unavailable();
   if (!reason) {
     answeredAt = Date.now();
     if (gone) await load();
-  } else if (!$("scene-note").textContent) {
+  } else if (!said.text) {
     gone = true;
-    note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later. ${GOES_ON}`, true);
+    note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later.`, true);
   }
 }
 
@@ -91,10 +94,18 @@ async function answers(address) {
   }
 }
 
-function note(text, failed = false) {
-  $("scene-note").textContent = text;
-  $("scene-note").hidden = !text;
-  $("scene-note").className = failed ? "doubt" : "";
+// lasts: whether it stays so, and what goes on is said with it.
+function note(text, failed = false, lasts = failed) {
+  said = { text, failed, lasts };
+  draw();
+}
+
+function draw() {
+  const { text, failed, lasts } = said;
+  const told = lasts ? `${text} ${goesOn()}` : alive() ? text : `${text} ${silence()}`.trim();
+  if ($("scene-note").textContent !== told) $("scene-note").textContent = told;
+  $("scene-note").hidden = !told;
+  $("scene-note").className = failed || !alive() ? "doubt" : "";
   $("scene-again").hidden = !failed;
-  $("scene").classList.toggle("past", failed); // what is left of its picture is not how things are
+  $("scene").classList.toggle("past", failed || !alive()); // what is left of its picture is not how things are
 }

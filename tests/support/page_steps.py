@@ -19,8 +19,8 @@ def held(served: Running, path: str = SESSION):
 
 
 def press(page: Page, name: str) -> None:
-    """Click the button of that name."""
-    page.get_by_role("button", name=name, exact=True).click()
+    """Click the button of that name, which may say after a colon of what."""
+    page.get_by_role("button", name=re.compile(rf"^{re.escape(name)}(:|$)")).click()
 
 
 def keep_pressed(page: Page, selector: str) -> None:

@@ -13,6 +13,7 @@ from footfall.core.errors import CommandRefused
 from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.carried_out import carried_out
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
 from footfall.session.jobs.requests import ExecutionRequest
@@ -150,7 +151,12 @@ class CommandedSession(LinkedSession):
 
     def _facts(self, sequence: str) -> Facts:
         link, dem = self.link, self.state.dem
-        return Facts(link.connected, self.frame, link.age, dem, self._planned_on(sequence), self._weight(sequence))
+        done = sequence in carried_out(self.state, self._rows_of)
+        ground, weight = self._planned_on(sequence), self._weight(sequence)
+        return Facts(link.connected, self.frame, link.age, dem, ground, weight, done)
+
+    def _rows_of(self, sequence: str) -> int:
+        return len(self._shelf.typed(Sequence, sequence).commands)
 
     def _weight(self, sequence: str) -> float:
         """Weight of rover and payload that a sequence was planned with [N]; for a rigid step, that of its robot."""

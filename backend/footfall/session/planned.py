@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.step.problem import PlanResult
+from footfall.planning.step.problem import PlanResult, Status
 from footfall.sequence.commands import Sequence
+from footfall.session.carried_out import carried_out, to_command
 from footfall.session.commanded import CommandedSession
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SEQUENCES, SessionState
@@ -122,6 +123,29 @@ class PlannedSession(CommandedSession):
         if source is not None and source.kind == "plan":
             return behind != state.plan
         return state.plan is not None and self.played == state.plan
+
+    @property
+    def to_command(self) -> dict[str, Any] | None:
+        """What commands are to be made of, as :func:`footfall.session.carried_out.to_command` tells it."""
+        finished = carried_out(self.state, self._rows_of)
+        return to_command(self.state, self.events(), finished, self._move_found)
+
+    def _move_found(self, digest: str) -> bool:
+        from footfall.planning.stance.move import BodyMoveResult
+
+        return self._shelf.typed(BodyMoveResult, digest).status is Status.FOUND
+
+    @property
+    def commands_carried_out(self) -> bool:
+        """Whether the rover has carried out the present commands, and does not stand where they start again."""
+        state, frame = self.state, self.frame
+        if state.sequence is None or state.sequence not in carried_out(state, self._rows_of):
+            return False
+        if frame is None:
+            return True
+        sequence = self._shelf.typed(Sequence, state.sequence)
+        names = self.description.joint_names
+        return difference(sequence.start, sequence.T_site_base, frame.state, names).beyond(*SENT) != ""
 
     def _ground_of(self, state: SessionState) -> str | None:
         """Digest of the terrain that what was planned last was planned on."""

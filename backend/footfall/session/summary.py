@@ -52,6 +52,8 @@ def summary(session: PlannedSession) -> dict[str, Any]:
         "joint_scale": state.joint_scale,
         "way_of_commands": asdict(session.way_of_commands()),
         "sequence": state.sequence,
+        "commands_carried_out": session.commands_carried_out,
+        "to_command": session.to_command,
         "commands_of_another_plan": session.commands_of_another_plan,
         "played": session.played,
         "can_undo": bool(state.sequence_history),

@@ -3,10 +3,10 @@
 import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
-import { $, attempt, element } from "../dom.js";
+import { $, age, attempt, element } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
-import { changed, known, subscribe } from "../store.js";
+import { alive, changed, known, silent, subscribe } from "../store.js";
 import { kept, unsure } from "./conn.js";
 import { sagSettings, titleOf } from "./execution.js";
 import { choose, chosenRow, onChoice } from "./row.js";
@@ -19,7 +19,7 @@ export function start() {
   act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
   act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? unsure() : "Arm the commands first.") });
-  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.plan.status === "found" ? "" : "There is no plan to make commands of: plan the step first.") });
+  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
   $("import-file").addEventListener("change", importFile);
@@ -36,10 +36,21 @@ async function offerFormats() {
   $("export-format").replaceChildren(...formats.map(({ format, title }) => element("option", { value: format, textContent: title })));
 }
 
+// What commands are made of is told by the server, and named on the button: nothing else is made.
 const make = () => attempt(async () => {
+  const fresh = awaited();
   await answered();
-  await post("/sessions/current/sequences", $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() }, once());
+  const { to_command: meant, plan } = known.summary;
+  if (fresh && plan.status !== "found") throw new Error(`Nothing was made: no plan was found. ${plan.reason}`);
+  if (!meant) throw new Error(`Nothing was made: ${notPlanned()}`);
+  const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
+  const order = meant.kind === "execution" ? { execution: meant.digest } : { plan: meant.digest, ...(meant.kind === "plan" && way) };
+  await post("/sessions/current/sequences", order, once());
 });
+
+const notPlanned = () => (known.summary?.plan.status === "found"
+  ? "What was planned was carried out: plan the next step or move."
+  : "There is no plan to make commands of: plan the step first.");
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
   const path = `${ROOT}/sequences/${known.sequence.digest}/export?format=${format}`;
@@ -90,6 +101,7 @@ const lapsed = (summary, sequence) =>
 
 function notArmable() {
   if (!known.sequence) return "There is no sequence yet.";
+  if (known.summary?.commands_carried_out) return "These commands were carried out; make new ones.";
   if (!known.sequence.valid) return "A rule does not hold: see the list.";
   if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
   if (known.summary?.gate?.state === "sending") return "A sequence is being sent already.";
@@ -102,14 +114,18 @@ function draw({ summary, sequence }) {
   if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
   if (armed && lapsed(summary, sequence)) armed = null;
   const sending = summary.gate?.state === "sending";
-  $("arm-state").dataset.state = armed || (sending && summary.gate.waiting) ? "warn" : sending ? "busy" : "none";
+  const lost = alive() ? "" : `${age(silent())} ago`;
+  $("make-sequence").textContent = summary.to_command ? `Make sequence: ${summary.to_command.text}` : "Make sequence";
+  $("arm-state").dataset.state = armed || (sending && (summary.gate.waiting || lost)) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
     ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
-    : sending ? `${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
-      : sequence && unsure() ? `not armed. ${unsure()}` : "not armed"; // what passes is said in sight: no hand has to point at the button
+    : sending ? `${lost && `${lost}: `}${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
+      : sequence && notNow(summary) ? `not armed. ${notNow(summary)}` : "not armed"; // what passes is said in sight: no hand has to point at the button
   drawWay(summary, sequence);
   drawTable(summary, sequence);
 }
+
+const notNow = (summary) => (summary.commands_carried_out ? "These commands were carried out; make new ones." : unsure());
 
 // How the next commands will take the rover, before they are made; and how those that are there do.
 function drawWay({ way_of_commands: way }, sequence) {
@@ -126,17 +142,15 @@ function drawTable(summary, sequence) {
   const focused = $("commands").contains(document.activeElement) ? document.activeElement : null;
   $("sequence-other").hidden = !sequence || !summary.commands_of_another_plan;
   $("sequence-start").hidden = sequence?.starts_from !== "rover";
-  if (key === drawn || focused?.matches("input")) return; // not under the hands of somebody who types
-  drawn = key;
+  if (key === drawn) return;
   $("commands").hidden = !sequence;
-  if (!sequence) {
-    $("sequence-text").textContent = "No sequence yet.";
-    return;
-  }
-  const broken = sequence.rules.filter((rule) => !rule.holds);
-  $("sequence-text").className = sequence.valid ? "yes" : "no";
-  $("sequence-text").textContent = `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
+  const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
+  $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
+  $("sequence-text").textContent = !sequence ? "No sequence yet." : `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
     + (sequence.valid ? "Every rule holds." : broken.map(toldRule).join("; "));
+  if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
+  drawn = key;
+  if (!sequence) return;
   $("commands").tBodies[0].replaceChildren(...sequence.commands.map((command, row) => tableRow(command, row, broken, states.get(row))));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();

@@ -56,8 +56,9 @@ function draw({ summary }) {
   const { request } = summary.conn;
   const asks = request && mine();
   const status = $("status-conn");
-  status.dataset.state = asks ? "warn" : mine() ? "good" : "none";
-  const told = (short) => (!holder() ? "nobody" : asks ? `${name(request.by, short)} asks for it` : name(holder(), short));
+  const past = alive() ? "" : `${age(silent())} ago: `; // who has it by now is not known
+  status.dataset.state = past ? "stale" : asks ? "warn" : mine() ? "good" : "none";
+  const told = (short) => past + (!holder() ? "nobody" : asks ? `${name(request.by, short)} asks for it` : name(holder(), short));
   status.textContent = told(true);
   status.title = told(false);
   $("conn-text").textContent = text(request);
@@ -71,6 +72,7 @@ function draw({ summary }) {
 }
 
 function text(request) {
+  if (!alive()) return `Conn: not known, the server is silent for ${age(silent())}. Then: ${holder() ? name(holder()) : "nobody"}.`;
   if (!holder()) return "Conn: nobody. Arming takes it.";
   const wait = request ? ` ${name(request.by)} asks for it and has it in ${Math.max(0, Math.ceil(request.granted_in))} s.` : "";
   return `Conn: ${name(holder())}.${wait}`;

@@ -2,10 +2,10 @@
 
 import { act } from "../acts.js";
 import { post } from "../api.js";
-import { $, attempt } from "../dom.js";
+import { $, age, attempt } from "../dom.js";
 import { COMMAND_WORDS as WORDS } from "../events.js";
 import { refresh } from "../stream.js";
-import { known, subscribe } from "../store.js";
+import { alive, known, silent, subscribe } from "../store.js";
 import { kept, unsure } from "./conn.js";
 
 export function start() {
@@ -27,7 +27,7 @@ const steer = (what) => attempt(async () => {
 function draw({ summary }) {
   if (!summary) return;
   $("run-acts").hidden = summary.gate.state !== "sending";
-  $("run-state").textContent = summary.gate.why;
+  $("run-state").textContent = alive() ? summary.gate.why : `${age(silent())} ago: ${summary.gate.why || "under way"}`;
 }
 
 // How far the rows of the latest run came, where it is of this sequence: row → {state, text, times}.

@@ -83,7 +83,7 @@ function draw() {
 
 function drawLink(summary, frame) {
   const { link } = summary;
-  const old = frame ? telemetryAge(frame) : link.age_s;
+  const old = frame ? telemetryAge(frame) : link.age_s === null ? null : link.age_s + silent();
   const light = link.light_time.telemetry_s ? ` + ${age(link.light_time.telemetry_s)} on the way` : "";
   if (!link.connected && frame && old <= STALE_AFTER) {
     mark("status-link", "warn", `telemetry only, can't be commanded, ${age(old)} old${light}`);
@@ -129,6 +129,7 @@ export function telemetryAge(frame) {
 function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;
   if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
+  else if (!alive()) mark("status-match", "stale", `not known for ${age(silent())}`);
   else if (summary.gate.state === "sending") drawRun(summary);
   else if (summary.plan.digest && summary.plan.status !== "found" && summary.commands_of_another_plan) mark("status-match", "warn", "the plan was refused");
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
@@ -183,6 +184,7 @@ function stopText(summary, latched, acknowledged, standing) {
   if (!latched) {
     return standing ? "The rover is STOPPED; clear the stop to move it." : "Stop request. Not a safety-rated stop.";
   }
+  if (!alive()) return `Stop in force ${age(silent())} ago${acknowledged ? ", acknowledged by the rover" : ", NOT YET ACKNOWLEDGED"}; the server is silent since.`;
   if (acknowledged) return "STOPPED, acknowledged by the rover.";
   const way = onItsWay(summary, "stop");
   if (way) return `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;

@@ -2,9 +2,9 @@
 
 import { act } from "../acts.js";
 import { request } from "../api.js";
-import { $, attempt, toast } from "../dom.js";
+import { $, age, attempt, toast } from "../dom.js";
 import { reveal } from "../layout.js";
-import { known, subscribe } from "../store.js";
+import { alive, known, silent, subscribe } from "../store.js";
 
 const LONG = 30; // s after which images that have not come are doubted
 const GIVEN_UP = 600; // s
@@ -18,6 +18,7 @@ let seen = 0; // when it was last seen under way, performance.now()
 let asked = null; // {before, since}: images that were asked for, and the snapshot that there was
 let told = null; // ids of the failed jobs that were told, or had failed before this page opened
 let ended = ""; // what the latest work that ended was
+let verdict = null; // {of, digest}: the "plan" or "sequence" that what is said of it judges; null where it judges none
 
 export function start() {
   act({ key: "X", text: "Cancel the running job", button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No job is running.") });
@@ -52,11 +53,13 @@ function draw({ summary }) {
   if (asked && summary.snapshot !== asked.before) arrived("yes", "images: here");
   else if (asked && !summary.link.connected) arrived("no", "images: the link was lost before they came");
   else if (passed > GIVEN_UP) arrived("no", "images: none came");
+  if (verdict && known[verdict.of]?.digest !== verdict.digest) ended = ""; // taken back, or another is there: it is judged there
   if (job) [followed, seen, ended] = [job.id, performance.now(), ""];
   else if (followed && tellEnd(known.jobs.get(followed))) followed = null;
   $("job").hidden = !job && !asked;
   $("job-said").hidden = Boolean(job || asked) || !ended;
-  if (job) show(`${named(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}`, job.fraction);
+  const past = alive() ? "" : `, ${age(silent())} ago`;
+  if (job) show(`${named(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
   else if (asked) show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
 }
 
@@ -81,18 +84,18 @@ function tellEnd(job) {
   if (state === "failed") say(kind, "no", `${named(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
   else if (state === "cancelled") say(kind, "", `${named(kind)}: cancelled`);
   else if (kind === "plan" && known.plan?.digest === job.result) {
-    if (known.plan.status === "found") say(kind, "yes", "plan: found");
-    else say(kind, "no", `no plan: ${known.plan.reason}`);
+    if (known.plan.status === "found") say(kind, "yes", "plan: found", { of: "plan", digest: job.result });
+    else say(kind, "no", `no plan: ${known.plan.reason}`, { of: "plan", digest: job.result });
   } else if (COMMANDS.includes(kind) && known.sequence?.digest === job.result) {
-    if (known.sequence.valid) say(kind, "yes", "commands: every rule holds");
-    else say(kind, "no", "commands: a rule does not hold");
+    if (known.sequence.valid) say(kind, "yes", "commands: every rule holds", { of: "sequence", digest: job.result });
+    else say(kind, "no", "commands: a rule does not hold", { of: "sequence", digest: job.result });
   } else if ((kind === "plan" || COMMANDS.includes(kind)) && performance.now() - seen < PATIENCE) return false;
   else say(kind, GROUND.includes(kind) ? "yes" : "", `${named(kind)}: done`); // of others it is not known here what they found
   return true;
 }
 
-function say(kind, className, text) {
-  ended = kind;
+function say(kind, className, text, judged = null) {
+  [ended, verdict] = [kind, judged];
   Object.assign($("job-said-text"), { className, textContent: text, title: text });
 }
 

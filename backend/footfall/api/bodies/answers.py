@@ -248,6 +248,15 @@ class WayAnswer(TypedDict):
     reason: str
 
 
+class ToCommand(TypedDict):
+    """What commands are to be made of: what was planned last, can be carried out and was not. leg null: all of them."""
+
+    digest: DigestText
+    kind: Literal["plan", "execution", "body_move"]
+    leg: int | None
+    text: str
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -280,6 +289,8 @@ class SessionAnswer(TypedDict):
     joint_scale: float
     way_of_commands: WayAnswer
     sequence: DigestText | None
+    commands_carried_out: bool
+    to_command: ToCommand | None
     commands_of_another_plan: bool
     can_undo: bool
     can_redo: bool

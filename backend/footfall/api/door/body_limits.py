@@ -23,7 +23,7 @@ FRAME_BYTES = 2 * MAX_BINARY_FRAME
 
 _SESSION = BASE + r"/sessions/[^/]+"
 _FILES = re.compile(
-    rf"{_SESSION}/(terrains|terrains/blend|terrains/photographs|images/upload|sequences/import)|{BASE}/recordings"
+    rf"{_SESSION}/(terrains|terrains/blend|terrains/scans|terrains/photographs|images/upload|sequences/import)|{BASE}/recordings"
 )
 _OWN = {
     f"{BASE}/login": LOGIN_BYTES,

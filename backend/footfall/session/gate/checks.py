@@ -25,7 +25,7 @@ class Facts:
     """What the gate judges by.
 
     dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
-    sequence was planned with [N].
+    sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run.
     """
 
     connected: bool
@@ -34,6 +34,7 @@ class Facts:
     dem: str | None
     planned_on: str | None
     weight: float | None = None
+    carried_out: bool = False
 
     @property
     def fresh(self) -> bool:
@@ -41,8 +42,22 @@ class Facts:
         return self.connected and self.age is not None and self.age <= STALE_AFTER
 
 
+CARRIED_OUT = "these commands were carried out; make new ones"
+MOVED_ON = ("terrain", "start", "set-points", "pose")
+"""Checks that commands fail because they were carried out, which is then said first."""
+
+
 def require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> None:
     """Raises CommandRefused, naming the check, unless ``sequence`` may be sent in the present situation."""
+    try:
+        _require_fit(sequence, facts, joint_names)
+    except CommandRefused as err:
+        if not facts.carried_out or err.details["check"] not in MOVED_ON:
+            raise
+        raise CommandRefused(f"{CARRIED_OUT}: {err.message}", **err.details) from None
+
+
+def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> None:
     for failure in sequence.failures[:1]:
         row = "the sequence" if failure.row < 0 else f"row {failure.row}"
         _refuse("rules", f"{row} breaks {failure.rule}: {failure.text}", row=failure.row, rule=failure.rule)

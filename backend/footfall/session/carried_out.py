@@ -1,0 +1,61 @@
+"""Which commands the rover has carried out to their last row, and what of the planned is left to make commands of."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from footfall.planning.step.problem import Status
+from footfall.session.log.event import Event
+from footfall.session.log.fold import SessionState
+
+
+def carried_out(state: SessionState, rows_of: Callable[[str], int]) -> dict[str, float]:
+    """Sequences of which one run had every row done → when the last of these was. rows_of: of a sequence."""
+    done: dict[tuple[str, int], dict[int, float]] = {}
+    for one in state.commands:
+        if one.state == "done":
+            done.setdefault((one.sequence, one.run), {})[one.row] = one.time
+    return {sequence: max(rows.values()) for (sequence, _), rows in done.items() if len(rows) == rows_of(sequence)}
+
+
+def moved_by(state: SessionState, sequence: str) -> set[str]:
+    """Digests of the plan, execution or move of the chassis that commands go back to, through edits and execution."""
+    made = state.products.get(state.before_edits(sequence))
+    if made is None:
+        return set()
+    behind = {made.parents[name] for name in ("plan", "execution") if name in made.parents}
+    executed = state.products.get(made.parents.get("execution", ""))
+    return behind if executed is None else behind | {executed.parents["plan"]}
+
+
+def to_command(
+    state: SessionState, events: Iterable[Event], finished: Mapping[str, float], move_found: Callable[[str], bool]
+) -> dict[str, Any] | None:
+    """What commands are to be made of: the planned step, its execution or the move of the chassis that came last, of
+    those that can be carried out and were not; None where there is none.
+
+    finished: as :func:`carried_out`. move_found: whether the move of that digest can be made. Answers with digest,
+    kind, leg (None: all of them), and text, for a person.
+    """
+    made: dict[str, Event] = {}  # or chosen
+    legs: dict[str, int | None] = {}
+    for event in events:
+        if event.type in ("product", "plan_chosen"):
+            made[event.payload["digest"]] = event
+        if event.type == "product":
+            legs[event.payload["digest"]] = event.payload.get("leg")
+    able = [state.plan if state.plan_status == Status.FOUND.value else None]
+    able.append(state.execution if state.execution_status == Status.FOUND.value else None)
+    able.append(state.body_move if state.body_move is not None and move_found(state.body_move) else None)
+    over = {digest: when for one, when in finished.items() for digest in moved_by(state, one)}
+    # the same may have been planned again since
+    left = [one for one in able if one is not None and over.get(one, -float("inf")) < made[one].time]
+    if not left:
+        return None
+    digest = max(left, key=lambda one: made[one].seq)
+    kind = state.products[digest].kind
+    if kind == "body_move":
+        return {"digest": digest, "kind": kind, "leg": None, "text": "chassis move"}
+    step = state.products[digest].parents["plan"] if kind == "execution" else digest
+    leg = legs.get(step)
+    named = "the step" if leg is None else f"leg {leg}"
+    return {"digest": digest, "kind": kind, "leg": leg, "text": named + (", for sag" if kind == "execution" else "")}

@@ -1,0 +1,110 @@
+"""What the page says is so at one moment: of a server that is silent, of commands taken back or carried out, of what is
+made next."""
+
+import re
+
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from tests.support.page_steps import SLOW, held, made, press
+from tests.support.server import Running, until
+from tests.support.spoken import current, say
+
+SILENT = """async () => {
+  const { changed, known } = await import("/js/store.js");
+  window.fetch = (address, { signal } = {}) => new Promise((_, fail) => signal?.addEventListener("abort", fail));
+  known.heardAt -= 38000;
+  changed();
+}"""
+"""No request is answered any more, and the last answer is 38 s old; the line of events is open still."""
+HOLDS = "Every rule holds."
+BROKEN = "a rule does not hold"
+
+
+def carried_out(quiet: Running) -> None:
+    """The present commands, sent to a rover that does every row and stands elsewhere then."""
+    live = current(quiet)
+    live.rover_connected(lambda text: None)
+    say(quiet, 1)
+    commands = live.send(live.arm()["token"])["commands"]
+    for number, command in enumerate(commands, start=2):
+        say(quiet, number)  # a rover that falls silent ends the run
+        live.take_acknowledgement(command, "done")
+    assert live.frame is not None
+    say(quiet, len(commands) + 2, posture=live.frame.state.posture + 0.3)
+
+
+def test_of_a_silent_server_nothing_is_said_to_go_on(console: Page, quiet: Running) -> None:
+    console.get_by_role("button", name="Take conn").click()
+    conn = console.locator("#status-conn")
+    expect(conn).to_have_attribute("data-state", "good")
+    note = console.locator("#scene-note")
+    expect(note).to_contain_text("stop go on without it")
+    console.evaluate(SILENT)
+    expect(note).to_contain_text(re.compile(r"The server is silent for (3|4)\d s"))
+    expect(note).not_to_contain_text("go on")
+    expect(note).to_have_class("doubt")
+    expect(conn).to_have_attribute("data-state", "stale")
+    expect(conn).to_contain_text(re.compile(r"^(3|4)\d s ago: this page"))
+    expect(console.locator("#conn-text")).to_contain_text("not known, the server is silent for")
+    expect(console.locator("#status-server")).to_contain_text("silent for")
+    expect(console.locator("#status-match")).to_have_attribute("data-state", re.compile("stale|warn"))
+    good = console.locator("header [data-state=good], header [data-state=busy]")
+    expect(good).to_have_count(0)
+
+
+def test_a_run_of_a_silent_server_is_told_with_its_age(console: Page, quiet: Running) -> None:
+    live = current(quiet)
+    live.rover_connected(lambda text: None)
+    say(quiet, 1)
+    live.send(live.arm()["token"])
+    arm = console.locator("#arm-state")
+    expect(arm).to_contain_text("row 1")
+    console.evaluate(SILENT)
+    expect(arm).to_contain_text(re.compile(r"^(3|4)\d s ago: "))
+    expect(arm).to_have_attribute("data-state", "warn")
+    expect(console.locator("#status-match")).to_contain_text(re.compile(r"not known for (3|4)\d s"))
+    expect(console.locator("#run-state")).to_contain_text("s ago")
+
+
+def test_a_verdict_goes_with_what_it_judged(console: Page, quiet: Running) -> None:
+    text, told = console.locator("#sequence-text"), console.locator("#job-said")
+    expect(text).to_contain_text(HOLDS)
+    seconds = console.locator("#commands tbody input").first
+    seconds.fill("0.001")
+    seconds.press("Enter")
+    expect(told).to_contain_text(BROKEN)
+    expect(text).not_to_contain_text(HOLDS)
+    console.locator("#commands tbody input").nth(1).focus()  # the rows wait for who types; the verdict does not
+    console.get_by_role("button", name="Undo", exact=True).dispatch_event("click")
+    expect(text).to_contain_text(HOLDS)
+    expect(told).to_be_hidden()
+
+
+def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Running) -> None:
+    expect(console.locator("#make-sequence")).to_have_text("Make sequence: leg 2")
+    carried_out(quiet)
+    arm = console.locator("#arm")
+    expect(arm).to_have_attribute("title", re.compile("^These commands were carried out; make new ones"))
+    expect(arm).to_be_disabled()
+    expect(console.locator("#arm-state")).to_contain_text("These commands were carried out; make new ones.")
+    make = console.locator("#make-sequence")
+    expect(make).to_be_disabled()
+    expect(make).to_have_text("Make sequence")
+    expect(make).to_have_attribute("title", re.compile("was carried out: plan the next"))
+
+
+def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page, quiet: Running) -> None:
+    make = console.locator("#make-sequence")
+    expect(make).to_have_text("Make sequence: leg 2")
+    console.locator("#panel-what-if summary").click()
+    console.locator("#shift-dz").fill("-0.02")
+    made(quiet, "body_move", lambda: press(console, "Check the move"))
+    expect(make).to_have_text("Make sequence: chassis move", timeout=SLOW)
+    before = held(quiet)["sequence"]
+    console.locator("#h-commands").click()
+    console.keyboard.press("s")
+    until(lambda: held(quiet)["sequence"] != before, "the commands", 90)
+    commands = held(quiet, f"/sequences/{held(quiet)['sequence']}")["commands"]
+    assert {one["name"] for one in commands} == {"POSTURE_MOVE"}
+    assert np.shape(commands[0]["joints"]) == (36,)
