@@ -2,7 +2,6 @@
 
 import os
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.support.run_record import RunRecord, may_be_asked_twice
+from tests.support.waiting import until
 
 SEED = 20081
 KEPT = ("asyncio-portal", "AnyIO worker thread", "asyncio_")
@@ -54,10 +54,11 @@ def no_thread_outlives_its_file() -> Iterator[None]:
     ``random``, which Hypothesis refuses in the middle of another file's example."""
     before = set(threading.enumerate())
     yield
-    end = time.monotonic() + 60.0
-    while left := [one for one in threading.enumerate() if one not in before and not one.name.startswith(KEPT)]:
-        assert time.monotonic() < end, f"left running: {[one.name for one in left]}"
-        left[0].join(timeout=0.5)
+
+    def left() -> list[str]:
+        return [one.name for one in threading.enumerate() if one not in before and not one.name.startswith(KEPT)]
+
+    until(lambda: not left(), "the end of the threads of a file", seen=left)
 
 
 @pytest.fixture

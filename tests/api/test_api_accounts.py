@@ -27,8 +27,8 @@ from footfall.session.access.identity import Identity, Role
 from footfall.terrain.generate import plane
 from footfall_ui.app import create_app
 from footfall_ui.listening import require_safe
-from tests.support.server import running_server, until
-from tests.support.waiting import a_while
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, a_while, until
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
@@ -69,7 +69,7 @@ def bearer(token):
 @contextmanager
 def page(server):
     """A browser's page: keeps cookies and says where it comes from."""
-    with httpx.Client(base_url=server.url, headers={"Origin": server.url}, timeout=60, trust_env=False) as made:
+    with httpx.Client(base_url=server.url, headers={"Origin": server.url}, timeout=BOUND, trust_env=False) as made:
         yield made
 
 
@@ -115,7 +115,7 @@ def test_what_a_role_may_every_higher_role_may(routes):
 def test_every_route_holds_to_it(server, routes, tokens, gateway):
     """Asked for real, about things that are not there: without a key 401, with too little of a role 403."""
     seen = set()
-    with httpx.Client(base_url=server.url, timeout=60, trust_env=False) as client:
+    with httpx.Client(base_url=server.url, timeout=BOUND, trust_env=False) as client:
         for method, path, whole in routes:
             needs = needed(method, path)
             if method == "WS" or needs is Needs.NOTHING:
@@ -207,7 +207,7 @@ def test_no_websocket_opens_without_a_key(server, headers):
 def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
     with line(server, BASE + "/rover", bearer(gateway), subprotocols=[Subprotocol("footfall-rover-2")]) as link:
         link.send("this is no JSON")
-        assert json.loads(link.recv(timeout=60))["type"] == "error"
+        assert json.loads(link.recv(timeout=BOUND))["type"] == "error"
     for path in ("/me", "/sessions", "/info"):
         assert httpx.get(server.api + path, headers=bearer(gateway), trust_env=False).status_code == 403
     with pytest.raises(InvalidStatus):
@@ -219,7 +219,7 @@ def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
 def test_the_servers_own_simulated_rover_comes_in(server):
     server.rover.start()
     live = server.sessions.current
-    until(lambda: live.frame, "telemetry of the simulated rover", 60)
+    until(lambda: live.frame, "telemetry of the simulated rover")
 
 
 def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
@@ -229,13 +229,13 @@ def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
         cookie = {"Cookie": f"footfall={made.cookies['footfall']}"}
         with line(server, BASE + "/stop/line", cookie, origin=Origin(server.url)) as stops:
             stops.send("{}")
-            assert json.loads(stops.recv(timeout=60))["stopped"] is True
+            assert json.loads(stops.recv(timeout=BOUND))["stopped"] is True
             accounts.remove("tom", BOSS)
             assert made.get(f"{BASE}/me").status_code == 401
             a_while(1.1)  # an open line looks again every second
             stops.send("{}")
             with pytest.raises(ConnectionClosed) as caught:
-                stops.recv(timeout=60)
+                stops.recv(timeout=BOUND)
             assert caught.value.rcvd is not None
             assert caught.value.rcvd.code == 1008
 
@@ -243,7 +243,7 @@ def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
 def test_an_open_stream_of_events_ends_with_the_token(server, accounts, tokens):
     token = accounts.add_token("listener", "vic", BOSS)
     events = server.api + "/sessions/current/events"
-    with httpx.stream("GET", events, headers=bearer(token), timeout=20, trust_env=False) as stream:
+    with httpx.stream("GET", events, headers=bearer(token), timeout=BOUND, trust_env=False) as stream:
         lines = stream.iter_lines()
         assert next(lines)
         accounts.revoke_token("listener", BOSS)
@@ -277,18 +277,18 @@ def test_stop_is_heard_while_the_accounts_cannot_be_read(server, accounts, monke
 
 def test_stop_does_not_wait_behind_requests_that_hang(server, monkeypatch, tokens):
     let_go = threading.Event()
-    monkeypatch.setattr(server.sessions, "list", lambda: let_go.wait(120) and [])
+    monkeypatch.setattr(server.sessions, "list", lambda: let_go.wait(BOUND) and [])
     headers = bearer(tokens[Role.VIEWER])
 
     def hang():
-        httpx.get(server.api + "/sessions", headers=headers, timeout=150, trust_env=False)
+        httpx.get(server.api + "/sessions", headers=headers, timeout=BOUND, trust_env=False)
 
     hanging = [threading.Thread(target=hang) for _ in range(45)]  # more than the pool has threads
     for thread in hanging:
         thread.start()
     try:
         until(lambda: _held_up(server, headers), "a pool without a free thread")
-        answer = httpx.post(server.api + "/stop", headers=headers, timeout=60, trust_env=False)
+        answer = httpx.post(server.api + "/stop", headers=headers, timeout=BOUND, trust_env=False)
         assert answer.json()["stopped"] is True
     finally:
         let_go.set()
@@ -328,7 +328,7 @@ def test_a_viewers_clicks_in_the_scene_choose_nothing(server, tokens):
     for role in (Role.VIEWER, Role.PLANNER):
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         with line(server, "/scene", bearer(tokens[role]), subprotocols=[protocol]) as scene:
-            scene.recv(timeout=60)
+            scene.recv(timeout=BOUND)
             for message in (CAMERA, CLICK):
                 scene.send(msgspec.msgpack.encode(message))
                 a_while(0.5)

@@ -29,6 +29,7 @@ from footfall.api.door.problems import MOST_ERRORS
 from footfall.core.strict_json import MOST_DEEP
 from tests.support.problems import problem
 from tests.support.server import Running
+from tests.support.waiting import BOUND
 
 JSON = {"content-type": "application/json"}
 NOTES = "/sessions/current/notes"
@@ -42,7 +43,7 @@ def assert_stops(server: Running) -> None:
         assert client.post("/stop").json()["stopped"] is True
         with connect(f"ws{server.api.removeprefix('http')}/stop/line", proxy=None) as line:
             line.send("{}")
-            assert json.loads(line.recv(timeout=60))["stopped"] is True
+            assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
         assert client.post("/stop/clear").json()["stopped"] is False
 
 
@@ -51,7 +52,7 @@ def half_a_request(server: Running, path: str, headers: str, body: bytes):
     """One that has begun; the connection, for its rest and the answer."""
     host, port = server.url.removeprefix("http://").split(":")
     head = f"POST {BASE}{path} HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Type: application/json\r\n{headers}\r\n\r\n"
-    with socket.create_connection((host, int(port)), timeout=60) as raw:
+    with socket.create_connection((host, int(port)), timeout=BOUND) as raw:
         raw.sendall(head.encode() + body)
         yield raw
 
@@ -99,7 +100,7 @@ def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkey
 
     def slow(text, most):
         reading.set()
-        assert go_on.wait(60)
+        assert go_on.wait(BOUND)
         return json.loads(text)
 
     def attack():
@@ -110,11 +111,11 @@ def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkey
     monkeypatch.setattr(json_bodies, "read_json", slow)
     attacking = threading.Thread(target=attack)
     attacking.start()
-    assert reading.wait(60)
+    assert reading.wait(BOUND)
     assert_stops(server)
     order.append("stopped")
     go_on.set()
-    attacking.join(60)
+    attacking.join(BOUND)
     assert order == ["stopped", 422]
 
 

@@ -30,7 +30,8 @@ from footfall.telemetry.link import (
     message_object,
 )
 from tests.support.frames import moving_frames
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import BOUND, until
 
 GOOD = message_object(moving_frames(1)[0])
 HELLO = {"protocol": 2, "robot": "athlete", "legs": 6, "software": "1"}
@@ -55,7 +56,7 @@ def rover(plain, ground):
 
 
 def told(rover) -> str:
-    while (message := json.loads(rover.recv(timeout=60)))["type"] != "error":
+    while (message := json.loads(rover.recv(timeout=BOUND)))["type"] != "error":
         pass
     return message["text"]
 
@@ -146,23 +147,23 @@ def test_a_rover_that_heard_of_an_epoch_that_can_not_be_is_linked_and_can_be_sto
         assert "no ground can have told it" in told(garbled)
         assert counts(ground)[0] - before == Counter({"wrong-field": 1})
         assert ground.get("/sessions/current").json()["link"]["connected"]
-        assert plain.sessions.current.epoch < time.time() + 1e6
+        assert plain.sessions.current.epoch < 1 << 51
         garbled.send(encode(EpochMessage("garbled", 1 << 52)))  # it keeps the newest that it has heard
         assert "no ground can have told it" in told(garbled)
         ground.post("/stop")
-        while (message := json.loads(garbled.recv(timeout=60)))["type"] != "stop":
+        while (message := json.loads(garbled.recv(timeout=BOUND)))["type"] != "stop":
             pass
         garbled.send(encode(StopAckMessage(message["id"], 5e9)))
         until(lambda: ground.get("/stop").json()["stop_acknowledged"], "its acknowledgement")
         assert ground.post("/stop/clear").json()["stopped"] is False
         following = plain.sessions.create("the next one")
         until(lambda: following.link.connected, "the rover in it")
-        assert following.epoch < time.time() + 1e6
+        assert following.epoch < 1 << 51
     plain.until_rover_left()
     # of a ground whose clock is decades ahead: that may be
     ahead = int(time.time()) + 50 * 31_557_600
     with linked(plain, HelloMessage("athlete", 6, id="far", epoch=ahead)) as far:
-        while (message := json.loads(far.recv(timeout=60)))["type"] != "epoch":
+        while (message := json.loads(far.recv(timeout=BOUND)))["type"] != "epoch":
             pass
         assert message["epoch"] > ahead
         far.send(encode(EpochMessage("far", message["epoch"])))
@@ -286,6 +287,7 @@ def test_frames_by_request_are_the_frames_of_the_link(ground, fresh):
     answer = ground.post("/rover/telemetry", content=body(sent[:20]))
     assert answer.status_code == 200, answer.text
     assert (answer.json()["taken"], answer.json()["refused"]) == (20, [])
+    asked = time.time()
     # 20 is missing, 18 comes late, 21 twice
     answer = ground.post("/rover/telemetry", content=body([sent[21], sent[21], sent[18], *sent[22:]]))
     link = answer.json()["link"]
@@ -295,7 +297,7 @@ def test_frames_by_request_are_the_frames_of_the_link(ground, fresh):
     assert latest["arrival"] == 31
     assert latest["posture"] == frames[-1].state.posture.tolist()
     assert 0 <= latest["age_s"] < 10
-    assert abs(latest["received_at"] - time.time()) < 10
+    assert latest["received_at"] >= asked
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ import pytest
 
 from tests.support.jobs import finished, result
 from tests.support.problems import problem
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import until
 
 SESSION = "/sessions/current"
 
@@ -25,7 +26,7 @@ def rest(tmp_path_factory):
         running.rover.start()
         with running.client() as client:
             until(lambda: client.get(SESSION).json()["plan_matches_rover"]["reason"], "a session")
-            until(lambda: client.get(f"{SESSION}/telemetry").status_code == 200, "the rover's telemetry", timeout=60)
+            until(lambda: client.get(f"{SESSION}/telemetry").status_code == 200, "the rover's telemetry")
             yield client
 
 
@@ -64,7 +65,7 @@ def test_the_rover_goes_where_the_chassis_was_planned_to(rest):
         assert not {"refused", "aborted", "unknown"} & set(states), states
         return len(states) == len(sequence["commands"]) and set(states) == {"done"}
 
-    until(arrived, "the arrival", timeout=sequence["duration"] + 40)
+    until(arrived, "the arrival")
     state = until(
         lambda: (told := rest.get(f"{SESSION}/telemetry").json())["posture"] == goal and told, "the goal posture"
     )

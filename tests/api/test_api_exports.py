@@ -15,6 +15,7 @@ from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export
 from tests.support.problems import problem
 from tests.support.sequences import SAMPLES, recorded
 from tests.support.server import running_server
+from tests.support.waiting import BOUND
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +71,7 @@ def test_an_unknown_format_is_refused(client):
 def run(*arguments: str) -> bytes:
     script = "from footfall.cli import main; main()"
     command = [sys.executable, "-c", script, "export", str(SAMPLES / "rock-step"), *arguments]
-    done = subprocess.run(command, capture_output=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, timeout=BOUND)
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
 

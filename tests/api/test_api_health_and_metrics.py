@@ -16,8 +16,8 @@ from footfall.session.jobs.job import Job
 from footfall.session.storage.sqlite_log import DATABASE
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
-from tests.support.server import running_server, until
-from tests.support.waiting import a_while
+from tests.support.server import running_server
+from tests.support.waiting import a_while, until
 
 
 def figures(plain, ground) -> dict[tuple, float]:

@@ -19,7 +19,8 @@ from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 from tests.support.jobs import finished, result
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 IMAGES = "/sessions/current/images"
 

@@ -10,7 +10,7 @@ from footfall.io.recordings.reading import Recording
 from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import AckMessage, HelloMessage, StopAckMessage, encode
 from tests.support.frames import digests, moving_frames
-from tests.support.waiting import at_least, until
+from tests.support.waiting import BOUND, at_least, until
 
 UP, DOWN = 1.5, 2.0
 
@@ -47,7 +47,7 @@ def test_the_operator_knows_late_and_is_told_so(plain, ground):
                     (way,) = stops_on_the_way(ground)
                     assert 0 < way["arrives_in_s"] <= DOWN
                     assert way["answer_in_s"] == pytest.approx(way["arrives_in_s"] + UP)
-                    while (message := json.loads(rover.recv(timeout=60)))["type"] != "stop":
+                    while (message := json.loads(rover.recv(timeout=BOUND)))["type"] != "stop":
                         pass
                 rover.send(encode(StopAckMessage(message["id"], 5.0)))
                 until(lambda: ground.get("/stop").json()["stop_acknowledged"], "the acknowledgement")

@@ -12,6 +12,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.imports import read_sequence
 from tests.support.command_line import run
 from tests.support.problems import problem
+from tests.support.waiting import BOUND
 
 JSON = {"content-type": "application/json"}
 HALF = "cold \ud800 cameras"
@@ -137,7 +138,7 @@ def test_an_older_session_with_one_is_told_all_the_same(server, client, older):
     assert client.get(at).json()["name"] == SPELLED
     assert SPELLED in [one["name"] for one in client.get("/sessions").json()["sessions"]]
     with connect(f"ws{server.api.removeprefix('http')}{at}/events/line?since=-1", proxy=None) as line:
-        assert [json.loads(line.recv(timeout=60))["data"] for _ in events] == events
+        assert [json.loads(line.recv(timeout=BOUND))["data"] for _ in events] == events
     with client.stream("GET", f"{at}/events", params={"since": -1}) as stream:
         lines = (text.removeprefix("data: ") for text in stream.iter_lines() if text.startswith("data: "))
         assert [json.loads(next(lines)) for _ in events] == events

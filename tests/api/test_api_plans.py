@@ -19,7 +19,8 @@ from tests.support.chassis_ground import wavy
 from tests.support.jobs import finished, result
 from tests.support.kept_workers import end_spare
 from tests.support.problems import problem
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 LEG = 2
 SESSION = "/sessions/current"
@@ -150,7 +151,7 @@ def test_alternatives_are_compared_and_chosen(standing, target):
     asked = standing.post(f"{PLANS}/current/alternatives", json={})
     assert asked.status_code == 202
     ids = [job["id"] for job in asked.json()["jobs"]]
-    until(lambda: all(standing.get(f"/jobs/{one}").json()["state"] == "done" for one in ids), "the alternatives", 60)
+    until(lambda: all(standing.get(f"/jobs/{one}").json()["state"] == "done" for one in ids), "the alternatives")
     listed = standing.get(PLANS).json()
     assert sorted(one["kind"] for one in listed) == ["asked", "higher_lift", "more_clearance", "other_knee"]
     by_kind = {one["kind"]: one for one in listed}
@@ -227,11 +228,11 @@ def test_a_worker_killed_under_a_real_plan(tmp_path):
             now = client.get(f"/jobs/{job['id']}").json()
             return now if now["state"] not in ("queued", "running") else None
 
-        until(searching, "the search", 30)
+        until(searching, "the search")
         for worker in set(multiprocessing.active_children()) - others:
             if worker.pid is not None:
                 os.kill(worker.pid, signal.SIGKILL)
-        failed = until(ended, "the end of the job", 60)
+        failed = until(ended, "the end of the job")
         assert failed["state"] == "failed"
         assert failed["error"]["kind"] == "worker-lost"
         assert "died while it made the plan" in failed["error"]["message"]

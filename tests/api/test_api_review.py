@@ -13,7 +13,8 @@ from footfall.io.artifacts import decode
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.images import Snapshot
 from tests.support.problems import problem
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_sessions"
 
@@ -60,7 +61,7 @@ def test_a_check_runs_as_a_job_and_tells_what_it_found(client: httpx.Client) -> 
     session = named(client)["nothing yet"]
     problem(client.get(f"/recordings/{session}/check"), 404, "not-found")
     job = client.post(f"/recordings/{session}/check").json()
-    until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the end of the check", 60)
+    until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the end of the check")
     report = client.get(f"/recordings/{session}/check").json()
     assert (report["ok"], report["products"], report["problems"]) == (True, [], [])
     assert report["events"] == client.get(f"/sessions/{session}").json()["events"]

@@ -11,7 +11,7 @@ from footfall.planning.stance.stand import stand
 from footfall.telemetry.link import EpochMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def link(server, client):
 
 def fault(link) -> str:
     """What the server says was wrong; other messages may come before it."""
-    while (message := json.loads(link.recv(timeout=60)))["type"] != "error":
+    while (message := json.loads(link.recv(timeout=BOUND)))["type"] != "error":
         pass
     return message["text"]
 
@@ -53,7 +53,7 @@ def test_bad_frames_are_answered_and_counted(server, client, link, athlete):
     assert telemetry["number"] == 7
     assert telemetry["posture"] == state.posture.tolist()
     assert client.post("/stop").json()["stop_acknowledged"] is False
-    while (message := json.loads(link.recv(timeout=60)))["type"] != "stop":
+    while (message := json.loads(link.recv(timeout=BOUND)))["type"] != "stop":
         pass
     link.send(json.dumps({"type": "stop_ack", "id": message["id"], "time": 1.0}))
     until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
@@ -61,7 +61,7 @@ def test_bad_frames_are_answered_and_counted(server, client, link, athlete):
 
 
 def hears(link, kind: str) -> dict:
-    while (message := json.loads(link.recv(timeout=60)))["type"] != kind:
+    while (message := json.loads(link.recv(timeout=BOUND)))["type"] != kind:
         pass
     return message
 

@@ -24,8 +24,8 @@ from footfall.telemetry.link import AckMessage, ErrorMessage, HelloMessage, enco
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
 from tests.support.problems import problem
-from tests.support.server import running_server, until
-from tests.support.waiting import a_while
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, a_while, until
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def rover_of(server):
 
 
 def next_of(link, kind: str) -> dict:
-    while (message := json.loads(link.recv(timeout=60)))["type"] != kind:
+    while (message := json.loads(link.recv(timeout=BOUND)))["type"] != kind:
         pass
     return message
 
@@ -95,7 +95,7 @@ def test_a_stop_goes_out_while_a_session_is_being_made(quiet, client, monkeypatc
 
     def slowly(*about):
         begun.set()
-        assert let_go.wait(60)
+        assert let_go.wait(BOUND)
         return create(*about)
 
     with rover_of(quiet) as link:
@@ -105,10 +105,12 @@ def test_a_stop_goes_out_while_a_session_is_being_made(quiet, client, monkeypatc
         making = threading.Thread(target=httpx.post, kwargs=order)
         making.start()
         try:
-            assert begun.wait(30)
-            assert client.post("/stop", timeout=30).json()["stopped"]
+            assert begun.wait(BOUND)
+            assert client.post("/stop", timeout=BOUND).json()["stopped"]
             assert (
-                httpx.get(quiet.api.removesuffix("/api/v1") + "/health/live", timeout=30, trust_env=False).status_code
+                httpx.get(
+                    quiet.api.removesuffix("/api/v1") + "/health/live", timeout=BOUND, trust_env=False
+                ).status_code
                 == 200
             )
             assert making.is_alive()
@@ -132,7 +134,7 @@ def test_a_stop_says_which_page_asked_for_it(quiet, client):
     url = "ws" + quiet.api.removeprefix("http") + "/stop/line"
     with connect(url, proxy=None) as line:
         line.send(json.dumps({"page": "page-b"}))
-        assert json.loads(line.recv(timeout=60))["stopped"]
+        assert json.loads(line.recv(timeout=BOUND))["stopped"]
     until(lambda: pages()[-1:] == ["page-b"], "the stop in the log")
     client.post("/stop", headers={PAGE_HEADER: "page-a"})
     until(lambda: pages("stop_repeated") == ["page-a"], "who else asked for it, in the log")
@@ -198,7 +200,7 @@ def test_the_acknowledgement_of_a_stop_waits_behind_nothing_that_the_rover_says(
     go_on, used = threading.Event(), []
 
     def slowly(live, command_id, *told):
-        assert go_on.wait(60)
+        assert go_on.wait(BOUND)
         used.append(command_id)
 
     monkeypatch.setattr(LiveSession, "take_acknowledgement", slowly)
@@ -209,10 +211,10 @@ def test_the_acknowledgement_of_a_stop_waits_behind_nothing_that_the_rover_says(
         for number in range(500):
             link.send(encode(AckMessage(f"c{number}", "received", "", 1.0)))
         link.send(json.dumps({"type": "stop_ack", "id": next_of(link, "stop")["id"], "time": 1.0}))
-        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement", timeout=60)
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement")
         assert not used
         go_on.set()
-        until(lambda: len(used) == 500, "the others", timeout=60)
+        until(lambda: len(used) == 500, "the others")
         assert used == [f"c{number}" for number in range(500)]  # in their order, none lost
 
 
@@ -264,9 +266,9 @@ def test_a_rover_killed_in_mid_command(tmp_path, athlete):
     x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
     with running_server(tmp_path, prepare=prepare) as server, server.client() as client:
         server.rover.start()
-        until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry", 60)
+        until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry")
         job = client.post("/sessions/current/plans", json={"leg": 2, "target": [x + 0.1, y + 0.1]}).json()
-        until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the plan", 60)
+        until(lambda: client.get(f"/jobs/{job['id']}").json()["state"] == "done", "the plan")
         sequence = client.post("/sessions/current/sequences", json={}).json()
         path = f"/sequences/{sequence['digest']}"
         token = client.post(f"{path}/arm").json()["token"]
@@ -283,7 +285,7 @@ def test_a_rover_killed_in_mid_command(tmp_path, athlete):
         assert "run_ended" in types
         assert "link_lost" in types
         # the rover comes back; what was not sent stays unsent
-        until(lambda: current(client)["link"]["connected"], "the rover again", 60)
+        until(lambda: current(client)["link"]["connected"], "the rover again")
         assert len(current(client)["commands"]) == len(about["commands"])
 
 
@@ -291,7 +293,7 @@ def test_the_stop_line_stops_as_the_request_does(quiet, client):
     with connect(f"{quiet.api.replace('http', 'ws')}/stop/line", proxy=None) as line:
         for text in ("{}", '{"reason": "wheel 3 is sinking"}', "no JSON at all"):
             line.send(text)
-            assert json.loads(line.recv(timeout=60))["stopped"] is True
+            assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
     assert client.get("/sessions/current").json()["stop"]["latched"]
     assert client.post("/stop/clear").json()["stopped"] is False
 
@@ -300,12 +302,12 @@ def test_the_line_of_events_says_what_the_stream_says(quiet, client):
     address = f"{quiet.api.replace('http', 'ws')}/sessions"
     recorded = client.get("/sessions/current/log").json()["events"]
     with connect(f"{address}/current/events/line?since=0", proxy=None) as line:
-        told = [json.loads(line.recv(timeout=60)) for _ in recorded[1:]]
+        told = [json.loads(line.recv(timeout=BOUND)) for _ in recorded[1:]]
         assert [one["data"] for one in told] == recorded[1:]
         assert [one["id"] for one in told] == [one["seq"] for one in recorded[1:]]
-        assert json.loads(line.recv(timeout=60))["type"] == "link"
+        assert json.loads(line.recv(timeout=BOUND))["type"] == "link"
         client.post("/sessions/current/notes", json={"text": "heard on the line"})
-        while (news := json.loads(line.recv(timeout=60)))["type"] == "telemetry":
+        while (news := json.loads(line.recv(timeout=BOUND)))["type"] == "telemetry":
             pass  # how the rover was that an earlier test had here
         assert (news["type"], news["data"]["payload"]["text"]) == ("event", "heard on the line")
     with pytest.raises(InvalidStatus, match="403"):  # closed before it was accepted
@@ -316,7 +318,7 @@ def test_pictures_that_come_faster_than_they_are_stored_are_dropped_and_told(qui
     go_on, used = threading.Event(), []
 
     def slowly(content, legs):
-        assert go_on.wait(60)
+        assert go_on.wait(BOUND)
         used.append(len(content))
         raise InvalidImages("no pictures")
 
@@ -331,4 +333,4 @@ def test_pictures_that_come_faster_than_they_are_stored_are_dropped_and_told(qui
         client.post("/stop")
         assert current(client)["stop"]["latched"]
         go_on.set()
-        until(lambda: used == [1000, 1000], "those that there was room for", timeout=60)
+        until(lambda: used == [1000, 1000], "those that there was room for")

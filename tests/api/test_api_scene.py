@@ -13,7 +13,8 @@ from websockets.typing import Origin, Subprotocol
 import footfall_ui.scene_server
 from footfall_ui.viser_door import open_viser
 from tests.support.drawing import Drawing
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, until
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
@@ -39,14 +40,14 @@ def test_page_and_messages_come_through_the_proxy(scene_server):
             address, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=Origin(scene_server.url)
         ) as socket:
             assert socket.subprotocol == PROTOCOL
-            assert isinstance(socket.recv(timeout=60), bytes)
+            assert isinstance(socket.recv(timeout=BOUND), bytes)
 
 
 def test_versions_that_differ_are_told_to_the_page(scene_server):
     url = "ws" + scene_server.url.removeprefix("http") + "/scene"
     with connect(url, subprotocols=[Subprotocol("viser-v0.0.1")], proxy=None) as socket:
         with pytest.raises(ConnectionClosed) as caught:
-            socket.recv(timeout=60)
+            socket.recv(timeout=BOUND)
         assert caught.value.rcvd is not None
         assert caught.value.rcvd.code == 1002
 
@@ -71,7 +72,7 @@ def test_viser_itself_answers_no_other_process():
     server, door = open_viser()
     try:
         command = [sys.executable, "-c", ASK, str(door.port), door.secret, PROTOCOL]
-        answers = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout.split()
+        answers = subprocess.run(command, capture_output=True, text=True, check=True, timeout=BOUND).stdout.split()
     finally:
         server.stop()
     assert answers == [*["403", "403"] * 3, "200", "open"]
@@ -119,7 +120,7 @@ def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch)
             drawing.refused = False
             until(available, "the third scene")
         with connect(url, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=Origin(running.url)) as socket:
-            assert isinstance(socket.recv(timeout=60), bytes)
+            assert isinstance(socket.recv(timeout=BOUND), bytes)
         before = drawn(drawing.servers[0])
         assert len(before) > 10
         until(lambda: drawn(drawing.servers[2]) >= before, "all of it drawn again")

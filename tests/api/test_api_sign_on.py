@@ -21,6 +21,7 @@ from footfall.session.access.identity import Identity, Role
 from footfall_ui.app import serve
 from tests.support.provider import CLIENT, SECRET, provider
 from tests.support.server import running_server
+from tests.support.waiting import BOUND
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 PASSWORD = "a long and good one"
@@ -60,7 +61,7 @@ def server(both):
 
 @contextmanager
 def browser(server):
-    with httpx.Client(base_url=server.api, timeout=60, trust_env=False) as client:
+    with httpx.Client(base_url=server.api, timeout=BOUND, trust_env=False) as client:
         yield client
 
 

@@ -14,7 +14,7 @@ from footfall.api.auth.who import PAGE_HEADER
 from footfall.api.door.limits import LINE_BYTES, MAX_LINE_MESSAGE, TOO_BIG
 from footfall_ui.sized_lines import MOST_PIECES
 from tests.support.problems import problem
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 JSON = {"content-type": "application/json"}
 
@@ -55,19 +55,19 @@ def lines(server, path):
 def test_every_message_on_the_line_stops(server, client, message, reason):
     with lines(server, "/stop/line") as line:
         line.send(message)
-        assert json.loads(line.recv(timeout=60))["stopped"] is True
+        assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
         assert why(client) == reason
         line.send("{}")  # the line is still there
-        assert json.loads(line.recv(timeout=60))["stopped"] is True
+        assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
 
 
 @pytest.mark.parametrize("message", ["x" * (MAX_LINE_MESSAGE + 1), bytes(MAX_LINE_MESSAGE + 1), bytes(LINE_BYTES)])
 def test_a_message_that_is_too_large_stops_and_ends_the_line(server, client, message):
     with lines(server, "/stop/line") as line:
         line.send(message)
-        assert json.loads(line.recv(timeout=60))["stopped"] is True
+        assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
         with pytest.raises(ConnectionClosed) as closed:
-            line.recv(timeout=60)
+            line.recv(timeout=BOUND)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == TOO_BIG
     assert str(MAX_LINE_MESSAGE) in closed.value.rcvd.reason
@@ -77,7 +77,7 @@ def test_a_message_that_is_too_large_stops_and_ends_the_line(server, client, mes
 def test_a_message_that_is_too_large_to_be_read_at_all_stops(server, client, size):
     with lines(server, "/stop/line") as line, contextlib.suppress(ConnectionClosed):
         line.send(bytes(size))
-        line.recv(timeout=60)
+        line.recv(timeout=BOUND)
     until(lambda: stopped(client), "the stop")
 
 
@@ -93,7 +93,7 @@ def test_a_message_of_endless_empty_pieces_ends_the_line(server, client):
         begin, piece = b"\x01\x80\0\0\0\0", b"\x00\x80\0\0\0\0"
         line.socket.sendall(begin + piece * MOST_PIECES)
         with pytest.raises(ConnectionClosed) as closed:
-            line.recv(timeout=60)
+            line.recv(timeout=BOUND)
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == TOO_BIG
     until(lambda: stopped(client), "the stop")
@@ -124,7 +124,7 @@ def test_a_request_beyond_every_limit_stops(server, client):
 def test_a_request_whose_body_never_comes_stops(server, client):
     host, port = server.url.removeprefix("http://").split(":")
     head = f"POST /api/v1/stop HTTP/1.1\r\nHost: {host}:{port}\r\nContent-Length: 1000000000\r\n\r\n"
-    with socket.create_connection((host, int(port)), timeout=20) as raw:
+    with socket.create_connection((host, int(port)), timeout=BOUND) as raw:
         raw.sendall(head.encode() + b'{"reason": "')
         until(lambda: stopped(client), "the stop")
         assert raw.recv(100).startswith(b"HTTP/1.1 200")
@@ -165,26 +165,26 @@ def test_as_many_listen_as_may_and_the_next_is_told_so(server, client, monkeypat
         assert problem(answer, 503, "busy")["limit"] == 2
         assert answer.headers["retry-after"] == "10"
         with lines(server, "/sessions/current/events/line") as third, pytest.raises(ConnectionClosed) as closed:
-            third.recv(timeout=60)
+            third.recv(timeout=BOUND)
         assert closed.value.rcvd is not None
         assert closed.value.rcvd.code == 1013
         assert "2 pages or programs listen already" in closed.value.rcvd.reason
         # stops are no listeners
         with lines(server, "/stop/line") as line:
             line.send("{}")
-            assert json.loads(line.recv(timeout=60))["stopped"] is True
+            assert json.loads(line.recv(timeout=BOUND))["stopped"] is True
         # nor is who holds the conn kept out: there is a place for it, which it takes over from itself
         page = "the-holder"
         client.post("/sessions/current/conn/take", headers={PAGE_HEADER: page}).raise_for_status()
         with lines(server, f"/sessions/current/events/line?page={page}") as holder:
-            assert json.loads(holder.recv(timeout=60))["type"] == "link"
+            assert json.loads(holder.recv(timeout=BOUND))["type"] == "link"
             assert problem(client.get("/sessions/current/events"), 503, "busy")
             with lines(server, f"/sessions/current/events/line?page={page}") as again:
-                assert json.loads(again.recv(timeout=60))["type"] == "link"
+                assert json.loads(again.recv(timeout=BOUND))["type"] == "link"
                 list(holder)  # until its end
         client.post("/sessions/current/conn/release", headers={PAGE_HEADER: page}).raise_for_status()
         until(lambda: len(open_.listeners()) == 2, "the end of the holder's")
         first.close()
         until(lambda: len(open_.listeners()) == 1, "room")
         with lines(server, "/sessions/current/events/line") as again:
-            assert json.loads(again.recv(timeout=60))["type"] == "link"
+            assert json.loads(again.recv(timeout=BOUND))["type"] == "link"

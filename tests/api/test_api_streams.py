@@ -21,6 +21,7 @@ from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
+from tests.support.waiting import BOUND
 
 
 @pytest.fixture
@@ -173,7 +174,7 @@ def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, fr
     url = f"ws{server.api.removeprefix('http')}/sessions/{live.id}/events/line"
     with connect(f"{url}?ahead=2&rate=50", proxy=None) as line, connect(f"{url}?rate=50", proxy=None) as other:
         for socket in (line, other):
-            assert json.loads(socket.recv(timeout=60))["type"] == "link"
+            assert json.loads(socket.recv(timeout=BOUND))["type"] == "link"
         for number in range(6):
             live.take_telemetry(frames(number))
             until_number(other, number)
@@ -181,7 +182,7 @@ def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, fr
         told = until_note(line)
         assert told == [0, 1]
         line.send(json.dumps({"heard": 1}))
-        assert json.loads(line.recv(timeout=60))["data"]["number"] == 5
+        assert json.loads(line.recv(timeout=BOUND))["data"]["number"] == 5
         line.send(json.dumps({"heard": True}))
         with pytest.raises(ConnectionClosed) as closed:
             until_note(line)
@@ -190,14 +191,14 @@ def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, fr
 
 
 def until_number(line, number):
-    while (told := json.loads(line.recv(timeout=60)))["type"] != "telemetry" or told["data"]["number"] != number:
+    while (told := json.loads(line.recv(timeout=BOUND)))["type"] != "telemetry" or told["data"]["number"] != number:
         pass
 
 
 def until_note(line):
     """Numbers of the telemetry before the next note."""
     numbers = []
-    while (told := json.loads(line.recv(timeout=60)))["type"] != "event" or told["data"]["type"] != "note":
+    while (told := json.loads(line.recv(timeout=BOUND)))["type"] != "event" or told["data"]["type"] != "note":
         if told["type"] == "telemetry":
             numbers.append(told["data"]["number"])
     return numbers

@@ -31,7 +31,8 @@ from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.link import SUBPROTOCOL, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import JOINTS, digests, moving_frames
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import BOUND, until
 
 COMMAND = [sys.executable, "-c", "from footfall.cli import main; main()", "play"]
 
@@ -117,7 +118,7 @@ def test_record_download_and_play_into_a_second_session(plain, tmp_path):
     path.write_bytes(answer.content)
     second = plain.sessions.create("played")
     command = [*COMMAND, str(path), "--url", link_of(plain), "--rate", "10", "--json"]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=BOUND)
     assert run.returncode == 0, run.stderr
     told = json.loads(run.stdout)
     assert told["played"]["frames"] == 57
@@ -163,7 +164,7 @@ def test_commands_are_refused_and_a_stop_pauses(plain, tmp_path):
     assert held < 399
     loops[0].call_soon_threadsafe(player.control, "rate 100")
     live.clear_stop()
-    thread.join(60)
+    thread.join(BOUND)
     assert not thread.is_alive()
     until(lambda: live.frame.number == 399, "the last frame")
     assert (live.link.gaps, live.link.late) == (0, 0)
@@ -226,7 +227,7 @@ def test_the_command_is_controlled_by_lines(plain, tmp_path):
     recorded(moving_frames(600), tmp_path / "a.mcap")
     command = [*COMMAND, str(tmp_path / "a.mcap"), "--url", link_of(plain), "--control"]
     lines = "dance\nseek 59.5\nrate 50\n"
-    run = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120)
+    run = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=BOUND)
     assert run.returncode == 0, run.stderr
     assert "say pause, go, seek SECONDS or rate FACTOR" in run.stderr
     until(lambda: live.frame is not None and live.frame.number == 599, "the last frame")

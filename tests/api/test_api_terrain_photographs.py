@@ -13,7 +13,7 @@ from footfall.terrain.generate import rock_field
 from footfall.terrain.ground.surface import height_at
 from tests.support import yard
 from tests.support.problems import problem
-from tests.support.server import until
+from tests.support.waiting import until
 
 QUICK = {"resolution": 0.05, "half_size": 3.0, "matcher": "3way"}
 

@@ -10,7 +10,8 @@ import pytest
 
 from footfall.maps.layers import REACHABLE_STABLE
 from tests.support.problems import problem
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 LEG = 2
 SESSION = "/sessions/current"
@@ -32,7 +33,7 @@ def finished(client: httpx.Client, accepted: httpx.Response) -> dict:
         job = client.get(location).json()
         return job if job["state"] not in ("queued", "running") else None
 
-    job = until(ended, f"the end of {location}", timeout=60)
+    job = until(ended, f"the end of {location}")
     assert job["state"] == "done", job
     return job
 
@@ -171,7 +172,7 @@ def test_sequence_edit_export_send_and_arrival(rest, plan):
         assert not {"refused", "aborted", "unknown"} & set(states), states
         return len(states) == len(commands) and set(states) == {"done"}
 
-    until(all_done, "the arrival", timeout=sum(one["duration"] for one in commands) + 20)
+    until(all_done, "the arrival")
     goal = undone.json()["predicted"][-1]
     until(lambda: rest.get(f"{SESSION}/telemetry").json()["posture"] == goal, "the goal posture in the telemetry")
     assert rest.get(SESSION).json()["plan_matches_rover"]["ok"] is False
@@ -201,7 +202,7 @@ def test_a_second_rover_is_refused(rover_server, rest):
 def test_images_of_the_rover_become_terrain(rest):
     asked = rest.get("/robot").json()["cameras"][:2]
     assert rest.post(f"{SESSION}/images", json={"pairs": asked}).status_code == 202
-    listed = until(lambda: rest.get(f"{SESSION}/images").json()["pairs"], "images", timeout=40)
+    listed = until(lambda: rest.get(f"{SESSION}/images").json()["pairs"], "images")
     assert [pair["name"] for pair in listed] == asked
     for side in ("left", "right"):
         picture = rest.get(listed[0][side].removeprefix("/api/v1"))

@@ -18,7 +18,7 @@ from footfall.session.registry import Sessions
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall_ui.foxglove_server import FoxgloveServer
 from tests.support.frames import moving_frames
-from tests.support.server import until
+from tests.support.waiting import until
 
 MESSAGE = struct.Struct("<BIQ")  # opcode 1, subscription, log time [ns]; then the message
 

@@ -32,7 +32,8 @@ from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.choosing.hand import Held
 from footfall_ui.scene.handles import Drag, Drags, place_of, pose_of
 from tests.support.chassis_ground import wavy
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, until
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 HERE = "/sessions/current"
@@ -134,7 +135,7 @@ def test_a_drag_is_heard_by_all_and_chosen_when_it_is_let_go(server):
             x = START[0] + 0.1
             told = None
             while told is None or told["place"][0] != pytest.approx(x):
-                message = json.loads(line.recv(timeout=60))
+                message = json.loads(line.recv(timeout=BOUND))
                 told = message["data"] if message["type"] == "hand" else told
                 assert message["type"] != "event", message
         assert told["by"] == {**told["by"], "name": "ada", "page": "scene"}
@@ -181,12 +182,12 @@ def test_the_chassis_is_dragged_and_turned_and_refused_with_the_reason(server):
         shift = BodyShift(0.05, 0.02, -0.04, 0.0, 0.0, 0.05)
         scene.drag(shift.applied(T))
         scene.let_go()
-        until(lambda: client.get(HERE).json()["what_if"], "the what-if", 120)
+        until(lambda: client.get(HERE).json()["what_if"], "the what-if")
         found = client.get(HERE).json()["what_if"]
         assert np.allclose(BodyShift(**found).vector, shift.vector, atol=1e-9)
         scene.drag(BodyShift(dz=1.9).applied(T))
         scene.let_go()
-        until(lambda: client.get(f"{HERE}/hand").json()["hand"]["refused"], "the refusal", 120)
+        until(lambda: client.get(f"{HERE}/hand").json()["hand"]["refused"], "the refusal")
         held = client.get(f"{HERE}/hand").json()["hand"]
         assert "leg" in held["refused"]
         assert held["place"] == pytest.approx(list(shift.vector), abs=1e-9)

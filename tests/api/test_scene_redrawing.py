@@ -15,8 +15,7 @@ from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.scene.wakeup import LoopEvent, wake_in_loop
 from tests.support.chassis_ground import wavy
-from tests.support.server import until
-from tests.support.waiting import a_while
+from tests.support.waiting import BOUND, a_while, until
 
 
 @pytest.fixture
@@ -86,16 +85,14 @@ def test_the_ground_is_drawn_in_the_end(server, tmp_path, monkeypatch, athlete, 
         scene = Scene(server)
         with caplog.at_level(logging.CRITICAL):
             scene.follow(live)
-            ground = until(
-                lambda: server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the ground", timeout=60
-            )
+            ground = until(lambda: server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the ground")
             until(lambda: ground.visible, "the ground to be shown")
             assert f"/terrain/{dem.digest}/texture" in failed
             # another terrain: the older one's colours must not stay
             after = wavy(half=2.0)
             failed.clear()
             live.load_terrain(after, "made for the test")
-            until(lambda: server.scene.get_handle_by_name(f"/terrain/{after.digest}/texture"), "the ground", timeout=60)
+            until(lambda: server.scene.get_handle_by_name(f"/terrain/{after.digest}/texture"), "the ground")
             until(lambda: not server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the old one's end")
         scene.close()
     kept = [getattr(message, "name", "") for message in buffer.message_from_id.values()]
@@ -124,4 +121,4 @@ def test_drawing_wakes_the_loop_without_touching_its_waiters(server):
     a_while(0.05)
     assert not woken.done()
     server.scene.add_frame("/anything")
-    assert woken.result(timeout=60)
+    assert woken.result(timeout=BOUND)

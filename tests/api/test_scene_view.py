@@ -19,7 +19,7 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall_ui.scene import Scene
 from footfall_ui.scene.look import Looking, eye_of
 from tests.support.chassis_ground import wavy
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def viewed(tmp_path_factory, ground, state):
         scene.follow(live)
 
         def there(name, shown=True):
-            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}", 60)
+            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
 
         yield live, there, scene, server
         scene.close()
@@ -59,7 +59,7 @@ def settle(scene):
     for _ in range(2):
         done = threading.Event()
         scene._redrawing.soon(done.set)
-        assert done.wait(30)
+        assert done.wait(BOUND)
 
 
 def test_each_switch_shows_its_thing(viewed, ground):
@@ -160,7 +160,7 @@ def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
         scene.follow(live)
 
         def there(name, shown=True):
-            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}", 60)
+            return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
 
         leg = live.view.leg
         live.set_view(shown={"swept": True})

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from tests.support.waiting import BOUND
+
 FILES = {
     "__init__.py": "",
     "constants.py": "STEP = 1.0\n",
@@ -50,7 +52,7 @@ def third_of_ten(package):
         env={**kept, "PYTHONPATH": str(package.parent)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=BOUND,
         check=True,
     )
     value, hits = answer.stdout.split()

@@ -11,7 +11,8 @@ import footfall_ui.scene_server
 from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
 from tests.support.drawing import Drawing
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 FLAT = ["--disable-gpu"]
 
@@ -72,7 +73,7 @@ def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
     ) as running:
         running.rover.start()
         current = running.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry", 60)
+        until(lambda: current is not None and current.frame, "the first telemetry")
         yield running
 
 

@@ -12,7 +12,6 @@ from footfall.io.account_store import FILE
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import Identity, Role
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import SLOW
 from tests.support.server import Running, running_server
 
 MOST_STOPS = 400
@@ -77,7 +76,7 @@ def test_axe_finds_nothing_serious_on_a_small_screen_with_its_scene(
     page: Page, served: Running, look: Callable[[str], None]
 ) -> None:
     page.set_viewport_size({"width": 1024, "height": 768})
-    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#scene-note")).to_be_hidden()
     assert violations(page) == []
     look("small")
 

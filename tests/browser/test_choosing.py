@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held, press
-from tests.support.server import Running, until
+from tests.support.page_steps import held, press
+from tests.support.server import Running
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 
@@ -24,7 +25,7 @@ def coloured(page: Page, served: Running, leg: int) -> str:
         jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == "maps"]
         return bool(jobs) and jobs[-1]["state"] == "done"
 
-    until(done, f"maps of leg {leg}", 120)
+    until(done, f"maps of leg {leg}")
     return held(served)["maps"][str(leg)]
 
 
@@ -40,9 +41,9 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
         judged = client.get(f"/sessions/current/maps/{digest}").json()["settings"]["balance"]
     assert (judged["payload_mass"], judged["gravity"], judged["friction"]) == (150, 1.62, 0.6)
     assert (judged["slope"], judged["uphill"]) == pytest.approx((np.deg2rad(5), np.pi / 2))
-    expect(console.locator("#legend")).to_contain_text("collides", timeout=SLOW)
+    expect(console.locator("#legend")).to_contain_text("collides")
     press(console, "Suggest footfalls")
-    expect(console.locator("#suggestions li")).to_have_count(5, timeout=SLOW)
+    expect(console.locator("#suggestions li")).to_have_count(5)
     with quiet.client() as client:
         suggested = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
     listed = console.locator("#suggestions li").all_inner_texts()
@@ -63,14 +64,14 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     assert all(picture.status_code == 200 for picture in pictures)
     for side in sides:
         # a picture was drawn: not one flat colour
-        until(lambda s=side: s.evaluate(_COLOURS) > 2, "a picture of the layer", 30)
+        until(lambda s=side: s.evaluate(_COLOURS) > 2, "a picture of the layer")
     # not Playwright's own: it waits for frames that a scene drawn in software may be slow to give
     sides[0].evaluate("side => side.scrollIntoView()")
     box = sides[0].bounding_box()
     assert box is not None
     console.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
     read = console.locator("#map-read")
-    expect(read).to_contain_text("slope", timeout=SLOW)
+    expect(read).to_contain_text("slope")
     told = re.search(r"\((-?[\d.]+), (-?[\d.]+)\) m", read.inner_text())
     assert told is not None
     grid = about["geometry"]
@@ -94,26 +95,26 @@ def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -
     real = held(served)["state"]
     page.locator("#shift-dz").fill("-0.1")
     press(page, "Show what if")
-    until(lambda: held(served)["what_if"], "the what-if", 60)
+    until(lambda: held(served)["what_if"], "the what-if")
     assert held(served)["what_if"]["dz"] == pytest.approx(-0.1)
-    expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m", timeout=SLOW)
+    expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m")
     # colours follow the shifted chassis, not the rover
-    until(lambda: held(served)["maps_current"].get("2"), "maps of the shifted chassis", 120)
+    until(lambda: held(served)["maps_current"].get("2"), "maps of the shifted chassis")
     with served.client() as client:
         maps = client.get(f"/sessions/current/maps/{held(served)['maps']['2']}").json()
     assert maps["parents"]["state"] == held(served)["state"] != real
     look("what-if")
     press(page, "Check the move")
-    expect(page.locator("#what-if-answer")).to_contain_text("contact drift", timeout=SLOW)
+    expect(page.locator("#what-if-answer")).to_contain_text("contact drift")
     press(page, "Back to the rover")
     until(lambda: held(served)["what_if"] is None, "the end of the what-if")
-    expect(page.locator("#status-what-if-box")).to_be_hidden(timeout=SLOW)
-    until(lambda: held(served)["maps_current"].get("2"), "maps of the rover as it stands", 120)
+    expect(page.locator("#status-what-if-box")).to_be_hidden()
+    until(lambda: held(served)["maps_current"].get("2"), "maps of the rover as it stands")
     assert held(served)["state"] == real
 
     page.locator("#shift-dz").fill("-1.9")
     press(page, "Show what if")
-    expect(page.locator("#what-if-answer .no")).to_contain_text("leg", timeout=SLOW)
+    expect(page.locator("#what-if-answer .no")).to_contain_text("leg")
     assert held(served)["what_if"] is None
     look("what-if-refused")
 
@@ -137,18 +138,18 @@ def test_a_shift_is_found_for_a_footfall_out_of_reach(console: Page, quiet: Runn
     console.locator("#footfall-x").fill(f"{x[beyond][at]:.3f}")
     console.locator("#footfall-y").fill(f"{y[beyond][at]:.3f}")
     press(console, "Choose")
-    expect(console.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
+    expect(console.locator("#footfall-answer .no")).to_be_visible()
     console.locator("#panel-what-if summary").click()
     press(console, "Find a shift for the footfall")
-    until(lambda: held(quiet)["shift"], "an answer about shifts", 60)
+    until(lambda: held(quiet)["shift"], "an answer about shifts")
     with quiet.client() as client:
         answer = client.get("/sessions/current/shifts/current").json()
     shown = console.locator("#what-if-answer")
     if answer["status"] == "found":
-        expect(shown).to_contain_text("A shift makes it possible", timeout=SLOW)
+        expect(shown).to_contain_text("A shift makes it possible")
         assert float(console.locator("#shift-dx").input_value()) == pytest.approx(answer["shift"]["dx"], abs=1e-3)
     else:
-        expect(shown).to_contain_text(answer["reason"][:40], timeout=SLOW)
+        expect(shown).to_contain_text(answer["reason"][:40])
     look("shift")
 
 
@@ -156,10 +157,10 @@ def test_ground_is_cleared_and_comes_back(console: Page, quiet: Running) -> None
     before = held(quiet)
     assert before["footfall"] is not None
     press(console, "Clear around footfall")
-    until(lambda: held(quiet)["dem"] != before["dem"], "a cleared terrain", 60)
+    until(lambda: held(quiet)["dem"] != before["dem"], "a cleared terrain")
     cleared = held(quiet)
     assert cleared["terrain"]["known"] < before["terrain"]["known"]
-    expect(console.locator("#footfall-answer")).to_contain_text("not known", timeout=SLOW)
+    expect(console.locator("#footfall-answer")).to_contain_text("not known")
     console.locator("#h-ground").click()
     console.keyboard.press("u")
-    until(lambda: held(quiet)["dem"] == before["dem"], "the terrain before", 60)
+    until(lambda: held(quiet)["dem"] == before["dem"], "the terrain before")

@@ -11,9 +11,10 @@ from footfall.core.frames import apply
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.state import RobotState, TelemetryFrame
-from tests.support.page_steps import SESSION, SLOW, commanded, held, planned, press
+from tests.support.page_steps import SESSION, commanded, held, planned, press
 from tests.support.sagging import stepped
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 
@@ -103,7 +104,7 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     console.locator("#clearances").evaluate("table => table.scrollIntoView({block: 'center'})")
     look("clearances")
     # nothing is told any more
-    expect(note).to_contain_text("STALE", timeout=SLOW)
+    expect(note).to_contain_text("STALE")
     assert cells(console) == ["–"] * 4
 
 
@@ -114,7 +115,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     sequence = stepped(rover.live, rover.state, rover.set_points, 1.25)
     said, button = console.locator("#calibration-text"), console.locator("#take-over")
     measured = "Joint stiffness: 1.00 × is taken, 0.80 × was measured, by 1 step of mean ratio 1.25."
-    expect(said).to_have_text(measured, timeout=SLOW)
+    expect(said).to_have_text(measured)
     console.locator("#execution-settings-box summary").click()
     field = console.locator("#sag-joint_scale")
     assert field.get_attribute("placeholder") == "1"
@@ -123,7 +124,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     button.scroll_into_view_if_needed()
     look("measured-stiffness")
     button.click()
-    expect(said).to_have_text("Joints are taken to be 0.80 × as stiff as described, as measured.", timeout=SLOW)
+    expect(said).to_have_text("Joints are taken to be 0.80 × as stiff as described, as measured.")
     expect(button).to_be_disabled()
     expect(field).to_have_value("")
     assert field.get_attribute("placeholder") == "0.8"
@@ -135,7 +136,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     assert answer["settings"]["compliance"]["wheel_scale"] == 0.9
     console.locator("#h-plan").click()
     console.keyboard.press("Control+z")
-    expect(said).to_have_text(measured, timeout=SLOW)
+    expect(said).to_have_text(measured)
     assert held(quiet)["joint_scale"] == 1.0
     expect(console.locator("#toast")).to_be_hidden()
 
@@ -143,7 +144,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     rover.live.make_sequence(answer["digest"])
     assert held(quiet)["sequence"] != sequence.digest
     from_it = "the predicted end of the commands, the rover's sag in it."
-    expect(console.locator("#go-on-from")).to_have_text(f"Going on starts from {from_it}", timeout=SLOW)
+    expect(console.locator("#go-on-from")).to_have_text(f"Going on starts from {from_it}")
     console.keyboard.press("n")
-    expect(console.locator("#go-on-text")).to_contain_text(f"Planned from {from_it}", timeout=SLOW)
+    expect(console.locator("#go-on-text")).to_contain_text(f"Planned from {from_it}")
     assert held(quiet)["after"] == held(quiet)["sequence"]

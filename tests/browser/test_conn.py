@@ -10,9 +10,8 @@ from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.registry import Sessions
 from tests.support.page_steps import held, keep_pressed
-from tests.support.server import Running, running_server, until
-
-SLOW = 60_000  # ms
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 
 @pytest.fixture
@@ -27,7 +26,7 @@ def plain(tmp_path: Path) -> Iterator[Running]:
     with running_server(tmp_path, prepare=prepare) as running:
         running.rover.start()
         current = running.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry", 60)
+        until(lambda: current is not None and current.frame, "the first telemetry")
         yield running
 
 
@@ -42,7 +41,7 @@ def pages(chromium: Browser, plain: Running) -> Iterator[tuple[Page, Page]]:
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto(f"{plain.url}/?scene=off")
         page.get_by_text("Stepping over a rock", exact=True).wait_for()
-        expect(page.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+        expect(page.locator("#status-mode")).to_have_text("idle")
         opened.append(page)
     yield opened[0], opened[1]
     for context in contexts:
@@ -55,8 +54,8 @@ def button(page: Page, name: str) -> Locator:
 
 
 def press(page: Page, name: str) -> None:
-    expect(button(page, name)).to_be_enabled(timeout=SLOW)
-    button(page, name).click(timeout=SLOW)
+    expect(button(page, name)).to_be_enabled()
+    button(page, name).click()
 
 
 def row(page: Page, number: int) -> Locator:
@@ -68,48 +67,48 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(
 ) -> None:
     first, second = pages
     first.keyboard.press("8")
-    expect(first.locator("#status-conn")).to_have_text("nobody", timeout=SLOW)
+    expect(first.locator("#status-conn")).to_have_text("nobody")
     press(first, "Arm")
-    expect(first.locator("#status-conn")).to_have_text("this page", timeout=SLOW)
-    expect(second.locator("#status-conn")).to_contain_text("another page", timeout=SLOW)
-    expect(button(second, "Arm")).to_be_disabled(timeout=SLOW)
-    first.reload(timeout=SLOW)
-    expect(first.locator("#status-conn")).to_have_text("this page", timeout=SLOW)
+    expect(first.locator("#status-conn")).to_have_text("this page")
+    expect(second.locator("#status-conn")).to_contain_text("another page")
+    expect(button(second, "Arm")).to_be_disabled()
+    first.reload()
+    expect(first.locator("#status-conn")).to_have_text("this page")
     press(second, "Request conn")
-    expect(first.locator("#status-conn")).to_contain_text("asks for it", timeout=SLOW)
-    expect(first.locator("#toast")).to_contain_text("asks for the conn", timeout=SLOW)
+    expect(first.locator("#status-conn")).to_contain_text("asks for it")
+    expect(first.locator("#toast")).to_contain_text("asks for the conn")
     look_at(first, "asked")
     press(first, "Grant")
-    expect(first.locator("#toast")).to_be_hidden(timeout=SLOW)  # it is answered
-    expect(second.locator("#status-conn")).to_have_text("this page", timeout=SLOW)
-    expect(button(first, "Arm")).to_be_disabled(timeout=SLOW)
+    expect(first.locator("#toast")).to_be_hidden()  # it is answered
+    expect(second.locator("#status-conn")).to_have_text("this page")
+    expect(button(first, "Arm")).to_be_disabled()
     press(second, "Release conn")
-    expect(first.locator("#status-conn")).to_have_text("nobody", timeout=SLOW)
+    expect(first.locator("#status-conn")).to_have_text("nobody")
 
 
 def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page], plain: Running) -> None:
     first, second = pages
-    first.get_by_label("step by step").check(timeout=SLOW)
+    first.get_by_label("step by step").check()
     press(first, "Arm")
     press(first, "Send to rover")
-    expect(row(first, 0)).to_contain_text("done", timeout=SLOW)
-    expect(first.locator("#arm-state")).to_contain_text("waits before row 2 of ", timeout=SLOW)
+    expect(row(first, 0)).to_contain_text("done")
+    expect(first.locator("#arm-state")).to_contain_text("waits before row 2 of ")
     expect(row(first, 1)).to_contain_text("queued")
-    expect(second.locator("#run-next")).to_be_disabled(timeout=SLOW)
+    expect(second.locator("#run-next")).to_be_disabled()
     first.locator("#run-next").click()  # not long enough to be meant
     assert held(plain)["gate"]["waiting"] is True
     keep_pressed(first, "#run-next")
-    expect(row(second, 1)).to_contain_text("started", timeout=SLOW)
+    expect(row(second, 1)).to_contain_text("started")
     keep_pressed(first, "#run-resume")
     press(first, "Hold")
-    expect(first.locator("#run-state")).to_contain_text("held by local", timeout=SLOW)
+    expect(first.locator("#run-state")).to_contain_text("held by local")
     press(first, "Abort")
-    expect(first.locator("#run-state")).to_have_text("aborted", timeout=SLOW)
-    second.get_by_role("button", name="STOP", exact=True).click(timeout=SLOW)
-    expect(second.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
-    expect(row(first, 1)).to_contain_text("failed", timeout=SLOW)
-    expect(row(first, 2)).to_contain_text("not sent", timeout=SLOW)
-    second.get_by_role("button", name="Clear stop").click(timeout=SLOW)
-    expect(second.locator("#toast")).to_contain_text("holds the conn", timeout=SLOW)
-    first.get_by_role("button", name="Clear stop").click(timeout=SLOW)
-    expect(first.locator("#stop-state")).to_contain_text("Not a safety-rated stop.", timeout=SLOW)
+    expect(first.locator("#run-state")).to_have_text("aborted")
+    second.get_by_role("button", name="STOP", exact=True).click()
+    expect(second.locator("#stop-state")).to_contain_text("acknowledged by the rover")
+    expect(row(first, 1)).to_contain_text("failed")
+    expect(row(first, 2)).to_contain_text("not sent")
+    second.get_by_role("button", name="Clear stop").click()
+    expect(second.locator("#toast")).to_contain_text("holds the conn")
+    first.get_by_role("button", name="Clear stop").click()
+    expect(first.locator("#stop-state")).to_contain_text("Not a safety-rated stop.")

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Browser, Page, expect
 
-from tests.support.page_steps import SLOW, held
-from tests.support.server import Running, until
+from tests.support.page_steps import held
+from tests.support.server import Running
 from tests.support.spoken import current, say
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 HOSTILE = "<img src=x onerror=document.title='owned'>"
@@ -211,7 +212,7 @@ def test_sessions_are_compared_and_checked(console: Page, quiet: Running, look: 
     expect(console.locator("#sessions-answer tbody tr", has_text="plan").first).to_contain_text("only one of the two")
     look("compared")
     console.get_by_role("button", name=f"Check: {HOSTILE}", exact=False).click()
-    expect(console.locator("#sessions-answer .yes").first).to_contain_text("came out as recorded", timeout=SLOW)
+    expect(console.locator("#sessions-answer .yes").first).to_contain_text("came out as recorded")
     console.get_by_role("button", name=re.compile(f"^Open: .*{rock}$")).click()
     console.get_by_text("Stepping over a rock", exact=True).first.wait_for()
     assert console.locator("img[src=x]").count() == 0

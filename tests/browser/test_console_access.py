@@ -7,9 +7,10 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.node import PACKAGES
-from tests.support.page_steps import SLOW, held
-from tests.support.server import Running, until
+from tests.support.page_steps import held
+from tests.support.server import Running
 from tests.support.spoken import say
+from tests.support.waiting import until
 
 AXE = PACKAGES / "node_modules" / "axe-core" / "axe.min.js"
 TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
@@ -54,7 +55,7 @@ def test_axe_finds_nothing_serious(console: Page, quiet: Running, athlete, look:
     console.locator("#footfall-x").fill("3.2")
     console.locator("#footfall-y").fill("3.2")
     console.get_by_role("button", name="Choose", exact=True).click()
-    expect(console.locator("#footfall-answer .no")).to_be_visible(timeout=SLOW)
+    expect(console.locator("#footfall-answer .no")).to_be_visible()
     found["opened and refused"] = violations(console)
     look("opened")
     console.locator("#h-ground").click()
@@ -63,7 +64,7 @@ def test_axe_finds_nothing_serious(console: Page, quiet: Running, athlete, look:
     field = console.get_by_label("Seconds of row 2", exact=True)
     field.fill("0.01")
     field.press("Enter")
-    expect(console.locator("#commands tbody tr").nth(1)).to_have_class("failing", timeout=SLOW)
+    expect(console.locator("#commands tbody tr").nth(1)).to_have_class("failing")
     expect(console.locator("#legs-note")).to_contain_text("Stale")
     found["execute, failing and stale"] = violations(console)
     look("execute")
@@ -111,9 +112,9 @@ def test_a_step_is_planned_and_made_into_commands_without_a_pointer(
     until(lambda: held(quiet)["footfall"]["x"] == -0.45, "the typed footfall")
     expect(console.locator("#footfall-answer")).to_contain_text("-0.450")
     console.keyboard.press("p")
-    until(lambda: held(quiet)["plan"]["digest"] != before["plan"]["digest"], "the plan", 60)
+    until(lambda: held(quiet)["plan"]["digest"] != before["plan"]["digest"], "the plan")
     assert held(quiet)["plan"]["status"] == "found"
     expect(console.locator("#plan-answer")).to_contain_text("Found by")
     console.keyboard.press("s")
-    until(lambda: held(quiet)["sequence"] != before["sequence"], "the sequence", 30)
+    until(lambda: held(quiet)["sequence"] != before["sequence"], "the sequence")
     look("planned")

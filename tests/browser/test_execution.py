@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.support.page_steps import SLOW, commanded, held, planned, press, sequenced
-from tests.support.server import Running, until
+from tests.support.page_steps import commanded, held, planned, press, sequenced
+from tests.support.server import Running
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 
@@ -71,10 +72,10 @@ def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: R
 
     sequence = sequenced(served, lambda: press(page, "Make commands for sag"))
     assert sequence["parents"]["execution"] == done["digest"]
-    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
     expect(page.locator("#sequence-text")).to_contain_text("Every rule holds.")
     page.locator("#scrub").fill("600")
-    expect(page.locator("#scrub-read")).to_contain_text("60 % of the commands", timeout=SLOW)
+    expect(page.locator("#scrub-read")).to_contain_text("60 % of the commands")
     until(lambda: held(served)["view"]["scrub"] == 0.6, "the ghost's place")
     look("commands")
 
@@ -102,7 +103,7 @@ def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, p
     # what makes no sense is refused in words, and the answer stays
     page.locator("#sag-joint_scale").fill("0")
     press(page, "Command for sag")
-    expect(page.locator("#toast")).to_contain_text("joint_scale must be between", timeout=SLOW)
+    expect(page.locator("#toast")).to_contain_text("joint_scale must be between")
     assert held(served)["execution"]["digest"] == answer["digest"]
 
 
@@ -132,7 +133,7 @@ def test_a_wheel_that_will_not_leave_the_ground_is_told(console: Page, quiet: Ru
 def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#h-plan").click()  # focus away from fields
     console.keyboard.press("r")
-    expect(console.locator("#toast")).to_contain_text("There is nothing to make commands of", timeout=SLOW)
+    expect(console.locator("#toast")).to_contain_text("There is nothing to make commands of")
     planned(console, quiet, lambda: console.keyboard.press("p"))
     first = commanded(console, quiet, lambda: console.keyboard.press("b"))
     assert first["status"] == "found", first["reason"]
@@ -141,7 +142,7 @@ def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, qui
     until(lambda: held(quiet)["view"]["scrub"] == pytest.approx(0.6), "the ghost's place")
     before = held(quiet)["sequence"]
     console.keyboard.press("r")
-    until(lambda: held(quiet)["sequence"] != before, "the commands", 60)
+    until(lambda: held(quiet)["sequence"] != before, "the commands")
     assert held(quiet, f"/sequences/{held(quiet)['sequence']}")["parents"]["execution"] == first["execution"]["digest"]
     # the mode by keys too
     console.locator("#execution-mode").focus()
@@ -152,13 +153,13 @@ def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, qui
     console.locator("#h-plan").click()
     another = planned(console, quiet, lambda: console.keyboard.press("p"))
     assert another["plan"]["digest"] != first["parents"]["plan"]
-    expect(console.locator("#execution-doubt")).to_contain_text("Out of date: this is for another plan", timeout=SLOW)
+    expect(console.locator("#execution-doubt")).to_contain_text("Out of date: this is for another plan")
     expect(console.locator("#make-execution")).to_be_disabled()
     in_view(console)
     look("out-of-date")
     second = commanded(console, quiet, lambda: console.keyboard.press("b"))
     assert second["settings"]["mode"] == "droop_aware"
-    expect(console.locator("#execution-doubt")).to_be_hidden(timeout=SLOW)
+    expect(console.locator("#execution-doubt")).to_be_hidden()
 
 
 def test_commands_are_made_with_the_pose_held_unless_an_expert_says_otherwise(console: Page, quiet: Running) -> None:
@@ -166,12 +167,12 @@ def test_commands_are_made_with_the_pose_held_unless_an_expert_says_otherwise(co
     expect(console.locator("#way-text")).to_have_text("pose held: the rover's sag is predicted")
     held_so = sequenced(quiet, lambda: press(console, "Make sequence"))
     assert held_so["way"]["mode"] == "pose_held"
-    expect(console.locator("#sequence-way")).to_contain_text("pose held: The standing legs", timeout=SLOW)
+    expect(console.locator("#sequence-way")).to_contain_text("pose held: The standing legs")
     expect(console.locator("#sequence-way")).not_to_have_class("doubt")
     console.locator("#as-commanded").check()
     doubt = "as commanded: the rover sags; touch-down is not predicted"
     expect(console.locator("#way-text")).to_have_text(doubt)
     rigid = sequenced(quiet, lambda: press(console, "Make sequence"))
     assert rigid["way"] == {"mode": "rigid", "text": doubt, "doubt": True}
-    expect(console.locator("#sequence-way")).to_have_text(doubt, timeout=SLOW)
+    expect(console.locator("#sequence-way")).to_have_text(doubt)
     expect(console.locator("#sequence-way")).to_have_class("doubt")

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SESSION, SLOW, commanded, held, planned, press, sequenced
-from tests.support.server import Running, until
+from tests.support.page_steps import SESSION, commanded, held, planned, press, sequenced
+from tests.support.server import Running
+from tests.support.waiting import until
 
 
 @pytest.mark.parametrize("physics", [True])
@@ -18,18 +19,18 @@ def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, 
     assert answer["status"] == "found", answer["reason"]
     expect(page.locator("#execution-measured")).to_be_hidden()
     sequence = sequenced(served, lambda: press(page, "Make commands for sag"))
-    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
     press(page, "Arm")
-    expect(page.locator("#arm-state")).to_contain_text("armed for", timeout=SLOW)
+    expect(page.locator("#arm-state")).to_contain_text("armed for")
     press(page, "Send to rover")
 
     def ended() -> bool:
         states = [one["state"] for one in held(served)["commands"] if one["sequence"] == sequence["digest"]]
         return states.count("done") == len(sequence["commands"])
 
-    until(ended, "the step", sequence["duration"] + 240)  # physics may run slower than the world
+    until(ended, "the step")  # physics may run slower than the world
     said = page.locator("#execution-measured")
-    expect(said).to_be_visible(timeout=SLOW)
+    expect(said).to_be_visible()
     sag = held(served, f"{SESSION}/sag")
     assert 0.9 < sag["ratio"] < 1.1
     assert said.inner_text() == (
@@ -37,13 +38,13 @@ def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, 
     )
     said.evaluate("line => line.scrollIntoView({block: 'end'})")
     look("measured")
-    until(lambda: held(served)["run"]["compared"]["state"] == "compared", "the comparison with the prediction", 60)
+    until(lambda: held(served)["run"]["compared"]["state"] == "compared", "the comparison with the prediction")
     compared = held(served, f"{SESSION}/run")["compared"]
     assert compared["verdict"] == "as_predicted", compared
     text = page.locator("#outcome-text")
-    expect(text).to_have_text(f"Run 1: {compared['reason']}.", timeout=SLOW)
+    expect(text).to_have_text(f"Run 1: {compared['reason']}.")
     expect(text).to_have_class("yes")
-    expect(page.locator("#status-match")).to_have_text("carried out as predicted", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("carried out as predicted")
     rows = page.locator("#outcome-table tbody tr")
     expect(rows).to_have_count(len(compared["differences"]))
     for row, one in zip(rows.all(), compared["differences"], strict=True):
@@ -66,19 +67,19 @@ def test_a_step_commanded_as_planned_is_not_called_good(
     page.locator("#as-commanded").check()
     sequence = sequenced(served, lambda: press(page, "Make sequence"))
     assert sequence["way"]["doubt"]
-    expect(page.locator("#sequence-way")).to_have_class("doubt", timeout=SLOW)
+    expect(page.locator("#sequence-way")).to_have_class("doubt")
     press(page, "Arm")
-    expect(page.locator("#arm-state")).to_contain_text("armed for", timeout=SLOW)
+    expect(page.locator("#arm-state")).to_contain_text("armed for")
     press(page, "Send to rover")
 
     def compared() -> dict | None:
         run = held(served)["run"]
         return run["compared"] if run and run["compared"]["state"] == "compared" else None
 
-    told = until(compared, "the comparison with the prediction", sequence["duration"] + 240)
+    told = until(compared, "the comparison with the prediction")
     assert told["verdict"] == "differs", told
-    expect(page.locator("#outcome-text")).to_have_class("doubt", timeout=SLOW)
-    expect(page.locator("#status-match")).to_have_text("carried out, not as predicted", timeout=SLOW)
+    expect(page.locator("#outcome-text")).to_have_class("doubt")
+    expect(page.locator("#status-match")).to_have_text("carried out, not as predicted")
     expect(page.locator("#outcome-advice")).to_contain_text("make the next commands with the pose held")
     page.locator("#outcome").evaluate("box => box.scrollIntoView({block: 'start'})")
     look("not-as-predicted")

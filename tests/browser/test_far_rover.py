@@ -43,17 +43,17 @@ def test_light_time_faults_and_the_way_of_a_stop_are_shown(
         rover.send("no json")
         for frame in moving_frames(3):
             rover.send(encode(frame))
-        expect(link).to_have_text(re.compile(r"old \+ 1\.5 s on the way, 1 fault$"), timeout=15_000)
+        expect(link).to_have_text(re.compile(r"old \+ 1\.5 s on the way, 1 fault$"))
         expect(link).to_have_attribute("title", re.compile("not-json: 1"))
         page.locator("#stop").click()
         reaches = re.compile(r"reaches the rover in \d\.\d s, acknowledgement in \d\.\d s at the earliest")
-        expect(stop).to_have_text(reaches, timeout=5_000)
+        expect(stop).to_have_text(reaches)
         box = stop.bounding_box()
         assert box is not None
         assert (box["y"] >= 0, box["y"] + box["height"] <= 58) == (True, True), "the bar cuts it off"
         look("stop-on-its-way")
-        expect(stop).to_have_text(re.compile(r"should be there, acknowledgement in"), timeout=5_000)
-        expect(stop).to_have_text(re.compile("NOT YET ACKNOWLEDGED by the rover"), timeout=5_000)
+        expect(stop).to_have_text(re.compile(r"should be there, acknowledgement in"))
+        expect(stop).to_have_text(re.compile("NOT YET ACKNOWLEDGED by the rover"))
 
 
 def test_telemetry_without_a_way_down_is_said_to_be_that(page: Page, plain: Running) -> None:

@@ -5,8 +5,9 @@ import json
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held, press
-from tests.support.server import Running, until
+from tests.support.page_steps import held, press
+from tests.support.server import Running
+from tests.support.waiting import until
 
 LATE = """([method, end]) => {
     const ask = window.fetch;
@@ -52,7 +53,7 @@ def test_a_step_is_planned_to_the_footfall_that_was_typed_just_before(console: P
     console.evaluate(LATE, ["POST", "/footfalls"])
     typed(console, -0.5, 1.74)
     console.keyboard.press("p")
-    until(lambda: len(plans(quiet)) > len(before), "the plan", 90)
+    until(lambda: len(plans(quiet)) > len(before), "the plan")
     footfall = held(quiet, "/sessions/current/plans/current")["footfall"]
     assert (footfall["x"], footfall["y"]) == (-0.5, 1.74) != (old["x"], old["y"])
     assert len(plans(quiet)) == len(before) + 1
@@ -71,13 +72,13 @@ def test_nothing_is_planned_where_what_was_chosen_just_before_is_refused(console
     console.evaluate(REFUSED)
     typed(console, -0.5, 1.74)
     console.keyboard.press("p")
-    expect(console.locator("#toast")).to_contain_text("what was chosen just before was refused", timeout=SLOW)
+    expect(console.locator("#toast")).to_contain_text("what was chosen just before was refused")
     assert json.dumps(held(quiet)["jobs"]) == json.dumps(jobs)
     assert plans(quiet) == before
     assert held(quiet)["footfall"] == old
     # once more: now it is the chosen one that is meant, and in sight
     press(console, "Plan step")
-    until(lambda: len(plans(quiet)) > len(before), "the plan", 90)
+    until(lambda: len(plans(quiet)) > len(before), "the plan")
 
 
 def test_commands_are_made_of_the_plan_that_was_asked_for_just_before(console: Page, quiet: Running) -> None:
@@ -86,7 +87,7 @@ def test_commands_are_made_of_the_plan_that_was_asked_for_just_before(console: P
     typed(console, -0.5, 1.74)
     console.keyboard.press("p")
     console.keyboard.press("s")
-    until(lambda: held(quiet)["sequence"] != old, "the commands", 90)
+    until(lambda: held(quiet)["sequence"] != old, "the commands")
     assert len(plans(quiet)) == len(before) + 1
     plan = held(quiet, "/sessions/current/plans/current")
     assert (plan["footfall"]["x"], plan["footfall"]["y"]) == (-0.5, 1.74)
@@ -99,7 +100,7 @@ def test_no_commands_are_made_where_the_plan_asked_for_just_before_is_refused(co
     console.evaluate(REFUSED.replace("/footfalls", "/plans").replace("{ leg: 99, x: 0, y: 0 }", "{ leg: 99 }"))
     console.keyboard.press("p")
     console.keyboard.press("s")
-    expect(console.locator("#toast")).to_contain_text("Nothing was made", timeout=SLOW)
+    expect(console.locator("#toast")).to_contain_text("Nothing was made")
     assert held(quiet)["sequence"] == old
 
 

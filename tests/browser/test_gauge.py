@@ -14,8 +14,9 @@ from playwright.sync_api import Page, expect
 from footfall.session.recorded import present
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
-from tests.support.page_steps import SESSION, SLOW, held
-from tests.support.server import Running, until
+from tests.support.page_steps import SESSION, held
+from tests.support.server import Running
+from tests.support.waiting import until
 
 STEADINESS = f"{SESSION}/steadiness"
 NAMES = {"plain": "polygon", "conservative": "any leg lost", "friction": "friction μ 0.60"}
@@ -133,14 +134,14 @@ def test_outlines_and_hatching_lie_on_the_ground(page: Page, served: Running, lo
     older[:, : older.shape[1] // 3] -= 700.0
     live.load_terrain(replace(dem, time=older), source="a third of it older")
     live.set_view(layer=None, shown={"torques": False, "forces": False})
-    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#scene-note")).to_be_hidden()
     expect(page.locator("#gauge-now output")).to_have_text(re.compile(r"\d m"))
     plain = settled(page)
     live.set_view(shown={"age": True})
-    until(lambda: changed(plain, picture(page)) > 0.02, "the hatching", 60)
+    until(lambda: changed(plain, picture(page)) > 0.02, "the hatching")
     look("drawn")
     live.set_view(shown={"age": False})
-    until(lambda: changed(plain, picture(page)) < 0.002, "the ground without it", 60)
+    until(lambda: changed(plain, picture(page)) < 0.002, "the ground without it")
 
 
 def picture(page: Page) -> np.ndarray:
@@ -162,5 +163,5 @@ def settled(page: Page) -> np.ndarray:
         seen.append(picture(page))
         return seen[-1].std() > 20 and changed(seen[-2], seen[-1]) < 0.001
 
-    until(still, "a scene that stands still", 90, period=1.0)
+    until(still, "a scene that stands still", period=1.0)
     return seen[-1]

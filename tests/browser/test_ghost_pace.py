@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 
 def held(quiet: Running, path: str) -> dict:
@@ -27,7 +28,7 @@ class Pace:
         def there() -> bool:
             return abs(held(self.quiet, "/sessions/current")["view"]["scrub"] - moment) < 1e-6
 
-        until(there, f"the ghost at {moment}", 60)
+        until(there, f"the ghost at {moment}")
 
 
 def test_a_chosen_row_is_shown_at_its_end_and_keys_go_on_from_it(console: Page, quiet: Running, look) -> None:

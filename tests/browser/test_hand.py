@@ -8,8 +8,9 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import SLOW, held, press
-from tests.support.server import Running, until
+from tests.support.page_steps import held, press
+from tests.support.server import Running
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 
@@ -164,14 +165,14 @@ def test_the_chassis_is_refused_where_a_foot_can_t_stay(console: Page, quiet: Ru
     cell = held(quiet)["terrain"]["resolution"]
     console.keyboard.press("Shift+PageDown")
     console.keyboard.press("Enter")
-    until(lambda: held(quiet)["what_if"], "the what-if", 120)
+    until(lambda: held(quiet)["what_if"], "the what-if")
     assert held(quiet)["what_if"]["dz"] == pytest.approx(-10 * cell)
-    expect(console.locator("#shift-dz")).to_have_value(f"{-10 * cell:g}", timeout=SLOW)
+    expect(console.locator("#shift-dz")).to_have_value(f"{-10 * cell:g}")
     for _ in range(60):
         console.keyboard.press("Shift+PageUp")
-    expect(console.locator("#hand-read .no").first).to_contain_text("leg", timeout=SLOW)
+    expect(console.locator("#hand-read .no").first).to_contain_text("leg")
     console.keyboard.press("Enter")
-    expect(console.locator("#hand-read")).to_contain_text("Put back", timeout=SLOW)
+    expect(console.locator("#hand-read")).to_contain_text("Put back")
     assert held(quiet)["what_if"]["dz"] == pytest.approx(-10 * cell)
     look("refused")
 

@@ -11,8 +11,9 @@ from playwright.sync_api import Browser, FloatRect, Page, expect
 
 from footfall.core.frames import rotation_from_quat_wxyz
 from tests.support.drawing import Drawing
-from tests.support.page_steps import SLOW, held
-from tests.support.server import Running, running_server, until
+from tests.support.page_steps import held
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.scene
 SIZE = 0.6
@@ -53,7 +54,7 @@ def test_the_footfall_is_dragged_along_the_ground(
     running, server = drawn
     before = held(running)
     x, y, z = (before["footfall_answer"][axis] for axis in "xyz")
-    until(lambda: len(server.get_clients()) == 1, "the scene's page", 60)
+    until(lambda: len(server.get_clients()) == 1, "the scene's page")
     client = next(iter(server.get_clients().values()))
     page.locator("#gauge summary").click()  # it would lie over the handle
     page.locator("#hand-footfall").click()
@@ -86,8 +87,8 @@ def test_the_footfall_is_dragged_along_the_ground(
             page.mouse.up()
         return moved
 
-    until(grasped, "the drag", 60, 0.5)
-    expect(page.locator("#hand-read")).to_contain_text("m from where it was", timeout=SLOW)
+    until(grasped, "the drag", period=0.5)
+    expect(page.locator("#hand-read")).to_contain_text("m from where it was")
     look("dragged")
     assert held(running)["events"] == before["events"]
     assert held(running)["footfall"] == before["footfall"]

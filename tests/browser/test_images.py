@@ -16,9 +16,10 @@ from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 from tests.browser.test_console_access import SMALL, violations
-from tests.support.page_steps import SLOW, held
-from tests.support.server import Running, until
+from tests.support.page_steps import held
+from tests.support.server import Running
 from tests.support.spoken import current, say
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 PAIRS = ["nav0", "nav1", "nav2", "nav3", "nav4", "nav5", "haz0", "haz1", "haz2"]
@@ -27,7 +28,7 @@ PAIRS = ["nav0", "nav1", "nav2", "nav3", "nav4", "nav5", "haz0", "haz1", "haz2"]
 def opened(console: Page) -> None:
     """The panel, with the keys in the row of its pairs."""
     console.keyboard.press("d")
-    expect(console.locator("#picture")).to_have_attribute("aria-busy", "false", timeout=SLOW)
+    expect(console.locator("#picture")).to_have_attribute("aria-busy", "false")
     expect(console.get_by_role("radio", name="nav0", exact=True)).to_be_focused()
 
 
@@ -75,7 +76,7 @@ def test_a_click_on_the_ground_in_an_image_chooses_the_footfall(console: Page, q
     pair = pair_called(quiet, "haz2")
     at, dem = pixel(quiet, pair, -0.2, 2.2)
     click_at(console, pair, at)
-    expect(console.locator("#picture-answer")).to_contain_text("Footfall of leg 2 chosen at", timeout=SLOW)
+    expect(console.locator("#picture-answer")).to_contain_text("Footfall of leg 2 chosen at")
     chosen = held(quiet)["footfall"]
     assert (chosen["x"], chosen["y"]) == pytest.approx((-0.2, 2.2), abs=0.03)
     assert held(quiet)["footfall_answer"]["known"]
@@ -102,13 +103,13 @@ def test_a_click_on_the_ground_in_an_image_chooses_the_footfall(console: Page, q
 def test_views_age_and_the_choice_of_cameras(console: Page, quiet: Running, look: Keep) -> None:
     opened(console)
     console.get_by_role("radio", name="Disparity", exact=True).click()
-    expect(console.locator("#picture-legend")).to_contain_text("not matched", timeout=SLOW)
+    expect(console.locator("#picture-legend")).to_contain_text("not matched")
     expect(console.locator("#picture-legend")).to_contain_text(" m … ")
     look("disparity")
     console.keyboard.press("ArrowRight")
     expect(console.get_by_role("radio", name="Rover mask", exact=True)).to_be_focused()
     console.get_by_role("radio", name="haz1", exact=True).click()
-    expect(console.locator("#picture-legend")).to_contain_text("may be the rover", timeout=SLOW)
+    expect(console.locator("#picture-legend")).to_contain_text("may be the rover")
     expect(console.locator("#picture-image")).to_have_attribute("alt", "haz1, mask")
     look("mask")
 
@@ -123,7 +124,7 @@ def test_views_age_and_the_choice_of_cameras(console: Page, quiet: Running, look
             say(quiet, next(numbers), **changes)
             return console.locator("#picture-age").inner_text() == text
 
-        until(heard, text, SLOW / 1000)
+        until(heard, text)
 
     shown_while_heard("The rover stands as in the images.")
     T = snapshot.state.T_site_base.copy()
@@ -150,7 +151,7 @@ def test_views_age_and_the_choice_of_cameras(console: Page, quiet: Running, look
 def test_without_images_the_panel_says_what_to_do(console: Page, quiet: Running, look: Keep) -> None:
     with quiet.client() as client:
         client.post("/sessions", json={"name": "nothing yet"})
-    expect(console.locator("#status-session")).to_have_text("nothing yet", timeout=SLOW)
+    expect(console.locator("#status-session")).to_have_text("nothing yet")
     console.keyboard.press("d")
     expect(console.locator("#images-note")).to_contain_text("No images yet")
     expect(console.locator("#images-box")).to_be_hidden()

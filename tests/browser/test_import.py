@@ -5,7 +5,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 
 def commands(quiet: Running) -> dict:

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held, planned, sequenced
-from tests.support.server import Running, until
+from tests.support.page_steps import held, planned, sequenced
+from tests.support.server import Running
+from tests.support.waiting import until
 
 COUNT_POINTER = """() => {
   window.pointed = 0;
@@ -17,13 +18,13 @@ COUNT_POINTER = """() => {
 def find_act(page: Page, name: str) -> None:
     """Choose an act in the palette by its name."""
     page.keyboard.press("Control+k")
-    expect(page.locator("#palette-input")).to_be_focused(timeout=SLOW)
+    expect(page.locator("#palette-input")).to_be_focused()
     page.keyboard.type(name)
     first = page.locator("#palette-list li").first
     expect(first).to_contain_text(name)
-    expect(first).not_to_have_attribute("aria-disabled", "true", timeout=SLOW)
+    expect(first).not_to_have_attribute("aria-disabled", "true")
     page.keyboard.press("Enter")
-    expect(page.locator("#palette")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#palette")).to_be_hidden()
 
 
 def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, look: Callable[[str], None]) -> None:
@@ -31,7 +32,7 @@ def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, lo
     for key, leg in (("5", 4), ("3", 2)):
         page.keyboard.press(key)
         until(lambda leg=leg: held(served)["view"]["leg"] == leg, f"leg {leg}")
-        expect(page.locator(f"#leg-{leg}")).to_have_attribute("aria-checked", "true", timeout=SLOW)
+        expect(page.locator(f"#leg-{leg}")).to_have_attribute("aria-checked", "true")
     page.keyboard.press("f")
     for number in ("-0.45", "1.78"):
         page.keyboard.press("Control+a")
@@ -40,22 +41,22 @@ def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, lo
     page.keyboard.press("Enter")  # Choose
     until(lambda: held(served)["footfall"]["x"] == -0.45, "the typed footfall")
     planned(page, served, lambda: page.keyboard.press("p"))
-    expect(page.locator("#make-sequence")).to_be_enabled(timeout=SLOW)
+    expect(page.locator("#make-sequence")).to_be_enabled()
     sequence = sequenced(served, lambda: page.keyboard.press("s"))
-    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
-    expect(page.locator("#arm")).to_be_enabled(timeout=SLOW)
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
+    expect(page.locator("#arm")).to_be_enabled()
 
     find_act(page, "Arm the commands")
-    expect(page.locator("#send")).to_be_enabled(timeout=SLOW)
+    expect(page.locator("#send")).to_be_enabled()
     look("armed")
     assert not held(served)["commands"]
     find_act(page, "Send the armed commands")
     until(lambda: held(served)["commands"], "the first command")
-    expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
+    expect(page.locator("#status-mode")).to_have_text("moving")
     last = len(sequence["commands"]) - 1
-    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "the arrival", 180)
-    expect(page.locator("#commands tbody tr").nth(last)).to_contain_text("done", timeout=SLOW)
-    expect(page.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
-    expect(page.locator("#status-match")).to_have_text("carried out as commanded", timeout=SLOW)
+    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "the arrival")
+    expect(page.locator("#commands tbody tr").nth(last)).to_contain_text("done")
+    expect(page.locator("#status-mode")).to_have_text("idle")
+    expect(page.locator("#status-match")).to_have_text("carried out as commanded")
     look("arrived")
     assert page.evaluate("window.pointed") == 0

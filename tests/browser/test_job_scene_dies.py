@@ -7,8 +7,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.drawing import Drawing
-from tests.support.page_steps import SLOW, held, press
-from tests.support.server import Running, until
+from tests.support.page_steps import held, press
+from tests.support.server import Running
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.scene
 
@@ -22,8 +23,8 @@ def page(chromium: Browser, drawing: Drawing, served: Running) -> Iterator[Page]
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.goto(f"{served.url}/?fixedDpr=0.5")
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
-    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
-    until(lambda: drawing.servers[0].get_clients(), "the scene's page", 60)
+    expect(page.locator("#scene-note")).to_be_hidden()
+    until(lambda: drawing.servers[0].get_clients(), "the scene's page")
     yield page
     context.close()
     assert not faults
@@ -35,9 +36,7 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     note = page.locator("#scene-note")
     drawing.refused = True
     drawing.servers[0].stop()
-    expect(note).to_contain_text(
-        re.compile(r"does not answer any more: its picture is of \d\d:\d\d:\d\d UTC"), timeout=SLOW
-    )
+    expect(note).to_contain_text(re.compile(r"does not answer any more: its picture is of \d\d:\d\d:\d\d UTC"))
     expect(note).to_contain_text("Commands, telemetry and stop go on")
     # what is left of the picture is marked as past
     expect(page.locator("#scene")).to_have_css("filter", "grayscale(1) brightness(0.35)")
@@ -51,14 +50,14 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
     assert live.frame is not None
     number = live.frame.number
     until(lambda: live.frame is not None and live.frame.number > number + 10, "telemetry after it")
-    expect(page.locator("#status-link")).to_have_attribute("data-state", "good", timeout=SLOW)
-    expect(page.locator("#arm")).to_be_enabled(timeout=SLOW)
+    expect(page.locator("#status-link")).to_have_attribute("data-state", "good")
+    expect(page.locator("#arm")).to_be_enabled()
     press(page, "Arm")
-    expect(page.locator("#send")).to_be_enabled(timeout=SLOW)
+    expect(page.locator("#send")).to_be_enabled()
     press(page, "Send to rover")
-    until(lambda: any(c["state"] == "done" for c in held(served)["commands"]), "a command done", 90)
+    until(lambda: any(c["state"] == "done" for c in held(served)["commands"]), "a command done")
     page.keyboard.press("Control+.")
-    expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
+    expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover")
     assert held(served)["stop"]["acknowledged"]
     look("stopped")
 
@@ -69,15 +68,15 @@ def test_the_scene_comes_back_by_itself(page: Page, drawing: Drawing, look: Call
     assert len(drawn) > 10
     # a short end: viser's own page comes in again
     first.stop()
-    until(lambda: len(drawing.servers) == 2 and drawing.servers[1].get_clients(), "the page in the second scene", 60)
-    until(lambda: set(drawing.servers[1].scene._handle_from_node_name) >= drawn, "all of it drawn again", 60)
+    until(lambda: len(drawing.servers) == 2 and drawing.servers[1].get_clients(), "the page in the second scene")
+    until(lambda: set(drawing.servers[1].scene._handle_from_node_name) >= drawn, "all of it drawn again")
     # a long one: the page has said that it is gone, and loads it again
     drawing.refused = True
     drawing.servers[1].stop()
-    expect(page.locator("#scene-note")).to_contain_text("does not answer any more", timeout=SLOW)
+    expect(page.locator("#scene-note")).to_contain_text("does not answer any more")
     drawing.refused = False
-    until(lambda: len(drawing.servers) == 3 and drawing.servers[2].get_clients(), "the page in the third scene", 90)
-    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    until(lambda: len(drawing.servers) == 3 and drawing.servers[2].get_clients(), "the page in the third scene")
+    expect(page.locator("#scene-note")).to_be_hidden()
     expect(page.locator("#scene")).to_have_css("filter", "none")
-    until(lambda: set(drawing.servers[2].scene._handle_from_node_name) >= drawn, "all of it drawn again", 60)
+    until(lambda: set(drawing.servers[2].scene._handle_from_node_name) >= drawn, "all of it drawn again")
     look("back")

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held
-from tests.support.server import Running, until
+from tests.support.page_steps import held
+from tests.support.server import Running
+from tests.support.waiting import until
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 Keep = Callable[[str], None]
 
 
 def changed(served: Running, name: str, before: object) -> None:
-    until(lambda: held(served)[name] != before, f"a new {name}", 90)
+    until(lambda: held(served)[name] != before, f"a new {name}")
 
 
 def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
@@ -31,7 +32,7 @@ def click_ground(page: Page, served: Running, x: float, y: float) -> dict:
         before = held(served)["footfall"]
         page.mouse.click(box["x"] + u, box["y"] + v)
         try:
-            until(lambda: held(served)["footfall"] != before, "a chosen footfall", 8)
+            until(lambda: held(served)["footfall"] != before, "a chosen footfall")
         except AssertionError:
             return None  # the ray met no ground: a hole, or the edge of the map
         return held(served)["footfall"]
@@ -88,8 +89,8 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     changed(served, "dem", before["dem"])
     page.get_by_role("radio", name="Leg 2", exact=True).click()
     press("Colour for leg")
-    until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2", 180)
-    expect(page.locator("#legend")).to_contain_text("reachable and stable", timeout=SLOW)
+    until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2")
+    expect(page.locator("#legend")).to_contain_text("reachable and stable")
     look("2-coloured")
 
     gauge = page.locator("#gauge summary")
@@ -98,7 +99,7 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     gauge.click()
     assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.1
     answer = held(served)["footfall_answer"]
-    expect(page.locator("#footfall-answer")).to_contain_text(f"{answer['x']:.3f}", timeout=SLOW)
+    expect(page.locator("#footfall-answer")).to_contain_text(f"{answer['x']:.3f}")
     look("3-clicked")
     page.locator("#footfall-x").fill("-0.432")
     page.locator("#footfall-y").fill("1.794")
@@ -108,9 +109,9 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     old = held(served)["plan"]["digest"]
     press("Plan step")
-    until(lambda: held(served)["plan"]["digest"] != old, "the plan", 180)
+    until(lambda: held(served)["plan"]["digest"] != old, "the plan")
     assert held(served)["plan"]["status"] == "found", held(served)["plan"]
-    expect(page.locator("#plan-answer")).to_contain_text("Found by", timeout=SLOW)
+    expect(page.locator("#plan-answer")).to_contain_text("Found by")
     with served.client() as client:
         result = client.get("/sessions/current/plans/current").json()
     rows = page.locator("#checks tbody tr")
@@ -123,10 +124,10 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
 
     old = held(served)["sequence"]
     press("Make sequence")
-    until(lambda: held(served)["sequence"] != old, "the sequence", 180)
+    until(lambda: held(served)["sequence"] != old, "the sequence")
     with served.client() as client:
         sequence = client.get("/sequences/current").json()
-    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]), timeout=SLOW)
+    expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
     page.locator("#export-format").select_option("json")
     with page.expect_download() as download:
         press("Export")
@@ -137,18 +138,16 @@ def test_the_first_step_of_the_readme(page: Page, served: Running, look: Keep) -
     press("Arm")
     press("Send to rover")
     until(lambda: held(served)["commands"], "the first command")
-    expect(page.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
+    expect(page.locator("#status-mode")).to_have_text("moving")
     look("5-moving")
     last = len(sequence["commands"]) - 1
-    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "arrival", 180)
+    until(lambda: any(c["row"] == last and c["state"] == "done" for c in held(served)["commands"]), "arrival")
     live = served.sessions.current
     assert live is not None
     predicted = np.array(sequence["predicted"][-1])
     # springs give way to what the legs carry, and the acknowledgement may be a little ahead of the next telemetry frame
-    until(
-        lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture", 5
-    )
-    expect(page.locator("#status-match")).to_have_text("carried out as predicted", timeout=SLOW)
+    until(lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture")
+    expect(page.locator("#status-match")).to_have_text("carried out as predicted")
     look("6-arrived")
 
 
@@ -156,7 +155,7 @@ def test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged(page: Page, serv
     page.keyboard.press("?")
     expect(page.locator("#help")).to_be_visible()
     page.get_by_role("button", name="STOP", exact=True).click()
-    expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover", timeout=SLOW)
+    expect(page.locator("#stop-state")).to_contain_text("acknowledged by the rover")
     stop = held(served)["stop"]
     assert stop["latched"]
     assert stop["acknowledged"]
@@ -167,7 +166,7 @@ def test_stop_is_above_a_dialog_and_shows_sent_and_acknowledged(page: Page, serv
     assert refused.status_code == 409
     page.get_by_role("button", name="Clear stop").click()
     until(lambda: not held(served)["stop"]["latched"], "the stop cleared")
-    expect(page.locator("#stop-state")).to_contain_text("Not a safety-rated stop.", timeout=SLOW)
+    expect(page.locator("#stop-state")).to_contain_text("Not a safety-rated stop.")
 
 
 def test_stop_by_keyboard_from_a_field(page: Page, served: Running) -> None:
@@ -180,9 +179,9 @@ def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) 
     console.locator("#footfall-x").fill("3.2")
     console.locator("#footfall-y").fill("3.2")
     console.get_by_role("button", name="Choose", exact=True).click()
-    expect(console.locator("#footfall-answer")).to_contain_text("farther away than the leg is long", timeout=SLOW)
+    expect(console.locator("#footfall-answer")).to_contain_text("farther away than the leg is long")
     console.get_by_role("button", name="Plan step", exact=True).click()
-    expect(console.locator("#plan-answer")).to_contain_text("No plan", timeout=SLOW)
+    expect(console.locator("#plan-answer")).to_contain_text("No plan")
     reason = held(quiet)["plan"]["reason"]
     assert "leg" in reason
     expect(console.locator("#plan-answer")).to_contain_text(reason)
@@ -196,7 +195,7 @@ def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, serv
     field.fill("0.01")
     field.press("Enter")
     row = page.locator("#commands tbody tr").nth(1)
-    expect(row).to_have_class("failing", timeout=SLOW)
+    expect(row).to_have_class("failing")
     expect(page.get_by_role("button", name="Export", exact=True)).to_be_disabled()
     expect(page.get_by_role("button", name="Arm", exact=True)).to_be_disabled()
     with served.client() as client:
@@ -206,7 +205,7 @@ def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, serv
     row.scroll_into_view_if_needed()
     look("failing")
     page.get_by_role("button", name="Undo", exact=True).click()
-    expect(row).not_to_have_class("failing", timeout=SLOW)
+    expect(row).not_to_have_class("failing")
     expect(page.get_by_role("button", name="Export", exact=True)).to_be_enabled()
 
 
@@ -216,7 +215,7 @@ def test_names_from_files_are_text(console: Page, quiet: Running) -> None:
     console.locator("#terrain-file").set_input_files(
         {"name": f"{hostile}.asc", "mimeType": "text/plain", "buffer": heights.encode()}
     )
-    expect(console.locator("#ground-text")).to_contain_text("<img", timeout=SLOW)
+    expect(console.locator("#ground-text")).to_contain_text("<img")
     assert console.title() == "FootFall"
     assert console.locator("#ground-text img").count() == 0
 
@@ -227,19 +226,19 @@ def test_a_scan_is_loaded_with_the_unit_and_direction_that_are_chosen(console: P
     before = held(quiet)["dem"]
     console.locator("#terrain-file").set_input_files(file)
     refusal = console.get_by_text("does not say what its coordinates mean").first
-    expect(refusal).to_be_visible(timeout=SLOW)
+    expect(refusal).to_be_visible()
     assert held(quiet)["dem"] == before
     console.get_by_text("A scan means", exact=True).click()
     console.locator("#scan-unit").select_option("mm")
     console.locator("#scan-up").select_option("y")
     console.locator("#terrain-file").set_input_files(file)
-    expect(console.locator("#ground-text")).to_contain_text("lidar.xyz", timeout=SLOW)
+    expect(console.locator("#ground-text")).to_contain_text("lidar.xyz")
     changed(quiet, "dem", before)
 
 
 def test_lost_rover_is_told(page: Page, served: Running, look: Keep) -> None:
     served.rover.close()
-    expect(page.locator("#status-link")).to_have_attribute("data-state", "bad", timeout=SLOW)
+    expect(page.locator("#status-link")).to_have_attribute("data-state", "bad")
     expect(page.locator("#status-link")).to_contain_text("LOST, last heard")
     look("lost")
 
@@ -249,13 +248,13 @@ def test_long_work_is_in_sight_wherever_and_can_be_cancelled(console: Page, quie
     console.keyboard.press("9")  # nothing of the ground is shown there
     console.keyboard.press("t")
     cancel = console.get_by_role("button", name="Cancel", exact=True)
-    expect(cancel).to_be_visible(timeout=SLOW)
+    expect(cancel).to_be_visible()
     expect(console.locator("#job-text")).to_contain_text("terrain: ")
     look("running")
     console.keyboard.press("x")
     until(lambda: held(quiet)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
     assert held(quiet)["jobs"][-1]["state"] == "cancelled"
-    expect(cancel).to_be_hidden(timeout=SLOW)
+    expect(cancel).to_be_hidden()
     assert held(quiet)["dem"] == before
     expect(console.locator("#job-said")).to_have_text("terrain: cancelled")
     # how it ended leads to where it is told
@@ -269,18 +268,18 @@ def test_images_that_are_asked_for_are_waited_for_in_sight(page: Page, served: R
     expect(page.locator("#job-text")).to_contain_text("images: waiting")
     expect(page.locator("#job-cancel")).to_be_hidden()
     changed(served, "snapshot", before)
-    expect(page.locator("#job-said")).to_have_text("images: here", timeout=SLOW)
+    expect(page.locator("#job-said")).to_have_text("images: here")
     # a plan of the ground before is still the plan; what was cleared since makes it one of older ground
-    expect(page.locator("#status-match")).to_have_text("plan starts where the rover is", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("plan starts where the rover is")
     page.keyboard.press("c")
-    expect(page.locator("#status-match")).to_have_text("planned on older ground", timeout=SLOW)
+    expect(page.locator("#status-match")).to_have_text("planned on older ground")
     expect(page.locator("#status-match")).to_have_attribute("data-state", "warn")
     # no footfall is judged on that ground: neither green nor red
     page.locator("#footfall-x").fill("3.2")
     page.locator("#footfall-y").fill("3.2")
     page.get_by_role("button", name="Choose", exact=True).click()
     said = page.locator("#footfall-answer p").first
-    expect(said).to_contain_text("Not judged yet: leg 2 at (3.200, 3.200", timeout=SLOW)
+    expect(said).to_contain_text("Not judged yet: leg 2 at (3.200, 3.200")
     expect(said).to_have_class("doubt")
 
 

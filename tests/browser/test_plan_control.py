@@ -5,8 +5,9 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SESSION, SLOW, held, press
-from tests.support.server import Running, until
+from tests.support.page_steps import SESSION, held, press
+from tests.support.server import Running
+from tests.support.waiting import until
 
 Keep = Callable[[str], None]
 
@@ -29,14 +30,14 @@ def planned(page: Page, served: Running) -> dict:
         jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == "plan"]
         return bool(jobs) and jobs[-1]["state"] == "done"
 
-    until(done, "the plan", 90)
+    until(done, "the plan")
     return held(served, f"{SESSION}/plans/current")
 
 
 def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Running, look: Keep) -> None:
     asked = held(quiet, "/planners")
     options = console.locator("#planner option")
-    expect(options).to_have_count(len(asked["planners"]), timeout=SLOW)
+    expect(options).to_have_count(len(asked["planners"]))
     assert options.all_inner_texts() == list(asked["planners"])
     expect(console.locator("#planner-text")).to_have_text(asked["planners"]["auto"])
     console.get_by_text("Settings", exact=True).click()
@@ -54,7 +55,7 @@ def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Runn
     assert used["goals"] == "clearance"
     assert result["status"] == "found", result["reason"]
     console.get_by_text("Why this plan", exact=True).click()
-    expect(console.locator("#decisions li")).to_have_count(len(result["decisions"]), timeout=SLOW)
+    expect(console.locator("#decisions li")).to_have_count(len(result["decisions"]))
     assert console.locator("#decisions li").all_inner_texts() == [one["text"] for one in result["decisions"]]
     look("why")
     press(console, "As delivered")
@@ -63,16 +64,16 @@ def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Runn
     # what makes no sense is refused in words, and the plan stays
     console.locator("#set-time_limit").fill("0")
     press(console, "Plan step")
-    expect(console.locator("#toast")).to_contain_text("time_limit must be above zero", timeout=SLOW)
+    expect(console.locator("#toast")).to_contain_text("time_limit must be above zero")
     assert held(quiet)["plan"]["digest"] == result["digest"]
 
 
 def test_alternatives_are_compared_and_chosen(console: Page, quiet: Running, look: Keep) -> None:
     first = planned(console, quiet)
     press(console, "Alternatives")
-    until(lambda: len(held(quiet)["plan"]["compared"]) == 4, "the alternatives", 90)
+    until(lambda: len(held(quiet)["plan"]["compared"]) == 4, "the alternatives")
     rows = console.locator("#compare tbody tr")
-    expect(rows).to_have_count(4, timeout=SLOW)
+    expect(rows).to_have_count(4)
     listed = held(quiet, f"{SESSION}/plans")
     for row, one in zip(rows.all(), listed, strict=True):
         expect(row).to_contain_text(one["text"])
@@ -81,8 +82,8 @@ def test_alternatives_are_compared_and_chosen(console: Page, quiet: Running, loo
     higher = next(one for one in listed if one["kind"] == "higher_lift")
     assert higher["figures"], higher["reason"]
     press(console, higher["text"])
-    until(lambda: held(quiet)["plan"]["digest"] == higher["digest"], "the chosen plan", 30)
-    expect(console.locator("#compare tr.current")).to_contain_text(higher["text"], timeout=SLOW)
+    until(lambda: held(quiet)["plan"]["digest"] == higher["digest"], "the chosen plan")
+    expect(console.locator("#compare tr.current")).to_contain_text(higher["text"])
     # the key goes round among those that are plans
     console.locator("#h-plan").click()
     visited = {higher["digest"]}
@@ -90,10 +91,10 @@ def test_alternatives_are_compared_and_chosen(console: Page, quiet: Running, loo
     for _ in range(len(able) - 1):
         before = held(quiet)["plan"]["digest"]
         console.keyboard.press("k")
-        until(lambda before=before: held(quiet)["plan"]["digest"] != before, "the next plan", 30)
+        until(lambda before=before: held(quiet)["plan"]["digest"] != before, "the next plan")
         chosen = held(quiet)["plan"]["digest"]
         visited.add(chosen)
-        expect(console.locator("#compare tr.current")).to_contain_text(able[chosen], timeout=SLOW)
+        expect(console.locator("#compare tr.current")).to_contain_text(able[chosen])
     assert visited == set(able) >= {first["digest"]}
 
 
@@ -104,7 +105,7 @@ def test_a_point_at_the_ghost_is_moved_and_passed(console: Page, quiet: Running,
     console.locator("#h-plan").click()
     console.keyboard.press("j")
     height = console.get_by_label("z of point 1", exact=True)
-    expect(height).to_be_visible(timeout=SLOW)
+    expect(height).to_be_visible()
     before = float(height.input_value())
     console.evaluate(LATE_POINTS)
     height.focus()
@@ -129,9 +130,9 @@ def test_going_on_is_marked_and_ends(page: Page, served: Running, look: Keep) ->
     real = held(served)["state"]
     page.locator("#h-plan").click()
     page.keyboard.press("n")
-    until(lambda: held(served)["what_if"], "the predicted end", 60)
+    until(lambda: held(served)["what_if"], "the predicted end")
     assert held(served)["after"] == first["digest"]
-    expect(page.locator("#go-on-text")).to_contain_text("once the rover stands there", timeout=SLOW)
+    expect(page.locator("#go-on-text")).to_contain_text("once the rover stands there")
     expect(page.locator("#status-what-if-box")).to_be_visible()
     # the next step starts where this one ends
     end = first["plan"]["contact"]
@@ -146,31 +147,31 @@ def test_going_on_is_marked_and_ends(page: Page, served: Running, look: Keep) ->
     # its commands wait for the rover to stand there
     before = held(served)["sequence"]
     press(page, "Make sequence")
-    until(lambda: held(served)["sequence"] != before, "the sequence", 60)
-    expect(page.locator("#status-match")).to_have_attribute("data-state", "bad", timeout=SLOW)
+    until(lambda: held(served)["sequence"] != before, "the sequence")
+    expect(page.locator("#status-match")).to_have_attribute("data-state", "bad")
     look("going-on")
     page.locator("#go-back").click()
     until(lambda: held(served)["what_if"] is None, "the rover as it stands")
     assert held(served)["state"] == real
-    expect(page.locator("#go-on-text")).to_be_hidden(timeout=SLOW)
+    expect(page.locator("#go-on-text")).to_be_hidden()
 
 
 def test_one_key_steps_to_the_nearest_good_place(console: Page, quiet: Running, look: Keep) -> None:
     chosen = held(quiet)["footfall"]
-    expect(console.locator("#nearest-place")).to_be_disabled(timeout=SLOW)
+    expect(console.locator("#nearest-place")).to_be_disabled()
     with quiet.client() as client:
         hole = {"center": [chosen["x"], chosen["y"]], "radius": 0.04}
         client.post(f"{SESSION}/terrains/clear", json=hole).raise_for_status()
     refused = planned(console, quiet)
     assert refused["status"] == "unknown_ground"
-    expect(console.locator("#plan-answer")).to_contain_text("the nearest good place", timeout=SLOW)
-    expect(console.locator("#nearest-place")).to_be_enabled(timeout=SLOW)
+    expect(console.locator("#plan-answer")).to_contain_text("the nearest good place")
+    expect(console.locator("#nearest-place")).to_be_enabled()
     look("instead")
     console.locator("#h-plan").click()
     console.keyboard.press("+")
     there = {"leg": chosen["leg"], "x": refused["instead"]["x"], "y": refused["instead"]["y"]}
-    until(lambda: held(quiet)["footfall"] == there, "the offered footfall", 60)
-    until(lambda: held(quiet)["plan"]["digest"] != refused["digest"], "the plan to it", 90)
+    until(lambda: held(quiet)["footfall"] == there, "the offered footfall")
+    until(lambda: held(quiet)["plan"]["digest"] != refused["digest"], "the plan to it")
     found = held(quiet, f"{SESSION}/plans/current")["footfall"]
     assert {name: found[name] for name in there} == there
     assert held(quiet)["plan"]["status"] != "unknown_ground"

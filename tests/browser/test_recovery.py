@@ -14,9 +14,9 @@ from footfall.session.storage.sqlite_log import SqliteLog
 from footfall.session.telling import Telling
 from footfall.telemetry.link import ErrorMessage
 from tests.support.page_steps import held, press
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
+from tests.support.waiting import until
 
-SLOW = 60_000  # ms
 OUTPUTS = Path(__file__).resolve().parents[2] / "test-outputs" / "screenshots"
 
 
@@ -33,25 +33,25 @@ def bare(chromium: Browser, quiet: Running) -> Iterator[Page]:
 
 def test_a_run_survives_a_reload_and_a_killed_rover_is_told(bare: Page, quiet: Running) -> None:
     quiet.rover.start()
-    expect(bare.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+    expect(bare.locator("#status-mode")).to_have_text("idle")
     arm = bare.get_by_role("button", name="Arm", exact=True)
-    expect(arm).to_be_enabled(timeout=SLOW)
+    expect(arm).to_be_enabled()
     arm.click()
     send = bare.get_by_role("button", name="Send to rover", exact=True)
-    expect(send).to_be_enabled(timeout=SLOW)
+    expect(send).to_be_enabled()
     # two clicks in one turn of the page: one run
     send.evaluate("button => { button.click(); button.click(); }")
     expect(bare.locator("#toast")).to_be_hidden()
     until(lambda: any(c["state"] == "started" for c in held(quiet)["commands"]), "the first command")
     assert len({c["run"] for c in held(quiet)["commands"]}) == 1
     bare.reload()
-    expect(bare.locator("#status-mode")).to_have_text("moving", timeout=SLOW)
-    expect(bare.locator("#arm-state")).to_contain_text("sending row", timeout=SLOW)
+    expect(bare.locator("#status-mode")).to_have_text("moving")
+    expect(bare.locator("#arm-state")).to_contain_text("sending row")
     with quiet.client() as client:
         pid = client.get("/info").json()["simulated_rover"]["pid"]
     os.kill(pid, signal.SIGKILL)
-    expect(bare.locator("#commands tbody")).to_contain_text("unknown", timeout=SLOW)
-    expect(bare.locator("#arm-state")).to_have_text("not armed", timeout=SLOW)
+    expect(bare.locator("#commands tbody")).to_contain_text("unknown")
+    expect(bare.locator("#arm-state")).to_have_text("not armed")
     assert held(quiet)["commands"][-1]["state"] == "unknown"
 
 
@@ -61,20 +61,20 @@ def test_nothing_is_armed_before_the_rover_has_confirmed_the_epoch(
     with monkeypatch.context() as patched:
         patched.setattr(Telling, "epoch", lambda _: None)  # as if the way to the rover lost it each time
         quiet.rover.start()
-        expect(bare.locator("#status-mode")).to_have_text("idle", timeout=SLOW)
+        expect(bare.locator("#status-mode")).to_have_text("idle")
         arm = bare.get_by_role("button", name="Arm", exact=True)
         expect(arm).to_be_disabled()
         expect(arm).to_have_attribute("title", re.compile("rover has not confirmed"))
         expect(bare.locator("#arm-state")).to_contain_text("not armed. The rover has not confirmed")
     # told again every second, and the page needs no other event to see that it was answered
-    expect(arm).to_be_enabled(timeout=SLOW)
+    expect(arm).to_be_enabled()
     expect(bare.locator("#arm-state")).to_have_text("not armed")
 
 
 def test_another_session_becomes_current_and_the_page_follows(bare: Page, quiet: Running) -> None:
     with quiet.client() as client:
         client.post("/sessions", json={"name": "the other one"})
-    bare.get_by_text("the other one", exact=True).wait_for(timeout=SLOW)
+    bare.get_by_text("the other one", exact=True).wait_for()
     expect(bare.locator("#commands")).to_be_hidden()
 
 
@@ -82,8 +82,8 @@ def test_a_complaint_of_the_rover_is_shown(bare: Page, quiet: Running) -> None:
     live = quiet.sessions.current
     assert live is not None
     live.take_complaint(ErrorMessage("images-1", "camera 3 is cold").text, message_id="images-1")
-    expect(bare.locator("#toast")).to_contain_text("camera 3 is cold", timeout=SLOW)
-    expect(bare.locator("#log")).to_contain_text("camera 3 is cold", timeout=SLOW)
+    expect(bare.locator("#toast")).to_contain_text("camera 3 is cold")
+    expect(bare.locator("#log")).to_contain_text("camera 3 is cold")
 
 
 def test_who_stopped_is_told_by_the_page_that_did(bare: Page, quiet: Running) -> None:
@@ -106,19 +106,19 @@ def test_what_is_not_written_stays_in_sight(bare: Page, quiet: Running, monkeypa
     with quiet.client() as client:
         client.post("/stop")
         for _ in ("told", "found by a page that is opened later"):
-            expect(bare.locator("#status-server")).to_contain_text("NOT WRITTEN", timeout=SLOW)
+            expect(bare.locator("#status-server")).to_contain_text("NOT WRITTEN")
             expect(bare.locator("#status-server")).to_have_attribute("data-state", "bad")
             bare.reload()
         monkeypatch.undo()
         client.post("/stop/clear").raise_for_status()
-    expect(bare.locator("#status-server")).to_have_text("connected", timeout=SLOW)
+    expect(bare.locator("#status-server")).to_have_text("connected")
 
 
 @pytest.mark.scene
 def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
     scene = page.frame_locator("#scene").locator("body")
-    scene.wait_for(timeout=SLOW)
-    expect(page.locator("#scene-note")).to_be_hidden(timeout=SLOW)
+    scene.wait_for()
+    expect(page.locator("#scene-note")).to_be_hidden()
     inside = next(frame for frame in page.frames if "/scene/" in frame.url)
     inside.evaluate("document.body.tabIndex = 0; document.body.focus()")
     before = held(served)["events"]
@@ -157,8 +157,8 @@ def test_many_pages_of_one_browser_follow_the_session(bare: Page, quiet: Running
     with quiet.client() as client:
         client.put("/sessions/current/view", json={"leg": 4})
     for page in [bare, *pages]:
-        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
-        expect(page.locator("#leg-4")).to_have_attribute("aria-checked", "true", timeout=SLOW)
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good")
+        expect(page.locator("#leg-4")).to_have_attribute("aria-checked", "true")
 
 
 def test_one_press_of_stop_is_enough_where_the_server_answers_late(bare: Page, quiet: Running) -> None:
@@ -173,8 +173,8 @@ def test_one_press_of_stop_is_enough_where_the_server_answers_late(bare: Page, q
     bare.reload()
     bare.get_by_text("Stepping over a rock", exact=True).wait_for()
     bare.keyboard.press("Control+.")
-    expect(bare.locator("#stop-state")).to_contain_text("NOT CONFIRMED", timeout=SLOW)
-    expect(bare.locator("#stop-state")).to_contain_text("Stop in force", timeout=SLOW)
+    expect(bare.locator("#stop-state")).to_contain_text("NOT CONFIRMED")
+    expect(bare.locator("#stop-state")).to_contain_text("Stop in force")
     assert held(quiet)["stop"]["latched"]
     assert len(tries) == 3
 
@@ -217,8 +217,8 @@ def test_unknown_ground_is_neither_green_nor_red(bare: Page, quiet: Running) -> 
     bare.route("**/plans/*", lambda route: route.fulfill(json={**result, "checks": checks}))
     bare.reload()
     rows = bare.locator("#checks tbody tr")
-    expect(rows.nth(0).locator("td").first).to_have_class("yes", timeout=SLOW)
-    expect(rows.nth(1).locator("td").first).to_have_class("doubt", timeout=SLOW)
+    expect(rows.nth(0).locator("td").first).to_have_class("yes")
+    expect(rows.nth(1).locator("td").first).to_have_class("doubt")
 
 
 def test_the_page_outlives_its_server(chromium: Browser, tmp_path: Path) -> None:
@@ -227,27 +227,27 @@ def test_the_page_outlives_its_server(chromium: Browser, tmp_path: Path) -> None
     page = context.new_page()
     with running_server(tmp_path / "one", prepare=lambda s: s.create("before")) as first:
         page.goto(first.url)
-        page.get_by_text("before", exact=True).wait_for(timeout=SLOW)
-        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
+        page.get_by_text("before", exact=True).wait_for()
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good")
         port = int(first.url.rsplit(":", 1)[1])
-    expect(page.locator("#status-server")).to_contain_text("silent for", timeout=SLOW)
+    expect(page.locator("#status-server")).to_contain_text("silent for")
     press(page, "STOP")
-    expect(page.locator("#stop-state")).to_contain_text("NOT CONFIRMED", timeout=SLOW)
+    expect(page.locator("#stop-state")).to_contain_text("NOT CONFIRMED")
     expect(page.locator("#toast")).not_to_contain_text("Nothing was sent")
     with running_server(tmp_path / "two", prepare=lambda s: s.create("after"), port=port) as second:
-        page.get_by_text("after", exact=True).wait_for(timeout=SLOW)
-        expect(page.locator("#status-server")).to_have_attribute("data-state", "good", timeout=SLOW)
+        page.get_by_text("after", exact=True).wait_for()
+        expect(page.locator("#status-server")).to_have_attribute("data-state", "good")
         press(page, "STOP")
-        expect(page.locator("#stop-state")).to_contain_text("NO ROVER IS CONNECTED", timeout=SLOW)
+        expect(page.locator("#stop-state")).to_contain_text("NO ROVER IS CONNECTED")
         assert held(second)["stop"]["latched"]
         press(page, "Clear stop")
-        expect(page.locator("#stop-state")).to_have_text(re.compile("Not a safety-rated stop"), timeout=SLOW)
+        expect(page.locator("#stop-state")).to_have_text(re.compile("Not a safety-rated stop"))
         # a server that is there but does not answer is not shown as connected
         page.route("**/api/v1/**", lambda route: None)
-        expect(page.locator("#status-server")).to_contain_text("silent for", timeout=SLOW)
+        expect(page.locator("#status-server")).to_contain_text("silent for")
         page.unroute("**/api/v1/**")
         # another session takes over without a word of the old one's rover
         with second.client() as client:
             client.post("/sessions", json={"name": "third"})
-        page.get_by_text("third", exact=True).wait_for(timeout=SLOW)
+        page.get_by_text("third", exact=True).wait_for()
     context.close()

@@ -3,7 +3,8 @@
 from playwright.sync_api import Page, expect
 
 from footfall.planning.step.problem import StepSettings
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 
 def commands(quiet: Running) -> list[dict]:

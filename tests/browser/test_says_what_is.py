@@ -6,9 +6,10 @@ import re
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SLOW, held, made, press
-from tests.support.server import Running, until
+from tests.support.page_steps import held, made, press
+from tests.support.server import Running
 from tests.support.spoken import current, say
+from tests.support.waiting import until
 
 SILENT = """async () => {
   const { changed, known } = await import("/js/store.js");
@@ -100,11 +101,11 @@ def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page
     console.locator("#panel-what-if summary").click()
     console.locator("#shift-dz").fill("-0.02")
     made(quiet, "body_move", lambda: press(console, "Check the move"))
-    expect(make).to_have_text("Make sequence: chassis move", timeout=SLOW)
+    expect(make).to_have_text("Make sequence: chassis move")
     before = held(quiet)["sequence"]
     console.locator("#h-commands").click()
     console.keyboard.press("s")
-    until(lambda: held(quiet)["sequence"] != before, "the commands", 90)
+    until(lambda: held(quiet)["sequence"] != before, "the commands")
     commands = held(quiet, f"/sequences/{held(quiet)['sequence']}")["commands"]
     assert {one["name"] for one in commands} == {"POSTURE_MOVE"}
     assert np.shape(commands[0]["joints"]) == (36,)

@@ -9,8 +9,9 @@ from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.conftest import opened
 from tests.support.page_steps import held
-from tests.support.server import Running, running_server, until
+from tests.support.server import Running, running_server
 from tests.support.spoken import current
+from tests.support.waiting import until
 
 WAYS = {"ctrl": ("Control+.",), "escape": ("Escape", "Escape")}
 SCENE = re.compile(r"/scene/(\?.*)?$")
@@ -104,7 +105,7 @@ def stops(page: Page, quiet: Running, way: str) -> None:
     assert not current(quiet).gate["stopped"]
     for key in WAYS[way]:
         page.keyboard.press(key)
-    until(lambda: current(quiet).gate["stopped"], "the stop", 60, period=0.005)
+    until(lambda: current(quiet).gate["stopped"], "the stop", period=0.005)
     expect(page.locator("#stop-state")).to_contain_text("Stop in force")
 
 
@@ -226,7 +227,7 @@ def test_from_everything_that_takes_the_focus(bare: Page, quiet: Running) -> Non
         taken += 1
         bare.evaluate("() => { sent = 0; }")
         bare.keyboard.press("Control+.")
-        until(lambda: bare.evaluate("sent") == 1, f"the stop from {name}", 60, period=0.005)
+        until(lambda: bare.evaluate("sent") == 1, f"the stop from {name}", period=0.005)
     assert taken > 0.8 * len(names)
     bare.reload()  # as it was before all of it was shown
     bare.get_by_text("Stepping over a rock", exact=True).wait_for()
@@ -277,7 +278,7 @@ def test_while_the_server_is_silent_it_is_asked_for_until_it_answers(bare: Page,
     expect(bare.locator("#stop-state")).to_contain_text("STOP NOT CONFIRMED")
     assert not current(quiet).gate["stopped"]
     bare.evaluate(HEARING)
-    until(lambda: current(quiet).gate["stopped"], "the stop", 60)
+    until(lambda: current(quiet).gate["stopped"], "the stop")
     expect(bare.locator("#stop-state")).to_contain_text("Stop in force")
 
 
@@ -286,7 +287,7 @@ def test_asking_goes_on_when_the_page_is_loaded_again(bare: Page, quiet: Running
     bare.keyboard.press("Control+.")
     expect(bare.locator("#stop-state")).to_contain_text("STOP NOT CONFIRMED")
     bare.reload()
-    until(lambda: current(quiet).gate["stopped"], "the stop", 60)
+    until(lambda: current(quiet).gate["stopped"], "the stop")
     expect(bare.locator("#stop-state")).to_contain_text("Stop in force")
     clear(quiet)
     bare.reload()  # that stop was confirmed: it is not asked for again

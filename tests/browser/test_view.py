@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, Route, expect
 
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
 
 def view(quiet: Running) -> dict:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from footfall.cli import app
 from tests.support.command_line import FOOTFALL
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 PASSWORD = "a long and good one"
 
@@ -90,7 +90,7 @@ def test_a_server_with_accounts_and_tls(tmp_path, certificate):
         url = server.stdout.readline().split()[-1]
         assert url.startswith("https://127.0.0.1:")
         believed = ssl.create_default_context(cafile=str(certificate[0]))
-        with httpx.Client(base_url=url, verify=believed, timeout=30, trust_env=False) as client:
+        with httpx.Client(base_url=url, verify=believed, timeout=BOUND, trust_env=False) as client:
             assert client.get("/api/v1/info").status_code == 401
             entered = client.post("/api/v1/login", json={"name": "ada", "password": PASSWORD}, headers={"Origin": url})
             cookie = entered.headers["set-cookie"]
@@ -102,7 +102,7 @@ def test_a_server_with_accounts_and_tls(tmp_path, certificate):
             def linked() -> bool:
                 return client.get("/api/v1/info").json()["rover_link"]["linked"]
 
-            until(linked, "the server's own rover on the link", 60)
+            until(linked, "the server's own rover on the link")
         told = subprocess.run(["ps", "-wweo", "args"], capture_output=True, text=True, check=True).stdout
         rovers = [one for one in told.splitlines() if url.removeprefix("https://") in one]
         assert len(rovers) == 1
@@ -110,6 +110,6 @@ def test_a_server_with_accounts_and_tls(tmp_path, certificate):
         assert "footfall_" not in rovers[0]
     finally:
         server.terminate()
-        _, said = server.communicate(timeout=30)
+        _, said = server.communicate(timeout=BOUND)
     assert PASSWORD not in said
     assert token not in said

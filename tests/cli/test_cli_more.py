@@ -14,7 +14,8 @@ from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 from tests.support.command_line import FOOTFALL, run
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, until
 
 HEIGHT, TILT = 1.5, 0.6
 
@@ -114,12 +115,12 @@ def test_sim_is_a_rover_on_the_link(tmp_path):
         command = [*FOOTFALL, "sim", str(world), "--url", url, "--x", "0.5"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as rover:
             try:
-                until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry", 60)
+                until(lambda: client.get("/sessions/current/telemetry").status_code == 200, "telemetry")
                 telemetry = client.get("/sessions/current/telemetry").json()
                 assert telemetry["mode"] == "idle"
                 assert telemetry["T_site_base"][0][3] == pytest.approx(0.5, abs=5e-3)  # it settles on its springs
                 rover.send_signal(signal.SIGINT)
-                assert rover.wait(15) == 0
+                assert rover.wait(BOUND) == 0
             finally:
                 rover.kill()
             assert rover.stderr is not None

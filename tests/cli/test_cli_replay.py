@@ -16,6 +16,7 @@ from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import plane
 from tests.support.command_line import FOOTFALL
+from tests.support.waiting import BOUND
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_sessions"
 
@@ -27,7 +28,7 @@ def sample(tmp_path) -> Path:
 
 def replayed(*bundles: Path, code: int) -> dict[str, Any]:
     command = [*FOOTFALL, "replay", *map(str, bundles), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=BOUND)
     assert done.returncode == code, done.stderr
     report = json.loads(done.stdout)
     assert report["ok"] is (code == 0)

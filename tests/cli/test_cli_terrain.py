@@ -132,6 +132,7 @@ def test_ground_from_orbit_under_the_map(built, ground, tmp_path):
     assert np.isfinite(both.heights).mean() > 0.95 > np.isfinite(local.heights).mean()
     off = both.heights - height_at(ground, both.geometry.xs[None, :], both.geometry.ys[:, None])
     assert np.nanquantile(np.abs(off), 0.95) < 0.15
+    assert both.variance is not None
     # beyond the local map, which reaches 3 m
     assert np.nanmax(both.variance[:5]) == pytest.approx(0.09, rel=1e-5)
     run("terrain", "blend", out, tmp_path / "orbit.tif", "--out", tmp_path / "no.tif", code=2)

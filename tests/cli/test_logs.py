@@ -17,6 +17,7 @@ from footfall import logs
 from footfall.session.jobs.local import Jobs
 from footfall_ui.rover_process import _listen
 from tests.support.server import running_server
+from tests.support.waiting import BOUND
 
 
 @pytest.fixture
@@ -153,7 +154,7 @@ def test_what_a_job_logs_names_it(started, monkeypatch):
 
         monkeypatch.setattr(Jobs, "_run", lambda self, process, job, message: (None, None))
         job = jobs.submit("maps", {}, None, done, session="s9")
-        assert ended.wait(60)
+        assert ended.wait(BOUND)
     (line,) = [one for one in started() if one["event"] == "recorded"]
     assert (line["job"], line["session"]) == (job.id, "s9")
 
@@ -162,7 +163,7 @@ def test_what_a_worker_process_logs_during_a_job_comes_with_its_ids(started, mon
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "session"))
     with Jobs("tiny_recipes", workers=1) as jobs:
         job = jobs.submit("logs", {}, None, session="s9")
-        job.finish(60)
+        job.finish(BOUND)
     told = {one["event"].partition("\n")[0]: one for one in started() if one.get("job") == job.id}
     assert set(told) == {"the ground is soft", "it broke"}
     first = told["the ground is soft"]

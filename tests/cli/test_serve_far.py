@@ -13,6 +13,7 @@ from websockets.typing import Subprotocol
 
 from footfall import logs
 from footfall.cli import app
+from tests.support.waiting import BOUND
 
 
 def test_an_impossible_delay_is_refused_before_anything_starts(tmp_path):
@@ -33,15 +34,15 @@ def test_the_options_reach_the_server(tmp_path):
         try:
             url = process.stdout.readline().split()[-1]
             assert str(free) in process.stdout.readline()
-            with httpx.Client(base_url=url, trust_env=False, timeout=30) as client:
+            with httpx.Client(base_url=url, trust_env=False, timeout=BOUND) as client:
                 light = client.get("/api/v1/rover/light-time").json()
                 assert light == {"telemetry_s": 0.0, "commands_s": 1.28, "round_trip_s": 1.28}
                 asked = client.post("/api/v1/stop", headers={"X-Request-ID": "asked-by-a-test"})
                 assert asked.status_code == 200
             with connect(f"ws://127.0.0.1:{free}", subprotocols=[Subprotocol("foxglove.sdk.v1")], proxy=None) as viewer:
-                assert json.loads(viewer.recv(timeout=60))["name"] == "FootFall"
+                assert json.loads(viewer.recv(timeout=BOUND))["name"] == "FootFall"
         finally:
             process.send_signal(signal.SIGINT)
-            process.wait(timeout=60)
+            process.wait(timeout=BOUND)
     lines = [json.loads(line) for line in (tmp_path / logs.FOLDER / logs.FILE).read_text().splitlines()]
     assert "asked-by-a-test" in [line.get("request") for line in lines]

@@ -15,7 +15,7 @@ from footfall.session.access.identity import LOCAL, Role
 from footfall.session.storage.databases import bind, binding
 from footfall.session.storage.verify import verify
 from tests.support.command_line import run
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 FOOTFALL = str(Path(sys.executable).with_name("footfall"))
 
@@ -33,7 +33,7 @@ def test_a_server_on_postgres_works_through_its_worker_and_leaves_a_whole_log(po
             url = process.stdout.readline().split()[-1]
             assert httpx.get(f"{url}/api/v1/me", trust_env=False).status_code == 401
             bearer = {"authorization": f"Bearer {token}"}
-            with httpx.Client(base_url=f"{url}/api/v1", headers=bearer, timeout=60, trust_env=False) as client:
+            with httpx.Client(base_url=f"{url}/api/v1", headers=bearer, timeout=BOUND, trust_env=False) as client:
                 assert client.get("me").json()["name"] == "ada"
                 note = client.post("sessions/current/notes", json={"text": "kept"})
                 assert note.status_code in (200, 201), note.text
@@ -46,7 +46,7 @@ def test_a_server_on_postgres_works_through_its_worker_and_leaves_a_whole_log(po
                 until(lambda: client.get("me").status_code == 401, "the end of the token")
         finally:
             process.send_signal(signal.SIGTERM)
-        assert process.wait(60) == 0
+        assert process.wait(BOUND) == 0
     assert binding(tmp_path) is not None
     assert not list(tmp_path.glob("*.sqlite*"))
     assert not [one for one in verify(tmp_path, [session]) if one.harmful]

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.ahead import ahead
+from tests.support.waiting import BOUND
 
 
 @given(st.lists(st.integers()))
@@ -28,7 +29,7 @@ def test_the_later_ones_are_begun_while_this_one_is_used():
     begun = [threading.Event() for _ in range(3)]
     with closing(ahead(lambda one: begun[one].set(), range(3))) as following:
         next(following)
-        assert begun[2].wait(60)
+        assert begun[2].wait(BOUND)
 
 
 def test_what_was_begun_is_waited_for_and_no_more_is():
@@ -36,13 +37,13 @@ def test_what_was_begun_is_waited_for_and_no_more_is():
 
     def work(one):
         going.set()
-        go_on.wait(60)
+        go_on.wait(BOUND)
         done.append(one)
 
     before = threading.active_count()
     with closing(ahead(work, range(50))) as following:
         next(following)
-        assert going.wait(60)
+        assert going.wait(BOUND)
         threading.Timer(0.05, go_on.set).start()
     assert done == [0]
     assert threading.active_count() <= before + 1  # the timer may not have ended yet

@@ -11,6 +11,7 @@ from PIL import Image
 
 from tests.browser.pictures import IMAGES, MOST_BYTES, MOST_IN_ALL, PICTURES, Picture
 from tests.browser.pictures import tests as named
+from tests.support.waiting import BOUND
 
 ROOT = Path(__file__).resolve().parents[2]
 LINK = re.compile(r"!\[([^\]]*)\]\(([^)\s]+\.png)\)")
@@ -53,7 +54,7 @@ def test_pytest_knows_the_tests_that_are_listed():
     """A case that is added to one changes the name of its picture, too."""
     asked = [*named()]
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", *asked]
-    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=BOUND, check=False)
     assert found.returncode == 0, found.stdout + found.stderr
     assert {line for line in found.stdout.splitlines() if "::" in line} == set(asked)
 

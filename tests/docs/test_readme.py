@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, until
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 ADDRESS = "http://127.0.0.1:8080"
@@ -33,7 +34,7 @@ def test_python(tmp_path: Path) -> None:
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=BOUND,
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.startswith("Status.FOUND")
@@ -49,13 +50,13 @@ def test_curl(tmp_path: Path) -> None:
     with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step"), physics=True) as served:
         served.rover.start()
         current = served.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry", 60)
+        until(lambda: current is not None and current.frame, "the first telemetry")
         run = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", script.replace(ADDRESS, served.url)],
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=BOUND,
         )
         assert run.returncode == 0, run.stderr
         assert current is not None

@@ -5,12 +5,14 @@ import sys
 import zipfile
 from pathlib import Path
 
+from tests.support.waiting import BOUND
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_wheel_holds_page_samples_and_robot(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), str(ROOT)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=BOUND)
     assert run.returncode == 0, run.stderr
     (wheel,) = tmp_path.glob("*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())

@@ -20,8 +20,8 @@ from footfall.sim.process import RoverClient
 from footfall.sim.rover import SimulatedRover
 from footfall.telemetry.link import PATH
 from footfall.terrain.generate import plane
-from tests.support.server import running_server, until
-from tests.support.waiting import a_while
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, a_while, until
 
 SESSION = "/sessions/current"
 
@@ -49,7 +49,7 @@ def served(tmp_path_factory, athlete):
         live.load_terrain(dem, "made for the tests")
         live.set_state(state)
         x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
-        live.plan_step(2, (float(x), float(y) + 0.05)).finish(120)
+        live.plan_step(2, (float(x), float(y) + 0.05)).finish(BOUND)
         digest = live.make_sequence(as_commanded=True)
         rows = len(live.get(digest).commands)
         for _ in range(3):
@@ -81,7 +81,7 @@ def rover_over(server, badness, rover, imager):
         yield links[0]
     finally:
         ended.set()
-        thread.join(20)
+        thread.join(BOUND)
         loop.close()
 
 
@@ -96,7 +96,7 @@ def sent_run(client):
         answer = client.post(f"/sequences/{digest}/send", json={"arming": armed.json()["token"]})
         return answer.json()["run"] if answer.status_code == 202 else None
 
-    return until(sent, "a run sent", 30)
+    return until(sent, "a run sent")
 
 
 def run_of(client, number):
@@ -113,7 +113,7 @@ def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
         until(lambda: client.get(SESSION).json()["link"]["connected"], "the link")
         # a run has an end that the log tells, whatever the line does
         first = sent_run(client)
-        ended = until(lambda: (run := run_of(client, first)) and run["ended"] and run, "the end of the run", 40)
+        ended = until(lambda: (run := run_of(client, first)) and run["ended"] and run, "the end of the run")
         assert ended["outcome"] in ("done", "overdue", "link_lost", "refused")
         assert {row["state"] for row in ended["rows"]} <= {"done", "refused", "unknown", "unsent"}
         log = client.get(f"{SESSION}/log?limit=1000").json()["events"]
@@ -122,13 +122,13 @@ def test_at_most_once_and_nothing_after_a_stop(served, athlete, name):
         # a stop in the middle of another one: it gets through, and nothing begins after the rover's word
         sent_run(client)
         assert client.post("/stop").json()["stopped"]
-        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop", 40)
+        until(lambda: client.get("/stop").json()["stop_acknowledged"], "the acknowledgement of the stop")
         begun = list(rover.begun)
         assert rover.mode == "stopped"
         a_while(0.6)  # whatever was delayed arrives
         assert rover.begun == begun
         # cleared: the operator clears again where the line lost it
-        until(lambda: client.post("/stop/clear").status_code == 200 and rover.mode == "idle", "clearing", 40, 0.5)
+        until(lambda: client.post("/stop/clear").status_code == 200 and rover.mode == "idle", "clearing", period=0.5)
         assert rover.begun == begun
         until(lambda: link.done["carried"] > 20, "enough messages for the counts below")
     assert len(set(rover.begun)) == len(rover.begun)

@@ -14,7 +14,8 @@ from footfall.session import journal
 from footfall.session.clock import ClockWatch
 from footfall.session.storage.verify import verify
 from footfall.terrain.generate import plane
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import until
 
 SESSION = "/sessions/current"
 

@@ -8,9 +8,9 @@ import httpx
 import pytest
 
 from benchmarks.soak.cycles import Soak
-from benchmarks.soak.processes import until
 from footfall.session.storage.store import read_session
 from footfall.session.storage.verify import verify
+from tests.support.waiting import until
 
 SESSION = "/sessions/current"
 

@@ -10,7 +10,7 @@ import pytest
 
 from footfall.session.jobs.local import Jobs
 from footfall.terrain.generate import plane
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 TINY = Path(__file__).parents[1] / "session"
 SERVER = """
@@ -36,7 +36,7 @@ def pool(monkeypatch):
 
 def worker_pid(pool):
     found = []
-    pool.submit("pid", {}, None, lambda job, product: found.append(int(product)) or "x").finish(60)
+    pool.submit("pid", {}, None, lambda job, product: found.append(int(product)) or "x").finish(BOUND)
     return found[0]
 
 
@@ -46,11 +46,11 @@ def test_a_job_whose_worker_hangs_can_be_cancelled_and_the_pool_goes_on(pool):
     until(lambda: hanging.text == "running", "the work")
     os.kill(pid, signal.SIGSTOP)
     hanging.cancel()
-    assert hanging.wait(60)
+    assert hanging.wait(BOUND)
     assert hanging.state == "cancelled"
     assert hanging.error is not None
     assert "did not stop by itself" in hanging.error.message
-    waiting.finish(60)
+    waiting.finish(BOUND)
     assert worker_pid(pool) != pid
 
 
@@ -61,11 +61,11 @@ def test_a_large_job_that_a_hanging_worker_does_not_take_can_be_cancelled(pool):
     job = pool.submit("quick", {"dem": large}, None)
     until(lambda: job.state == "running", "the handing over")
     job.cancel()
-    assert job.wait(60)
+    assert job.wait(BOUND)
     assert job.state == "cancelled"
     assert job.error is not None
     assert "did not take it" in job.error.message
-    pool.submit("quick", {"dem": large}, None, lambda job, product: product.digest).finish(60)
+    pool.submit("quick", {"dem": large}, None, lambda job, product: product.digest).finish(BOUND)
 
 
 def test_a_worker_at_work_ends_with_its_server(tmp_path):

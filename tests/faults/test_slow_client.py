@@ -12,7 +12,8 @@ from websockets.sync.client import connect
 
 from benchmarks.soak.processes import Deaf
 from footfall.api import mailbox
-from tests.support.server import running_server, until
+from tests.support.server import running_server
+from tests.support.waiting import BOUND, until
 
 BACKLOG = 200
 MESSAGES, LONG = 2000, 32_000
@@ -42,7 +43,7 @@ def test_who_never_reads_costs_the_server_and_others_nothing(tmp_path, monkeypat
                 if number % 50 == 0:
                     until(lambda: waiting(client)[1] < BACKLOG / 2, "the other listener", period=0.01)
             client.post("/sessions/current/notes", json={"text": "heard by who listens"})
-            hearing.join(60)
+            hearing.join(BOUND)
             assert not hearing.is_alive()
             assert 0 < waiting(client)[0] <= BACKLOG + 1
             until(lambda: client.get("/sessions/current/listeners").json()["listeners"][0]["slow"], "the mark")

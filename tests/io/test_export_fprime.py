@@ -18,6 +18,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.exports import export
 from footfall.sequence.commands import Sequence
 from tests.support.sequences import HOSTILE, any_commands, four_kinds, recorded, require_arguments, unchecked
+from tests.support.waiting import BOUND
 
 COMPILER = Path(sys.executable).with_name("fprime-seqgen")
 
@@ -30,7 +31,7 @@ def compiled(sequence: Sequence, folder: Path, text: bytes | None = None) -> byt
         [COMPILER, "--dictionary", folder / "step.json", folder / "step.seq", folder / "step.bin"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=BOUND,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return (folder / "step.bin").read_bytes()

@@ -28,6 +28,7 @@ from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import JOINTS, any_frames, digests, moving_frames
 from tests.support.node import run
 from tests.support.sequences import bits
+from tests.support.waiting import BOUND
 
 ABOUT = {"robot": "athlete", "legs": "6", "session": "test"}
 PER_FRAME = 11
@@ -278,7 +279,7 @@ def test_kill_nine_loses_at_most_a_chunk(tmp_path):
             last = int(process.stdout.readline())
         os.kill(process.pid, signal.SIGKILL)
         last = max([last, *map(int, process.stdout.read().split())])
-        assert process.wait(60) == -signal.SIGKILL
+        assert process.wait(BOUND) == -signal.SIGKILL
     assert last < 2999
     found = list(Recording(path).frames())
     assert [frame.number for frame in found] == list(range(len(found)))

@@ -10,7 +10,7 @@ from footfall.sequence.edit import Edit
 from footfall.session.access.identity import LOCAL
 from footfall.session.gate.gate import Gate
 from footfall.session.storage.sqlite_log import SqliteLog
-from tests.support.waiting import until
+from tests.support.waiting import BOUND, until
 
 
 class Rover:
@@ -235,12 +235,12 @@ def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
 
     def hold(message):
         held.set()
-        free.wait(60)
+        free.wait(BOUND)
 
     unlisten = ready.listen(hold)
     thread = threading.Thread(target=ready.add_note, args=("slow listener",))
     thread.start()
-    assert held.wait(60)
+    assert held.wait(BOUND)
     ready.stop("now")
     assert thread.is_alive()  # the listener is held still
     assert rover.types()[-1] == "stop"

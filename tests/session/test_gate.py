@@ -12,7 +12,7 @@ from footfall.session.gate import lease
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import ANSWER_WITHIN, CONN_FOR
 from footfall.telemetry.link import HelloMessage
-from tests.support.server import until
+from tests.support.waiting import until
 
 MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
 OTHER_PAGE = replace(MARY, page="page-b")

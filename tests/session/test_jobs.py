@@ -9,7 +9,7 @@ import pytest
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, InvalidInput, NotFound, WorkerLost
 from footfall.session.jobs.local import InlineJobs, Jobs
-from tests.support.waiting import a_while, until
+from tests.support.waiting import BOUND, a_while, until
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def pool(tiny):
 
 def worker_pid(pool):
     found = []
-    pool.submit("pid", {}, None, lambda job, product: found.append(int(product)) or "x").finish(20)
+    pool.submit("pid", {}, None, lambda job, product: found.append(int(product)) or "x").finish(BOUND)
     return found[0]
 
 
@@ -38,7 +38,7 @@ def test_values_cross_and_come_back_under_their_digest(pool, tiny):
     dem = tiny.dem(1.5)
     got = []
     job = pool.submit("quick", {"dem": dem}, None, lambda job, product: got.append(product) or product.digest)
-    assert job.finish(20) == dem.digest
+    assert job.finish(BOUND) == dem.digest
     assert job.state == "done"
     assert job.fraction == 1.0
     assert not got[0].heights.flags.writeable
@@ -49,12 +49,12 @@ def test_values_cross_and_come_back_under_their_digest(pool, tiny):
 
 def test_errors_keep_their_kind_and_details(pool):
     with pytest.raises(InvalidInput, match="this is wrong") as caught:
-        pool.submit("raises", {}, None).finish(20)
+        pool.submit("raises", {}, None).finish(BOUND)
     assert caught.value.details == {"what": 3}
     with pytest.raises(FootFallError, match="ZeroDivisionError: a bug"):
-        pool.submit("breaks", {}, None).finish(20)
+        pool.submit("breaks", {}, None).finish(BOUND)
     with pytest.raises(InvalidInput, match="no recipe"):
-        pool.submit("unheard", {}, None).finish(20)
+        pool.submit("unheard", {}, None).finish(BOUND)
 
 
 def test_progress_then_a_polite_cancel_keeps_the_worker(pool):
@@ -63,7 +63,7 @@ def test_progress_then_a_polite_cancel_keeps_the_worker(pool):
     job = pool.submit("polite", {}, None, None, lambda job: changes.append((job.state, job.text)))
     until(lambda: job.text == "running", "the work")
     job.cancel()
-    assert job.wait(60)
+    assert job.wait(BOUND)
     assert job.state == "cancelled"
     assert ("running", "running") in changes
     with pytest.raises(Cancelled):
@@ -76,7 +76,7 @@ def test_a_deaf_job_is_killed_after_its_grace_and_the_pool_goes_on(pool):
     job = pool.submit("deaf", {}, None)
     until(lambda: job.text == "deaf", "the deaf work")
     job.cancel()
-    assert job.wait(60)
+    assert job.wait(BOUND)
     assert job.state == "cancelled"
     assert not alive(pid)
     assert worker_pid(pool) != pid
@@ -85,14 +85,14 @@ def test_a_deaf_job_is_killed_after_its_grace_and_the_pool_goes_on(pool):
 def test_a_worker_that_dies_fails_its_job_only(pool):
     job = pool.submit("dies", {}, None)
     with pytest.raises(WorkerLost, match="died") as caught:
-        job.finish(20)
+        job.finish(BOUND)
     assert caught.value.details["exit_code"] == 7
     pid = worker_pid(pool)
     running = pool.submit("deaf", {}, None)
     until(lambda: running.text == "deaf", "the deaf work")
     os.kill(pid, signal.SIGKILL)
     with pytest.raises(WorkerLost):
-        running.finish(20)
+        running.finish(BOUND)
 
 
 def test_a_job_whose_worker_ends_before_it_takes_it_up_goes_to_another(pool):
@@ -101,7 +101,7 @@ def test_a_job_whose_worker_ends_before_it_takes_it_up_goes_to_another(pool):
     job = pool.submit("pid", {}, None, lambda job, product: product.decode())
     until(lambda: job.text == "starting", "the start")
     os.kill(pid, signal.SIGKILL)
-    other = int(job.finish(20))
+    other = int(job.finish(BOUND))
     assert other != pid
     assert not alive(pid)
     for _ in range(5):  # nor does it matter how far the end of a worker has come
@@ -116,7 +116,7 @@ def test_a_job_that_no_worker_can_take_up_ends_with_the_second(pool):
             return os._exit, (9,)
 
     with pytest.raises(WorkerLost, match="exit code 9"):
-        pool.submit("quick", {"dem": SimpleNamespace(digest="x", value=Deadly())}, None).finish(20)
+        pool.submit("quick", {"dem": SimpleNamespace(digest="x", value=Deadly())}, None).finish(BOUND)
     assert worker_pid(pool)
 
 
@@ -133,8 +133,8 @@ def test_the_queue_is_bounded_ordered_and_cancellable(tiny):
         dropped.cancel()
         assert dropped.state == "cancelled"  # at once, though the worker is busy
         blocker.cancel()
-        first.finish(20)
-        urgent.finish(20)
+        first.finish(BOUND)
+        urgent.finish(BOUND)
         assert order == ["urgent", "first"]
 
 
@@ -172,10 +172,10 @@ def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, s
         until(lambda: older.state == "running", "the work")
         session.load_terrain(tiny.dem())
         newer = session.compute_maps(1)
-        assert older.wait(60)
+        assert older.wait(BOUND)
         assert older.state == "cancelled"
         other.cancel()
-        newer.finish(20)
+        newer.finish(BOUND)
         assert session.maps_fit(1).fits
 
 
@@ -183,12 +183,14 @@ def test_a_worker_warms_up_while_no_job_waits(tiny):
     told = []
     with Jobs("warm_recipes", workers=1, warm=True) as pool:
         until(
-            lambda: pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(20) and told,
+            lambda: (
+                pool.submit("told", {}, None, lambda job, product: told.append(product) or "x").finish(BOUND) and told
+            ),
             "the first answer",
         )
         a_while(0.6)
         for kind in ("told", "passed_over"):
-            pool.submit(kind, {}, None, lambda job, product: told.append(product) or "x").finish(20)
+            pool.submit(kind, {}, None, lambda job, product: told.append(product) or "x").finish(BOUND)
     # the libraries alone are so many objects, which no collection of garbage goes through in a job
     assert int(told.pop()) > 10_000
     # one that fails harms nothing, and a job that waits goes first

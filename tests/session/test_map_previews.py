@@ -20,7 +20,7 @@ from footfall.session.log.fold import fold_all
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.terrain.generate import plane
-from tests.support.waiting import until
+from tests.support.waiting import BOUND, until
 
 LEG = 2
 
@@ -73,7 +73,7 @@ def test_a_preview_comes_from_a_worker_before_the_product_and_is_never_recorded(
 def test_the_product_takes_the_place_of_the_preview(pooled, tiny):
     pooled.load_terrain(tiny.dem())
     heard = heard_by(pooled)
-    digest = pooled.compute_maps(LEG).finish(30)
+    digest = pooled.compute_maps(LEG).finish(BOUND)
     assert pooled.maps_shown(LEG).digest == digest == pooled.state.maps[str(LEG)]
     assert pooled.maps_shown(LEG).geometry.shape == tiny.dem().geometry.shape
     assert heard.index(("preview", None)) < heard.index(("event", "product"))
@@ -107,7 +107,7 @@ def test_a_preview_goes_with_its_job(pooled, end):
         job.cancel()
     else:
         pooled.compute_maps(LEG, MapSettings(stable_margin=0.1))
-    assert job.wait(60)
+    assert job.wait(BOUND)
     assert job.state == "cancelled"
     until(lambda: ("preview", None) in heard, "the preview")
     if end == "cancelled":
@@ -131,8 +131,8 @@ def test_newer_maps_cancel_older_ones_of_their_leg_only(pooled, tiny):
     older, other = started(pooled), started(pooled, 1)
     pooled.load_terrain(tiny.dem())
     newer = pooled.compute_maps(LEG)
-    newer.finish(30)
-    assert older.wait(60)
+    newer.finish(BOUND)
+    assert older.wait(BOUND)
     assert (older.state, other.ended) == ("cancelled", False)
     made = [event.payload["leg"] for event in pooled.events() if event.type == "product"]
     assert made == [LEG]
@@ -219,7 +219,7 @@ def test_a_what_if_of_a_state_that_was_frozen_anew_is_dropped(held, state_of):
     until(lambda: pool.jobs, "the job")
     frozen = live.set_state(state_of(0.01))
     pool.jobs[0][0].end(state_of(0.02))
-    asking.join(10)
+    asking.join(BOUND)
     assert refused
     assert (live.state.state, live.state.what_if) == (frozen, None)
 
@@ -290,7 +290,7 @@ def mapped(folder, jobs, robot, dem, state):
         live.set_state(state)
         live.load_terrain(dem)
         live.listen(lambda message: message["type"] == "preview" and shown.append(live.maps_shown(LEG)))
-        live.compute_maps(LEG).finish(60)
+        live.compute_maps(LEG).finish(BOUND)
         made = live.maps_shown(LEG)
         assert made is not None
         return shown[0], made

@@ -18,7 +18,7 @@ from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
-from tests.support.waiting import until
+from tests.support.waiting import BOUND, until
 
 
 @pytest.fixture
@@ -217,7 +217,7 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
         session = sessions.create("killed")
         session.set_state(state_of())
         session.load_terrain(tiny.dem())
-        first = session.plan_step(2, (1.0, 0.0)).finish(30)
+        first = session.plan_step(2, (1.0, 0.0)).finish(BOUND)
         session.load_terrain(replace(tiny.dem(), name="slow"))
         before = session.state
         job = session.plan_step(2, (1.0, 0.5))
@@ -227,7 +227,7 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
         assert worker.pid is not None
         os.kill(worker.pid, signal.SIGKILL)
         with pytest.raises(WorkerLost, match="the worker process died while it made the plan") as caught:
-            job.finish(30)
+            job.finish(BOUND)
         assert caught.value.details["exit_code"] == -signal.SIGKILL
         assert job.state == "failed"
         assert "died" in job.as_dict()["error"]["message"]
@@ -238,5 +238,5 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
         # what waited behind it is made by the next worker, and so is the next plan
         waiting.cancel()
         session.load_terrain(tiny.dem(0.1))
-        session.plan_step(2, (1.0, 0.5)).finish(30)
+        session.plan_step(2, (1.0, 0.5)).finish(BOUND)
         assert session.state.plan != first

@@ -20,7 +20,7 @@ from footfall.session.storage.databases import bind, open_log
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.storage.postgres_connection import BOUNDS, conninfo
 from footfall.session.storage.postgres_log import PostgresLog
-from tests.support.server import until
+from tests.support.waiting import BOUND, until
 
 
 class SilentProxy:
@@ -64,7 +64,7 @@ class SilentProxy:
     def close(self) -> None:
         self._shut(self._door, *self._ends)
         for thread in self._threads:
-            thread.join(20)
+            thread.join(BOUND)
         for end in (self._door, *self._ends):
             end.close()
 

@@ -21,8 +21,7 @@ from footfall.session.rover import recorder
 from footfall.session.rover.recorder import Recorder, RecordingLimits
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.frames import digests, moving_frames
-from tests.support.server import until
-from tests.support.waiting import a_while
+from tests.support.waiting import BOUND, a_while, until
 
 
 class Disk:
@@ -138,7 +137,7 @@ def test_a_slow_disk_is_never_waited_for(session, disk, frame_of):
     disk.free.clear()
     frames = [frame_of(i, time=100.0 + 0.1 * i) for i in range(600)]
     session.take_telemetry(frames[0])
-    assert disk.asked.wait(60)
+    assert disk.asked.wait(BOUND)
     for frame in frames[1:]:
         session.take_telemetry(frame)  # whoever waited for this disk would wait for ever
     assert session.frame is frames[-1]

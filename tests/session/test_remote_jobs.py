@@ -17,7 +17,7 @@ from footfall.session.remote.remote_jobs import RemoteJobs
 from footfall.session.storage.databases import bind, binding
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.storage.verify import verify
-from tests.support.server import until
+from tests.support.waiting import until
 
 PATIENCE = 120.0
 """Longest wait for anything, also on a busy machine [s]."""
@@ -129,7 +129,7 @@ def test_a_session_works_as_with_its_own_processes(pool, served, tiny, athlete, 
         session.set_state(state_of())
         session.load_terrain(replace(tiny.dem(), name="slow"))
         slow = session.compute_maps(2)
-        until(lambda: previews, "coarse maps are shown", PATIENCE)
+        until(lambda: previews, "coarse maps are shown")
         slow.cancel()
         assert slow.wait(PATIENCE)
         session.load_terrain(tiny.dem())
@@ -199,7 +199,7 @@ def test_what_a_worker_did_for_a_server_is_removed_when_both_were_killed(alone):
     gone = RemoteJobs(url, data)
     with worker(data) as process:
         job = gone.submit("deaf", {}, None)
-        until(lambda: job.state == "running", "the job under way", PATIENCE)
+        until(lambda: job.state == "running", "the job under way")
         process.kill()
         process.wait()
     gone._closing.set()  # as if killed: nothing is cancelled or taken back
@@ -273,7 +273,7 @@ def test_the_end_of_a_job_is_told_once_it_can_be(alone):
     with worker(alone._data):
         with refusing(url, job_reports="NEW.result IS NOT NULL") as refused:
             job = alone.submit("pid", {}, None, lambda job, product: got.append(product) or "x")
-            until(lambda: refused() >= 1, "the job has ended, and its worker could not say so", PATIENCE)
+            until(lambda: refused() >= 1, "the job has ended, and its worker could not say so")
             assert not job.ended
         assert job.finish(PATIENCE) == "x"
         assert int(got[0]) == worker_pid(alone)

@@ -11,6 +11,7 @@ from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.store import SessionStore
+from tests.support.waiting import BOUND
 
 MARY = Identity("mary", Role.COMMANDER, "10.0.0.1", "page-a")
 JOHN = Identity("john", Role.COMMANDER, "10.0.0.2", "page-b")
@@ -140,17 +141,17 @@ def test_a_stop_waits_for_no_session_that_is_being_made(sessions, monkeypatch):
 
     def slowly(*about):
         begun.set()
-        assert let_go.wait(30)
+        assert let_go.wait(BOUND)
         return create(*about)
 
     monkeypatch.setattr(SessionStore, "create", slowly)
     making = threading.Thread(target=sessions.create, args=("second",))
     making.start()
     try:
-        assert begun.wait(30)
+        assert begun.wait(BOUND)
         stopping = threading.Thread(target=sessions.stop, args=("danger",))
         stopping.start()
-        stopping.join(30)
+        stopping.join(BOUND)
         assert not stopping.is_alive()
         assert first.gate["stopped"]
         assert sessions.get(first.id) is sessions.get("current") is first

@@ -19,8 +19,7 @@ from footfall.session.storage.databases import bind, binding
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.storage.verify import verify
 from tests.session.test_accounts import BOSS, PASSWORD, QUICK, who
-from tests.support.server import until
-from tests.support.waiting import a_while
+from tests.support.waiting import a_while, until
 
 
 @pytest.fixture(autouse=True)

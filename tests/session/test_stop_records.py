@@ -11,6 +11,7 @@ from footfall.session import stop_log
 from footfall.session.access.identity import Identity, Role
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import fold_all
+from tests.support.waiting import BOUND
 
 STOPS = st.lists(st.tuples(st.booleans(), st.integers(0, 2)), min_size=1, max_size=4)
 """Of each stop: whether the rover said that it stands, and how often it was asked for again."""
@@ -107,7 +108,7 @@ def slow_record(ready, monkeypatch):
 
     def record_anyway(type, payload):
         if type == "stop_requested":
-            assert goes_on.wait(60)
+            assert goes_on.wait(BOUND)
         record(type, payload)
 
     monkeypatch.setattr(ready._commanding, "_record_anyway", record_anyway)

@@ -316,7 +316,8 @@ def test_prune_takes_what_nothing_refers_to_and_only_when_told(folder):
     assert sorted(Path(one.path).name for one in plan.removals) == sorted(
         [f"{orphan.digest}.npz", ".x.npz.1.partial", "old.mcap"]
     )
-    assert prune(folder, recordings_before=time.time() - 500, carry_out=True) == plan
+    carried_out = prune(folder, recordings_before=time.time() - 500, carry_out=True)
+    assert carried_out == plan
     assert sorted(artifacts.iterdir()) == needed
     assert [path.name for path in recordings.iterdir()] == ["new.mcap"]
     assert verify(folder) == []

@@ -18,6 +18,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.link import MAX_BINARY_FRAME, SUBPROTOCOL
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from tests.support.waiting import BOUND
 
 
 @pytest.fixture(scope="session")
@@ -54,7 +55,7 @@ class LinkServer:
         self._started = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
-        assert self._started.wait(60)
+        assert self._started.wait(BOUND)
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)

@@ -21,6 +21,7 @@ from footfall.telemetry.link import (
     encode,
 )
 from footfall.telemetry.state import TelemetryFrame
+from tests.support.waiting import BOUND
 
 MOON = 1.62
 
@@ -34,7 +35,7 @@ def rover_process(link_server, flat, standing, tmp_path) -> Iterator[subprocess.
     process = subprocess.Popen([*command, "--terrain", str(terrain), "--state", str(state), "--with-parent"])
     yield process
     process.send_signal(signal.SIGTERM)
-    assert process.wait(60) == 0
+    assert process.wait(BOUND) == 0
 
 
 def texts(frames) -> list:

@@ -27,6 +27,7 @@ from footfall.telemetry.link import (
     encode,
 )
 from footfall.telemetry.state import TelemetryFrame
+from tests.support.waiting import BOUND
 
 
 @pytest.fixture
@@ -38,7 +39,7 @@ def rover_process(link_server, flat, standing, tmp_path) -> Iterator[subprocess.
     process = subprocess.Popen([*command, "--terrain", str(terrain), "--state", str(state), "--with-parent"])
     yield process
     process.send_signal(signal.SIGTERM)
-    assert process.wait(60) == 0
+    assert process.wait(BOUND) == 0
 
 
 def texts(frames) -> list:
@@ -184,7 +185,7 @@ def test_a_rover_that_can_not_start_says_why(tmp_path):
         "--terrain",
         str(tmp_path / "no.tif"),
     ]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=BOUND, check=False)
     assert ended.returncode == 2
     assert "no.tif" in ended.stderr
     assert "Traceback" not in ended.stderr

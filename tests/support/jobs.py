@@ -2,7 +2,7 @@
 
 import httpx
 
-from tests.support.server import until
+from tests.support.waiting import until
 
 
 def finished(client: httpx.Client, accepted: httpx.Response, state: str = "done") -> dict:
@@ -14,7 +14,7 @@ def finished(client: httpx.Client, accepted: httpx.Response, state: str = "done"
         job = client.get(location).json()
         return job if job["state"] not in ("queued", "running") else None
 
-    job = until(ended, f"the end of {location}", timeout=90)
+    job = until(ended, f"the end of {location}")
     assert job["state"] == state, job
     return job
 

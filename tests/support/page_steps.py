@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
-from tests.support.server import Running, until
+from tests.support.server import Running
+from tests.support.waiting import until
 
-SLOW = 90_000
 """[ms]; software rendering draws one or two frames a second."""
 SESSION = "/sessions/current"
 
@@ -26,7 +26,7 @@ def press(page: Page, name: str) -> None:
 def keep_pressed(page: Page, selector: str) -> None:
     """Hold a button until it has acted."""
     button = page.locator(selector)
-    expect(button).to_be_enabled(timeout=SLOW)
+    expect(button).to_be_enabled()
     button.hover()
     page.mouse.down()
     expect(button).not_to_have_class(re.compile(r"\bheld\b"))
@@ -42,7 +42,7 @@ def made(served: Running, kind: str, act: Callable[[], None]) -> None:
         jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == kind]
         return bool(jobs) and jobs[-1]["state"] == "done"
 
-    until(done, f"the {kind}", 90)
+    until(done, f"the {kind}")
 
 
 def planned(page: Page, served: Running, act: Callable[[], None]) -> dict:
@@ -52,7 +52,7 @@ def planned(page: Page, served: Running, act: Callable[[], None]) -> dict:
     assert answer["status"] == "found", answer["reason"]
     # wait_for_function would take the promise itself for true
     knows = "async () => (await import('/js/store.js')).known.summary?.plan?.digest"
-    until(lambda: page.evaluate(knows) == answer["digest"], "the page's hearing of the plan", SLOW / 1000)
+    until(lambda: page.evaluate(knows) == answer["digest"], "the page's hearing of the plan")
     return answer
 
 
@@ -61,7 +61,7 @@ def commanded(page: Page, served: Running, act: Callable[[], None]) -> dict:
     made(served, "execution", act)
     answer = held(served, f"{SESSION}/executions/current")
     words = "Can be commanded" if answer["status"] == "found" else answer["reason"]
-    expect(page.locator("#execution-answer")).to_contain_text(words, timeout=SLOW)
+    expect(page.locator("#execution-answer")).to_contain_text(words)
     return answer
 
 
@@ -69,5 +69,5 @@ def sequenced(served: Running, act: Callable[[], None]) -> dict:
     """Make commands; the new sequence."""
     before = held(served)["sequence"]
     act()
-    until(lambda: held(served)["sequence"] != before, "the commands", 60)
+    until(lambda: held(served)["sequence"] != before, "the commands")
     return held(served, f"/sequences/{held(served)['sequence']}")

@@ -1,7 +1,6 @@
 """A FootFall server for tests: a real uvicorn on a free port, in a thread of the test's process."""
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from footfall_ui.app import Server, create_app
 from footfall_ui.listening import address_of, listen
 from footfall_ui.rover_process import RoverProcess
 from tests.support.kept_workers import KeptWorkers
+from tests.support.waiting import BOUND, joined, until
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Running:
     def client(self) -> httpx.Client:
         """A client of the REST interface."""
         # nothing is encrypted here, and reading the certificates of all authorities takes 20 ms
-        return httpx.Client(base_url=self.api, timeout=60, trust_env=False, verify=False)
+        return httpx.Client(base_url=self.api, timeout=BOUND, trust_env=False, verify=False)
 
     def until_rover_left(self) -> None:
         """Wait until the link is free for another rover; the session has heard of it a moment before."""
@@ -81,21 +81,10 @@ def running_server(
         thread = threading.Thread(target=server.run, name="server")
         thread.start()
         try:
-            if not ready.wait(120):
-                raise RuntimeError("the server did not start within two minutes")
+            if not ready.wait(BOUND):
+                raise RuntimeError(f"the server did not start within {BOUND:.0f} s")
             yield Running(url, sessions, rover, app)
         finally:
             rover.close()
             server.should_exit = True
-            thread.join(timeout=20)
-
-
-def until(look: Callable[[], Any], what: str, timeout: float = 30.0, period: float = 0.05) -> Any:
-    """Wait for the first answer of ``look`` that is true, and return it."""
-    end = time.monotonic() + timeout
-    while time.monotonic() < end:
-        answer = look()
-        if answer:
-            return answer
-        time.sleep(period)
-    raise AssertionError(f"{what} did not happen within {timeout} s")
+            joined(thread)

@@ -1,6 +1,7 @@
 """Scans become cells: against scipy and plain loops, on grounds whose heights are known."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +28,10 @@ def waves(x, y):
 def test_means_counts_and_variances_are_those_of_scipy(rng):
     points = cloud(rng, 20_000, waves, noise=0.01)
     dem = gridded(points, ScanSettings(resolution=0.1, outliers=False, gap=10.0, deviation=1e3), "cloud")
+    assert dem.count is not None
+    assert dem.variance is not None
     grid = dem.geometry
-    edges = [np.append(axis - 0.05, axis[-1] + 0.05) for axis in (grid.ys, grid.xs)]
+    edges: Any = [np.append(axis - 0.05, axis[-1] + 0.05) for axis in (grid.ys, grid.xs)]
     for statistic, found, tolerance in (("mean", dem.heights, 1e-6), ("count", dem.count, 0)):
         told = binned_statistic_2d(points[:, 1], points[:, 0], points[:, 2], statistic, bins=edges).statistic
         np.testing.assert_allclose(found, told, atol=tolerance)
@@ -138,6 +141,8 @@ def test_the_dem_remembers(rng):
     assert dem.remembers
     assert dem.sources == ("lidar.las",)
     known = np.isfinite(dem.heights)
+    assert dem.time is not None
+    assert dem.count is not None
     assert (dem.time[known] == 7.0).all()
     assert (dem.count[~known] == 0).all()
     x, y = np.moveaxis(dem.geometry.centers(), -1, 0)

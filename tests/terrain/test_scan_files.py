@@ -2,6 +2,7 @@
 
 import io
 import json
+from typing import Any
 
 import laspy
 import meshio
@@ -38,7 +39,7 @@ def pcd(points, kind="binary"):
 
 def las(points, crs=None, classes=None, compressed=False):
     header = laspy.LasHeader(point_format=6, version="1.4")
-    header.offsets, header.scales = np.floor(points.min(axis=0)), [0.0001] * 3
+    header.offsets, header.scales = np.floor(points.min(axis=0)), np.full(3, 0.0001)
     made = laspy.LasData(header)
     made.x, made.y, made.z = points.T
     if classes is not None:
@@ -168,7 +169,8 @@ def test_depth_images_with_their_pose_are_ground(tmp_path):
     T = camera()
     pose = [*T[:3, 3], *quat_wxyz(T[:3, :3])]
     assert pose_of(pose) == pytest.approx(T)
-    depth, members = depths(T), {"focal_length": 200.0, "cx": 160.0, "cy": 120.0}
+    depth = depths(T)
+    members: dict[str, Any] = {"focal_length": 200.0, "cx": 160.0, "cy": 120.0}
     held = io.BytesIO()
     np.savez(held, depth=depth, **members)
     picture = io.BytesIO()
