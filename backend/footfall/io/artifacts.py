@@ -82,6 +82,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.sequence.edit": ("Edit",),
     "footfall.sequence.feet": ("Feet",),
+    "footfall.sequence.outcome": ("Difference", "Outcome"),
     "footfall.sequence.settings": ("SequenceSettings",),
     "footfall.telemetry.calibration": (
         "CameraModel",
