@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS, age_bands
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 
 SPACING = 0.075
 """Between the lines on the oldest ground [m]; twice and four times as much on that of the bands before."""
@@ -68,8 +69,9 @@ class AgeDrawing:
             self.forget()
             segments, colors = hatching(dem)
             if len(segments):
+                local, middle = near(segments)
                 self._handle = self._server.scene.add_line_segments(
-                    NAME, segments, colors, thickness=1.5, thickness_units="screen"
+                    NAME, local, colors, thickness=1.5, thickness_units="screen", position=middle
                 )
                 self._drawn.keep(self._handle)
             self._of = dem.digest

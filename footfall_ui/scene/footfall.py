@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import rotation_from_z
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 
 YES = (40, 200, 90)
 NO = (235, 70, 60)
@@ -33,9 +34,10 @@ class FootfallDrawing:
             segments.append((point + arms @ R.T + 0.02 * R[:, 2]).reshape(2, 2, 3))
         segments.append(np.array([[point, point + 0.5 * R[:, 2]]]))
         scene = self._server.scene
+        local, middle = near(np.concatenate(segments))
         self._drawn.keep(
             scene.add_line_segments(
-                "/footfall/mark", np.concatenate(segments), color, thickness=4.0, thickness_units="screen"
+                "/footfall/mark", local, color, thickness=4.0, thickness_units="screen", position=middle
             ),
             scene.add_label("/footfall/text", text, position=point + 0.55 * R[:, 2]),
         )

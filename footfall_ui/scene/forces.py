@@ -10,6 +10,7 @@ from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 from footfall_ui.scene.still import stands_still
 
 METRES_PER_NEWTON = 5e-4
@@ -67,7 +68,10 @@ class ForcesDrawing:
         with self._server.atomic():
             if arrows.legs:
                 names.append(ARROWS)
-                self._drawn.keep(scene.add_arrows(ARROWS, arrows.points, COLOR, shaft_radius=0.025, head_radius=0.06))
+                local, middle = near(arrows.points)
+                self._drawn.keep(
+                    scene.add_arrows(ARROWS, local, COLOR, shaft_radius=0.025, head_radius=0.06, position=middle)
+                )
             if chosen in arrows.legs:
                 names.append(LABEL)
                 at = arrows.legs.index(chosen)

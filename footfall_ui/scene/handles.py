@@ -19,6 +19,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.footfall import NO, OPEN, YES
+from footfall_ui.scene.near import near
 
 Array = NDArray[np.float64]
 
@@ -118,9 +119,10 @@ class HandleDrawing:
         ]
         if held.what == "footfall":
             color = OPEN if good is None else YES if good else NO
+            ring, middle = near(_ring(dem, T[:3, 3], wheel_radius))
             kept.append(
                 self._server.scene.add_line_segments(
-                    "/hand/ring", _ring(dem, T[:3, 3], wheel_radius), color, thickness=3.0, thickness_units="screen"
+                    "/hand/ring", ring, color, thickness=3.0, thickness_units="screen", position=middle
                 )
             )
         self._drawn.keep(*kept)

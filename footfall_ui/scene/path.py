@@ -8,6 +8,7 @@ from footfall.planning.step.problem import StepPlan
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 
 COLORS = {"lift": (255, 190, 60), "swing": (90, 200, 255), "lower": (200, 130, 255)}
 
@@ -26,13 +27,15 @@ class PathDrawing:
         centers = np.array([wheel_centers(robot, posture)[plan.leg] for posture in plan.waypoints])
         points = apply(plan.T_site_base, centers)
         colors = np.array([COLORS[phase] for phase in plan.phases[1:]], np.uint8)
+        local, middle = near(np.stack([points[:-1], points[1:]], axis=1))
         self._drawn.keep(
             self._server.scene.add_line_segments(
                 "/plan/path",
-                np.stack([points[:-1], points[1:]], axis=1),
+                local,
                 np.repeat(colors[:, None, :], 2, axis=1),
                 thickness=3.0,
                 thickness_units="screen",
+                position=middle,
             )
         )
         self._of = plan.digest

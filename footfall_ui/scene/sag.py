@@ -9,6 +9,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.ghost import Motion, at
+from footfall_ui.scene.near import near
 from footfall_ui.scene.robot import RobotDrawing
 
 SAG = (110, 225, 190)
@@ -67,9 +68,10 @@ class SagDrawing:
             segments.append(np.array([[done.plan.contact, done.touch_down]]))
             text = f"touch-down, {done.touch_down_offset:.3f} m off"
             self._lines.keep(scene.add_label("/execution/text", text, position=done.touch_down + UP))
+        local, middle = near(np.concatenate(segments))
         self._lines.keep(
             scene.add_line_segments(
-                "/execution/way", np.concatenate(segments), SAG, thickness=2.0, thickness_units="screen"
+                "/execution/way", local, SAG, thickness=2.0, thickness_units="screen", position=middle
             )
         )
         self._of = done.digest

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.maps.suggest import Suggestions
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 
 COLOR = (40, 200, 90)
 SIZE = 0.08
@@ -52,11 +53,11 @@ class SuggestedDrawing:
             return
         corners = SIZE * np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
         around = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-        segments = np.concatenate([one.point + around for one in found])
+        segments, middle = near(np.concatenate([one.point + around for one in found]))
         scene = self._server.scene
         names = {f"/suggested/{rank}": one for rank, one in enumerate(found)}
         self._drawn.keep(
-            scene.add_line_segments(MARKS, segments, COLOR, thickness=3.0, thickness_units="screen"),
+            scene.add_line_segments(MARKS, segments, COLOR, thickness=3.0, thickness_units="screen", position=middle),
             *(scene.add_label(name, one.text, position=one.point) for name, one in names.items()),
         )
         self._drawn.only([MARKS, *names])

@@ -16,6 +16,7 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 from footfall_ui.scene.still import stands_still
 
 Array = NDArray[np.float64]
@@ -145,9 +146,10 @@ class SupportDrawing:
                 lines[name] = (dashes(ring, line.dash, line.gap), line.color)
         with self._server.atomic():
             for name, (segments, color) in lines.items():
+                local, middle = near(segments)
                 self._drawn.keep(
                     self._server.scene.add_line_segments(
-                        f"/support/{name}", segments, color, thickness=2.5, thickness_units="screen"
+                        f"/support/{name}", local, color, thickness=2.5, thickness_units="screen", position=middle
                     )
                 )
             self._drawn.keep(self._server.scene.add_label("/support/margin", stance.text, position=stance.foot))

@@ -11,6 +11,7 @@ from footfall.robot.kinematics import link_poses
 from footfall.robot.model import Robot
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.ghost import Motion, at
+from footfall_ui.scene.near import near
 from footfall_ui.scene.robot import GHOST, leg_links
 
 SAMPLES = 9
@@ -43,19 +44,21 @@ class SweptDrawing:
         for link, Ts in swept_poses(robot, motion).items():
             mesh = robot.description.meshes[link]
             names.append(f"/swept/{link}")
+            places, middle = near(Ts[:, :3, 3])
             self._drawn.keep(
                 self._server.scene.add_batched_meshes_simple(
                     names[-1],
                     mesh.vertices.astype(np.float32),
                     mesh.triangles.astype(np.uint32),
                     np.array([quat_wxyz(T[:3, :3]) for T in Ts]),
-                    Ts[:, :3, 3],
+                    places,
                     batched_colors=GHOST,
                     opacity=0.12,
                     flat_shading=True,
                     side="double",
                     cast_shadow=False,
                     receive_shadow=False,
+                    position=middle,
                 )
             )
         self._drawn.only(names)

@@ -5,6 +5,7 @@ import viser
 
 from footfall.session.view import Points
 from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
 
 COLOR = (255, 240, 120)
 TICK = 0.15
@@ -41,9 +42,10 @@ class TapeDrawing:
         segments = np.stack([ends, ends + up], axis=1)
         if len(ends) == 2:
             segments = np.concatenate([segments, (ends + up)[None]])
+        local, middle = near(segments)
         scene = self._server.scene
         self._drawn.keep(
-            scene.add_line_segments(LINES, segments, COLOR, thickness=4.0, thickness_units="screen"),
+            scene.add_line_segments(LINES, local, COLOR, thickness=4.0, thickness_units="screen", position=middle),
             scene.add_label(LABEL, tape_text(points), position=ends.mean(axis=0) + up),
         )
         self._of = points

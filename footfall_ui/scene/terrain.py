@@ -8,6 +8,7 @@ import viser
 from numpy.typing import NDArray
 from PIL import Image
 from trimesh.exchange.gltf import export_glb
+from trimesh.transformations import translation_matrix
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -16,6 +17,7 @@ from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
+from footfall_ui.scene.near import near
 
 SUN = np.array([-0.45, 0.35, 0.82])
 
@@ -39,6 +41,7 @@ def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
 def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
     """Binary glTF of the terrain's triangulation with one texel for each of ``cells``, coarse or as the terrain's.
 
+    The vertices are about the terrain's middle, where the file's node places them: float32 keeps seven digits.
     Unlit: the scene's lights would wash out the colours that the operator decides on, and take a computer without
     graphics most of the time of a picture.
     """
@@ -50,8 +53,11 @@ def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
     image = Image.fromarray(shaded[::-1])  # image row 0 is the north edge
     material = PBRMaterial(baseColorTexture=image, metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True)
     visual = TextureVisuals(uv=np.column_stack([u, v]), material=material)
-    solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, visual=visual, process=False)
-    return export_glb(trimesh.Scene([solid]), tree_postprocessor=_unlit)
+    local, middle = near(mesh.vertices)
+    solid = trimesh.Trimesh(local, mesh.triangles, visual=visual, process=False)
+    placed = trimesh.Scene()
+    placed.add_geometry(solid, transform=translation_matrix(middle))
+    return export_glb(placed, tree_postprocessor=_unlit)
 
 
 def _unlit(tree: dict[str, Any]) -> None:

@@ -42,7 +42,7 @@ def test_the_rover_goes_as_predicted_and_the_lines_stay(athlete, done):
             np.testing.assert_allclose(rover.position, done.Ts_site_base[at][:3, 3], atol=1e-9)
         way = there("/execution/way")
         assert isinstance(way, viser.LineSegmentsHandle)
-        points = np.asarray(way.points)
+        points = np.asarray(way.points) + way.position
         count = len(done.phases) - 1
         first, last = (apply(done.Ts_site_base[at], wheel_centers(athlete, done.predicted[at])[LEG]) for at in (0, -1))
         np.testing.assert_allclose(points[0, 0], first, atol=1e-6)

@@ -1,15 +1,19 @@
 """The ground that the scene is given: the map's own triangles, each cell's colour on its place, and no light on it."""
 
+import ast
 import io
 import json
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+import footfall_ui.scene
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.triangulate import triangulate
+from footfall_ui.scene.near import near
 from footfall_ui.scene.terrain import SUN, glb
 
 ROWS, COLS = 9, 13
@@ -27,8 +31,10 @@ def described(content):
 
 
 def loaded(content):
-    """Its one mesh, as another library reads it."""
-    (mesh,) = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).geometry.values()
+    """Its one mesh where it stands, as another library reads it."""
+    scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+    (mesh,) = scene.geometry.values()
+    mesh.apply_transform(scene.graph.get(scene.graph.nodes_geometry[0])[0])
     return mesh
 
 
@@ -56,3 +62,44 @@ def test_its_triangles_are_those_of_picking_and_collisions(colors):
     drawn, whole = loaded(glb(dem, colors, dem.geometry)), triangulate(dem)
     assert np.abs(drawn.vertices - whole.vertices).max() < 1e-6
     assert np.array_equal(drawn.faces, whole.triangles)
+
+
+def test_ground_far_from_the_origin_keeps_every_cell_and_triangle(colors):
+    """At a UTM northing float32 has steps of half a metre: the vertices are sent about the map's middle."""
+    heights = np.random.default_rng(20083).normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
+    dem = from_heights(heights, 0.1, 493890.05, 5180919.05, "utm")
+    content = glb(dem, colors, dem.geometry)
+    (sent,) = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).geometry.values()
+    assert len(np.unique(sent.vertices[:, 1].astype(np.float32))) == ROWS
+    assert len(np.unique(sent.vertices[:, 0].astype(np.float32))) == COLS
+    assert (trimesh.Trimesh(sent.vertices, sent.faces, process=False).area_faces > 0.004).all()
+    assert np.abs(loaded(content).vertices - triangulate(dem).vertices).max() < 1e-6
+
+
+def test_lines_and_arrows_far_from_the_origin_are_sent_about_their_middle():
+    points = np.array([493890.0, 5180919.0, 700.0]) + np.random.default_rng(20084).normal(0.0, 1.0, (7, 2, 3))
+    local, middle = near(points)
+    assert np.abs(local.astype(np.float32) + np.array(middle) - points).max() < 1e-6
+    assert np.abs(points.astype(np.float32) - points).max() > 0.1
+    holed = np.concatenate([points, np.full((1, 2, 3), np.nan)])
+    assert near(holed)[1] == middle
+    assert near(np.zeros((0, 2, 3)))[1] == (0.0, 0.0, 0.0)
+
+
+def test_every_drawing_of_points_in_the_scene_says_where_its_middle_is():
+    """No drawing of points may go to the browser by site coordinates alone."""
+    drawn = 0
+    for path in Path(footfall_ui.scene.__file__).parent.glob("*.py"):
+        for call in ast.walk(ast.parse(path.read_text())):
+            named = call.func.attr if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) else ""
+            if named in (
+                "add_line_segments",
+                "add_arrows",
+                "add_batched_meshes_simple",
+                "add_point_cloud",
+                "add_spline",
+            ):
+                drawn += 1
+                assert isinstance(call, ast.Call)
+                assert "position" in [word.arg for word in call.keywords], path.name
+    assert drawn >= 10

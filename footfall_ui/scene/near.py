@@ -1,0 +1,16 @@
+"""The browser keeps seven digits of a point: drawings far from the origin are sent about a middle of their own."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def near(points: Array) -> tuple[Array, tuple[float, float, float]]:
+    """Points (…, 3) about their middle, and that middle: the position of what is drawn, kept in sixteen digits."""
+    flat = points.reshape(-1, 3)
+    known = flat[np.isfinite(flat).all(axis=1)]
+    if not len(known):
+        return points, (0.0, 0.0, 0.0)
+    middle = 0.5 * (known.min(axis=0) + known.max(axis=0))
+    return points - middle, (float(middle[0]), float(middle[1]), float(middle[2]))
