@@ -4,10 +4,13 @@ import struct
 
 import numpy as np
 import pytest
+import trimesh
 
 from footfall.core.errors import InvalidTerrain
+from footfall.core.mesh import Mesh
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.io.terrain_files import decode_terrain
+from footfall.terrain.ground.closed import closed_share
 
 SQUARE = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]
 PIT = [(1, 1, 0), (1, 3, 0), (3, 3, 0), (3, 1, 0)]
@@ -74,3 +77,25 @@ def test_a_file_that_is_cut_is_refused_in_our_words(name):
         decode_terrain(FORMS[name][:-12], name, resolution=0.25)
     assert "ufunc" not in refused.value.message
     assert "kwarg" not in refused.value.message
+
+
+def test_closed_solids_are_told_by_the_mesh_however_coarse_the_cells():
+    """A thin plate whose two sides differ by less than its size's millionth looks like one surface from above."""
+    plate = trimesh.creation.box((2000.0, 2000.0, 0.001))
+    assert closed_share(Mesh(plate.vertices, plate.faces.astype(np.int32))) == 1.0
+    stl = plate.export(file_type="stl")
+    assert isinstance(stl, bytes)
+    with pytest.raises(InvalidTerrain, match="closed solids"):
+        decode_terrain(stl, "a.stl", resolution=1000.0)
+
+
+def test_a_rock_on_open_ground_is_accepted():
+    rock = trimesh.creation.icosphere(radius=0.5)
+    square = np.array([(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)], float)
+    vertices = np.concatenate([square, rock.vertices + np.array([5.0, 5.0, 0.0])])
+    faces = np.concatenate([[[0, 1, 2], [0, 2, 3]], rock.faces + 4])
+    share = closed_share(Mesh(vertices, faces.astype(np.int32)))
+    assert share == pytest.approx(2 * np.pi * 0.25 / 100, rel=0.15)
+    written = trimesh.Trimesh(vertices, faces, process=False).export(file_type="off")
+    dem = decode_terrain(str(written).encode(), "a.off", resolution=0.25, most_error=1.0)
+    assert dem.heights.max() > 0.45

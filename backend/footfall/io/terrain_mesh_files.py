@@ -10,8 +10,12 @@ from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
+from footfall.terrain.ground.closed import closed_share
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR, terrain_of_mesh
 from footfall.terrain.ground.triangulate import triangulate
+
+MAX_CLOSED_SHARE = 0.1
+"""A mesh is a surface while at most this share of it, seen from above, are closed solids."""
 
 MAX_TRIANGLES = 20_000_000
 MAX_COORDINATE = 1e8
@@ -41,7 +45,15 @@ def read_mesh(
     _check_whole(content, ending, len(triangles), name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
-    dem = terrain_of_mesh(Mesh(vertices, triangles.astype(np.int32)), resolution, name, unit, most_error)
+    mesh = Mesh(vertices, triangles.astype(np.int32))
+    if (closed := closed_share(mesh)) > MAX_CLOSED_SHARE:
+        raise InvalidTerrain(
+            f"{name} is not a surface: {closed:.0%} of it, seen from above, are closed solids (up to "
+            f"{MAX_CLOSED_SHARE:.0%}, such as rocks, is accepted); keep only the upper side, z up",
+            closed_share=closed,
+            limit=MAX_CLOSED_SHARE,
+        )
+    dem = terrain_of_mesh(mesh, resolution, name, unit, most_error)
     if _holds_float32(content, ending) and _blurs(vertices, dem.geometry.resolution):
         raise InvalidTerrain(
             f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():.0f} m, so its vertices "

@@ -4,7 +4,7 @@ import { act } from "../acts.js";
 import { get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { chooseLeg, settled } from "../choosing.js";
-import { $, age, attempt, element } from "../dom.js";
+import { $, age, attempt, element, toast } from "../dom.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
 import { freeze } from "../stance.js";
@@ -98,20 +98,25 @@ function nextLayer() {
 }
 
 const loadFile = () => attempt(async () => {
-  const file = $("terrain-file").files[0];
-  if (!file) return;
+  const files = [...$("terrain-file").files];
+  if (!files.length) return;
+  const file = files.find(({ name }) => !BESIDE.test(name)) ?? files[0];
   const form = new FormData();
   form.append("file", file);
+  for (const other of files) if (other !== file) form.append("beside", other);
   const stated = scanOptions();
   if (Object.keys(stated).length || ONLY_SCANS.test(file.name)) {
     form.append("options", JSON.stringify(stated));
     await post("/sessions/current/terrains/scans", form);
   } else {
-    await post("/sessions/current/terrains", form);
+    const { true_north_deg: north } = await post("/sessions/current/terrains", form);
+    if (north && Math.abs(north[0]) > 0.05) toast(`True north is turned ${north[0].toFixed(1)}° clockwise from this map's y; x runs along its rows.`);
   }
   $("terrain-file").value = "";
 });
 
+// What may lie beside a terrain file and says how to read it.
+const BESIDE = /\.(msk|ovr|prj|tfw|tifw|tiffw|wld|pgw|pngw|asw|aux\.xml)$/i;
 const ONLY_SCANS = /\.(pcd|las|laz|xyz|csv|txt|vtk)$/i;
 
 /** What is stated of a scan; nothing where its file is to say. */
