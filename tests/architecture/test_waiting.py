@@ -23,7 +23,7 @@ def files():
     return [path for path in sorted(TESTS.rglob("*.py")) if path.relative_to(TESTS).as_posix() not in left_out]
 
 
-def is_of_time(call: ast.expr) -> bool:
+def is_of_time(call: ast.AST) -> bool:
     return (
         isinstance(call, ast.Call)
         and isinstance(call.func, ast.Attribute)
@@ -44,15 +44,16 @@ def faults(tree: ast.AST) -> list[str]:
             bounds = [word.value for word in one.keywords if word.arg == "timeout"]
             bounds += one.args[:1] if name in ("wait", "join", "finish") and len(one.args) == 1 else []
             driven = isinstance(one.func.value, ast.Name) and one.func.value.id == "clock"
-            if name in WAITS and not driven and any(is_number(bound) and bound.value >= 10 for bound in bounds):
+            if name in WAITS and not driven and any(seconds(bound) >= 10 for bound in bounds):
                 found.append(f"{one.lineno}: a bound of its own in {name}()")
         if isinstance(one, ast.Compare) and any(is_of_time(part) for side in sides(one) for part in ast.walk(side)):
             found.append(f"{one.lineno}: compares a time of the clock")
     return found
 
 
-def is_number(item: ast.expr) -> bool:
-    return isinstance(item, ast.Constant) and type(item.value) in (int, float)
+def seconds(bound: ast.expr) -> float:
+    """Of a bound that is written as a number; 0 of any other."""
+    return float(bound.value) if isinstance(bound, ast.Constant) and isinstance(bound.value, (int, float)) else 0.0
 
 
 def sides(compare: ast.Compare) -> list[ast.expr]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import FilePayload, Page, expect
 
 from tests.support.page_steps import held
 from tests.support.server import Running
@@ -222,7 +222,7 @@ def test_names_from_files_are_text(console: Page, quiet: Running) -> None:
 
 def test_a_scan_is_loaded_with_the_unit_and_direction_that_are_chosen(console: Page, quiet: Running) -> None:
     rows = "".join(f"{x} 2500 {y}\n" for x in range(0, 1000, 20) for y in range(0, 1000, 20))
-    file = {"name": "lidar.xyz", "mimeType": "text/plain", "buffer": rows.encode()}
+    file: FilePayload = {"name": "lidar.xyz", "mimeType": "text/plain", "buffer": rows.encode()}
     before = held(quiet)["dem"]
     console.locator("#terrain-file").set_input_files(file)
     refusal = console.get_by_text("does not say what its coordinates mean").first

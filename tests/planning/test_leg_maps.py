@@ -104,7 +104,7 @@ def test_the_cell_is_marked_and_the_footfall_is_judged_with_the_reason(athlete, 
     dem, _ = scene
     rows, cols = np.nonzero(refused.layers["footing"] == NOT_LIFTED)
     x, y = float(dem.geometry.xs[cols[0]]), float(dem.geometry.ys[rows[0]])
-    answer = judge_footfall(dem, athlete.wheel_radius, LEG, x, y, refused, True)
+    answer = judge_footfall(dem, athlete.wheel_radius, LEG, x, y, refused)
     assert answer["acceptable"] is False
     assert any(refused.not_lifted in reason for reason in answer["reasons"])
 
