@@ -22,7 +22,7 @@ READABLE = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
 @pytest.fixture
 def made(live):
     """The session's commands: a move of the chassis."""
-    return live.get(live.make_sequence(live.plan_body_move(BodyShift(dy=0.05)).finish()))
+    return live.get(live.make_sequence(live.plan_body_move(BodyShift(dy=0.05, dz=-0.1)).finish()))
 
 
 def exported(live, format: str) -> tuple[str, bytes]:

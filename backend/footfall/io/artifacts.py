@@ -60,6 +60,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Check",
         "Decision",
         "Footfall",
+        "NearestPlace",
         "PlanResult",
         "Status",
         "StepPlan",
@@ -116,7 +117,14 @@ HOMES: dict[str, tuple[str, ...]] = {
     "footfall.terrain.fusion.align": ("Alignment",),
     "footfall.terrain.pairs.bundle_adjustment": ("Refinement",),
     "footfall.terrain.fusion.clear": ("Area",),
-    "footfall.terrain.dem": ("Dem",),
+    "footfall.terrain.dem": (
+        "Dem",
+        "HeightError",
+    ),
+    "footfall.terrain.scan": (
+        "Scan",
+        "ScanSettings",
+    ),
     "footfall.terrain.pairs.epipolar": ("PairAlignment",),
     "footfall.terrain.fusion.grid_depth": ("CellSamples",),
     "footfall.terrain.pair_views": (

@@ -26,7 +26,7 @@ from footfall.session.storage.artifact_folder import verify_artifact
 from footfall.session.storage.interface import Listed
 from footfall.session.storage.kinds import require_kinds
 from footfall.session.storage.listing import found_sessions, is_session_folder
-from footfall.session.storage.references import whole_zip
+from footfall.session.storage.references import require_whole, whole_zip
 from footfall.session.storage.store import SessionStore, read_session, remove_session
 from footfall.telemetry.link import EPOCHS_AHEAD
 
@@ -196,6 +196,7 @@ class Sessions:
             SessionStore.take_in(folder, replace(read, session={**read.session, "id": session_id})).close()
             try:
                 _require_sense(self._load(session_id))
+                require_whole(read)
                 return self.open(session_id)
             except BaseException:
                 if (live := self._open.pop(session_id, None)) is not None:

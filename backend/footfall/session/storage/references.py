@@ -4,7 +4,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import Conflict, InvalidBundle
 from footfall.core.value import flatten
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle, write_zip
@@ -28,8 +28,10 @@ def needed(record: Record) -> list[str]:
     """Digests of the artifacts without which an event means nothing."""
     payload = record["payload"]
     named = [payload.get(key) for key in _NEEDED.get(record["type"], ())]
-    parents = payload.get("parents", {}) if record["type"] == "product" else {}
-    return [digest for digest in [*named, *parents.values()] if digest is not None]
+    parents = payload.get("parents") if record["type"] == "product" else None
+    named += parents.values() if isinstance(parents, Mapping) else ()
+    # of a bundle of others anything may stand there; nothing is called so
+    return [str(digest) for digest in named if digest is not None]
 
 
 def missing(records: Iterable[Record], files: Iterable[str]) -> list[tuple[str, Record]]:
@@ -38,17 +40,26 @@ def missing(records: Iterable[Record], files: Iterable[str]) -> list[tuple[str, 
     return [(digest, record) for record in records for digest in needed(record) if digest not in present]
 
 
-def whole_zip(bundle: Bundle) -> bytes:
-    """A session's bundle as a zip. Raises Conflict where artifacts are missing: it would not replay."""
+def require_whole(bundle: Bundle) -> None:
+    """Raise InvalidBundle where artifacts are missing: it would not replay."""
     lacking = list(dict.fromkeys(digest for digest, _ in missing(bundle.records, bundle.files)))
     if lacking:
         named = {digest for record in bundle.records for digest in needed(record)}
-        raise Conflict(
-            f"{len(lacking)} of the {len(named)} artifacts that the session's events name are missing, so it can't be "
-            "handed on; `footfall sessions verify` names them, put them back from a backup",
+        raise InvalidBundle(
+            f"{len(lacking)} of the {len(named)} artifacts that the session's events name are missing: "
+            f"{', '.join(map(repr, lacking[:MOST_NAMED]))}; export the session again where it is whole",
             missing=lacking[:MOST_NAMED],
             count=len(lacking),
         )
+
+
+def whole_zip(bundle: Bundle) -> bytes:
+    """A session's bundle as a zip. Raises Conflict where artifacts are missing."""
+    try:
+        require_whole(bundle)
+    except InvalidBundle as err:
+        text = f"the session can't be handed on: {err.message}, or put them back from a backup"
+        raise Conflict(text, **err.details) from err
     return write_zip(bundle)
 
 
