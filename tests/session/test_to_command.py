@@ -63,11 +63,18 @@ def test_nothing_is_commanded_before_something_was_planned(session):
 
 def test_it_is_what_was_planned_last():
     step, move = product(*STEP, leg=2), product(*MOVE)
-    assert asked(log(dict(step))) == {"digest": "p2", "kind": "plan", "leg": 2, "text": "leg 2"}
+    assert asked(log(dict(step))) == {
+        "digest": "p2",
+        "kind": "plan",
+        "step": "p2",
+        "leg": 2,
+        "text": "leg 2",
+    }
     assert asked(log(dict(step), dict(move))) == {
         "digest": "m",
         "kind": "body_move",
         "leg": None,
+        "step": None,
         "text": "chassis move",
     }
     assert asked(log(dict(move), dict(step)))["digest"] == "p2"

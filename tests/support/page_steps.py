@@ -8,7 +8,6 @@ from playwright.sync_api import Page, expect
 from tests.support.server import Running
 from tests.support.waiting import until
 
-"""[ms]; software rendering draws one or two frames a second."""
 SESSION = "/sessions/current"
 
 

@@ -34,7 +34,8 @@ def to_command(
     those that can be carried out and were not; None where there is none.
 
     finished: as :func:`carried_out`. move_found: whether the move of that digest can be made. Answers with digest,
-    kind, leg (None: all of them), and text, for a person.
+    kind, step (the planned step that it is or is made of; None: a move), leg (None: all of them), and text, for a
+    person.
     """
     made: dict[str, Event] = {}  # or chosen
     legs: dict[str, int | None] = {}
@@ -54,8 +55,9 @@ def to_command(
     digest = max(left, key=lambda one: made[one].seq)
     kind = state.products[digest].kind
     if kind == "body_move":
-        return {"digest": digest, "kind": kind, "leg": None, "text": "chassis move"}
+        return {"digest": digest, "kind": kind, "step": None, "leg": None, "text": "chassis move"}
     step = state.products[digest].parents["plan"] if kind == "execution" else digest
     leg = legs.get(step)
     named = "the step" if leg is None else f"leg {leg}"
-    return {"digest": digest, "kind": kind, "leg": leg, "text": named + (", for sag" if kind == "execution" else "")}
+    text = named + (", for sag" if kind == "execution" else "")
+    return {"digest": digest, "kind": kind, "step": step, "leg": leg, "text": text}

@@ -44,7 +44,7 @@ const make = () => attempt(async () => {
   if (fresh && plan.status !== "found") throw new Error(`Nothing was made: no plan was found. ${plan.reason}`);
   if (!meant) throw new Error(`Nothing was made: ${notPlanned()}`);
   const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
-  const order = meant.kind === "execution" ? { execution: meant.digest } : { plan: meant.digest, ...(meant.kind === "plan" && way) };
+  const order = meant.step ? { plan: meant.step, ...way } : { plan: meant.digest }; // an execution that was asked for so is taken as it is
   await post("/sessions/current/sequences", order, once());
 });
 

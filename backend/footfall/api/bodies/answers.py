@@ -249,10 +249,14 @@ class WayAnswer(TypedDict):
 
 
 class ToCommand(TypedDict):
-    """What commands are to be made of: what was planned last, can be carried out and was not. leg null: all of them."""
+    """What commands are to be made of: what was planned last, can be carried out and was not.
+
+    step: the planned step that it is or is made of, null for a move; leg null: all of them.
+    """
 
     digest: DigestText
     kind: Literal["plan", "execution", "body_move"]
+    step: DigestText | None
     leg: int | None
     text: str
 
