@@ -76,10 +76,18 @@ def _step(robot: Robot, ground: Dem, state: RobotState) -> None:
     footfall.plan_step(robot, ground, state, 0, (x - 0.2, y + 0.2), settings=StepSettings(planner="sbl"))
 
 
+def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.terrain.ground.mesh_terrain import height_error
+    from footfall.terrain.ground.triangulate import triangulate
+
+    height_error(triangulate(ground), ground)
+
+
 WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "shift and step": _step,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,
+    "mesh to terrain": _mesh,
 }
 """In this order, what the maps share with the step is compiled before they are begun, and both processes end alike."""

@@ -99,3 +99,9 @@ def test_a_rock_on_open_ground_is_accepted():
     written = trimesh.Trimesh(vertices, faces, process=False).export(file_type="off")
     dem = decode_terrain(str(written).encode(), "a.off", resolution=0.25, most_error=1.0)
     assert dem.heights.max() > 0.45
+
+
+def test_a_face_that_crosses_itself_is_refused_by_its_number():
+    crossing = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 3 -1 0\nf 1 2 3\nf 1 2 3 4 5\n"
+    with pytest.raises(InvalidTerrain, match=r"face 1 can't be cut .* crosses itself"):
+        decode_terrain(crossing.encode(), "a.obj", resolution=0.5)

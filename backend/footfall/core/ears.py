@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 def triangles_of(corners: ArrayLike) -> NDArray[np.int64]:
     """Corners (n, 3) or (n, 2) of one face, in order → triangles (n − 2, 3) of their indices, wound as the face is.
 
-    A face in space is seen along its own normal (Newell's method), so that a steep one keeps its shape. Of a face that
-    crosses itself, what is left when no ear is found is cut as a fan.
+    A face in space is seen along its own normal (Newell's method), so that a steep one keeps its shape. Raises
+    ValueError for a face that crosses itself: what it covers is anybody's guess.
     """
     points = np.asarray(corners, float)
+    points = points - points[0]  # far from the origin, products of coordinates would lose the face
     flat = points if points.shape[1] == 2 else _flattened(points)
     if len(flat) == 3:
         return np.array([[0, 1, 2]])
@@ -21,11 +22,16 @@ def triangles_of(corners: ArrayLike) -> NDArray[np.int64]:
     while len(left) > 3:
         ear = next((i for i in range(len(left)) if _is_ear(flat, left, i)), None)
         if ear is None:
-            break
+            break  # what is left lies on one line, or the face crosses itself
         found.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
         del left[ear]
     found += [(left[0], left[i], left[i + 1]) for i in range(1, len(left) - 1)]
-    return np.array(found)
+    made = np.array(found)
+    a, b, c = flat[made].transpose(1, 0, 2)
+    covered = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum()
+    if abs(covered - abs(_signed_area(flat))) > 1e-6 * np.ptp(flat, axis=0).prod():
+        raise ValueError("it crosses itself")
+    return made
 
 
 def _flattened(points: NDArray[np.float64]) -> NDArray[np.float64]:

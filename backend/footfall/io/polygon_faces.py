@@ -52,7 +52,10 @@ def read_polygons(content: bytes, ending: str) -> Parts:
             raise ValueError(f"face {number} has {len(face)} corners, more than {MOST_CORNERS} are refused")
         if face.min() < 0 or face.max() >= len(vertices):
             raise ValueError(f"face {number} names a vertex past the {len(vertices)} that there are")
-        triangles.append(face[triangles_of(vertices[face])] if len(face) > 3 else face[None])
+        try:
+            triangles.append(face[triangles_of(vertices[face])] if len(face) > 3 else face[None])
+        except ValueError as err:
+            raise ValueError(f"face {number} can't be cut into triangles: {err}") from err
     return vertices, np.concatenate(triangles) if triangles else np.zeros((0, 3), np.int64)
 
 
