@@ -14,7 +14,7 @@ import httpx
 
 from benchmarks.soak.bad_link import BAD, Badness, linked_by
 from benchmarks.soak.ledger import Ledger, Verdict, compare
-from benchmarks.soak.processes import Deaf, RoverProcess, ServerProcess, kill, until
+from benchmarks.soak.processes import PATIENCE, Deaf, RoverProcess, ServerProcess, kill, until
 from benchmarks.soak.script import Interrupted, Listener, Script
 from footfall.api.access import BASE
 from footfall.io.artifacts import encode
@@ -119,12 +119,24 @@ class Soak:
         """
         longest = SOON if moment != "any" or not steps else 12.0
         struck, struck_at = threading.Event(), list[float]()
-        about = (kind, moment, self._rng.uniform(0.02, longest), struck, struck_at)
+        about = (kind, moment, steps, self._rng.uniform(0.02, longest), struck, struck_at)
         how = self._rng.choice(list(BAD)) if kind == "link" else ""
-        trouble = threading.Thread(target=self._strike, args=(*about, how), daemon=True)
+        failed: list[BaseException] = []
+
+        def strike() -> None:
+            try:
+                self._strike(*about, how)
+            except BaseException as err:
+                failed.append(err)
+            finally:
+                struck.set()  # else the work would go on for ever
+
+        trouble = threading.Thread(target=strike, daemon=True)
         trouble.start()
         during = self._work(kind, moment, steps, struck)
         trouble.join()
+        if failed:
+            raise failed[0]
         began, stopped = time.monotonic(), self.ledger.stopped
         self._recover(kind)
         recovery = time.monotonic() - began
@@ -136,11 +148,19 @@ class Soak:
         return compare(self.ledger, self.data, self.session, self.rover.executed())
 
     def _strike(
-        self, kind: str, moment: str, delay: float, struck: threading.Event, struck_at: list[float], how: str
+        self,
+        kind: str,
+        moment: str,
+        steps: bool,
+        delay: float,
+        struck: threading.Event,
+        struck_at: list[float],
+        how: str,
     ) -> None:
         if moment == "command":
             before = len(self.rover.begun())
-            until(lambda: len(self.rover.begun()) > before, "the beginning of a command")
+            names = {"LEG_MOVE"} if steps else {"WAIT"}
+            until(lambda: names & {name for _, name, _ in self.rover.begun()[before:]}, "the beginning of a command")
         elif moment == "stop":
             until(lambda: self.ledger.stopped, "the answer to a stop")
         time.sleep(delay)
@@ -162,12 +182,20 @@ class Soak:
 
     def _hang(self, workers: list[int], struck: threading.Event) -> None:
         """Stop all workers; once a job waits for one of them, it is cancelled as an operator would do it."""
-        for one in workers:
-            os.kill(one, signal.SIGSTOP)
-        job = until(self.script.running_job, "a job that hangs")
+        stopped: list[int] = []
+
+        def hanging() -> str:
+            # one that came meanwhile would do the job
+            for one in {*workers, *self.server.workers()} - {*stopped}:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(one, signal.SIGSTOP)
+                stopped.append(one)
+            return self.script.running_job()
+
+        job = until(hanging, "a job that hangs")
         struck.set()
         self.script.cancel(job)
-        for one in workers:
+        for one in stopped:
             with contextlib.suppress(ProcessLookupError):  # the server has killed it
                 os.kill(one, signal.SIGCONT)
 
@@ -187,7 +215,7 @@ class Soak:
                 try:
                     act()
                 except (Interrupted, httpx.TransportError, TimeoutError) as err:
-                    if not struck.wait(BAD_FOR if kind == "link" else 1.0):
+                    if not struck.wait(PATIENCE if kind == "link" else 1.0):
                         raise
                     return f"{name}: {err}"
                 if struck.is_set():
@@ -245,7 +273,7 @@ class Soak:
         if self.ledger.stopped and script.lets_move():
             problems.append("a sequence was armed while a stop was in force")
         with contextlib.suppress(TimeoutError):
-            until(lambda: not script.settled(), "the end of the run", 20.0)
+            until(lambda: not script.settled(), "the end of the run", PATIENCE)
         problems += script.settled()
         if script.stop_in_force():
             script.clear_stop()

@@ -59,10 +59,13 @@ class Verdict:
 
 
 def compare(ledger: Ledger, data: Path, session: str, executed: list[str]) -> Verdict:
-    """The ledger beside the log on the disk, and the rover's journal (``executed``) beside both."""
-    records = read_session(data / session).records
+    """The ledger beside the log on the disk, and the rover's journal (``executed``) beside both.
+
+    The session may go on meanwhile: what was heard is taken before the log is read, which has it then.
+    """
     with ledger.guard:
         heard, contradictions = dict(ledger.heard), list(ledger.contradictions)
+    records = read_session(data / session).records
     by_number = {record["seq"]: record["hash"] for record in records}
     of = {kind: [r["payload"] for r in records if r["type"] == kind] for kind in {r["type"] for r in records}}
     notes = Counter(payload["text"] for payload in of.get("note", ()))

@@ -1,6 +1,7 @@
 """The processes that are killed: the server as ``footfall serve`` starts it, its workers, and a rover beside it."""
 
 import base64
+import contextlib
 import os
 import signal
 import socket
@@ -68,8 +69,9 @@ class ServerProcess:
         found = []
         for task in Path(f"/proc/{self.pid}/task").iterdir():
             for child in (task / "children").read_text().split():
-                if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                    found.append(int(child))
+                with contextlib.suppress(OSError):  # it has ended meanwhile
+                    if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                        found.append(int(child))
         return sorted(found)
 
     def end(self, number: int = signal.SIGTERM) -> None:

@@ -21,8 +21,8 @@ STEP = 0.06
 TRIES = 5
 PAUSE = 0.3
 """Before it is tried again [s]: three frames of telemetry."""
-PATIENCE = 10.0
-"""So long telemetry may speak against a run [s]: several times what it takes to clear a stop over a bad link."""
+PATIENCE = 60.0
+"""So long telemetry may speak against a run [s]: many times what it takes to clear a stop over a bad link."""
 ENDED = ("done", "failed", "cancelled")
 
 

@@ -94,7 +94,8 @@ def refuses_stops_and_goes_on(soak, no_room, statuses):
     assert script.stop_in_force()
     script.clear_stop()
     script.wait_on_rover()
-    assert soak.compare().ok
+    verdict = soak.compare()
+    assert verdict.ok, verdict
     soak.server.end()
     assert [one for one in verify(soak.data) if one.harmful] == []
     types = [record["type"] for record in read_session(soak.data / soak.session).records]

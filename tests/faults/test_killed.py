@@ -43,9 +43,11 @@ def test_no_trouble_loses_or_doubles_what_was_acknowledged(tmp_path, capsys):
         slowest = max(one.recovery for one in cycles)
         told = f"{len(soak.ledger.heard)} events heard, {last.sent} commands sent, {last.executed} carried out"
         sys.stdout.write(f" {len(cycles)} troubles ({kinds}), back after {slowest:.1f} s at most; {told} ")
-    assert last.ok
-    # a job that was cancelled leaves what it was to be made from; it does no harm
-    assert {(one.kind, one.harmful) for one in verify(soak.data)} <= {("orphan", False)}
+    assert last.ok, last
+    # a cancelled job leaves what it was made from, a killed server the file that it wrote: prune removes both
+    findings = verify(soak.data)
+    assert {one.kind for one in findings if not one.harmful} <= {"orphan", "unfinished"}, findings
+    assert [one for one in findings if one.harmful] == []
     ledger = soak.ledger
     # it was no idle session: all that could be lost was there
     assert len(ledger.heard) > 10 * TROUBLES
@@ -54,4 +56,4 @@ def test_no_trouble_loses_or_doubles_what_was_acknowledged(tmp_path, capsys):
     assert last.executed >= 2 * TROUBLES
     # legs were moving when server and rover died, and stops that were answered were in force when each of the three did
     assert {cycle.kind for cycle in cycles if cycle.under_way == "LEG_MOVE"} >= {"server", "rover"}
-    assert {cycle.kind for cycle in cycles if cycle.stopped} == {"server", "rover", "worker"}
+    assert {cycle.kind for cycle in cycles if cycle.stopped} >= {"server", "rover", "worker"}
