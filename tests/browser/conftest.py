@@ -10,9 +10,10 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 import footfall_ui.scene_server
 from benchmarks.console.page import DRAWING, launched
 from tests.browser.pictures import OUTPUTS
+from tests.support.browsers import Browsers, kill_browsers
 from tests.support.drawing import Drawing
 from tests.support.server import Running, running_server
-from tests.support.waiting import until
+from tests.support.waiting import BOUND, else_after, until
 
 FLAT = ["--disable-gpu"]
 
@@ -20,23 +21,23 @@ expect.set_options(timeout=60_000)  # ms; nothing here waits for something not t
 
 
 @pytest.fixture(scope="session")
-def chromiums() -> Iterator[Callable[[bool], Browser]]:
-    """The distribution's Chromium, with 3-D drawn in software and without, each started once when first asked for.
-
-    One process can hold one Playwright.
-    """
+def chromiums() -> Iterator[Browsers]:
+    """The browsers of all tests. One process can hold one Playwright."""
     with sync_playwright() as playwright:
-        started: dict[bool, Browser] = {}
 
-        def chromium(drawing: bool) -> Browser:
-            if drawing not in started:
-                options = ["--disable-background-networking", *(DRAWING if drawing else FLAT)]
-                started[drawing] = launched(playwright, options)
-            return started[drawing]
+        def start(drawing: bool) -> Browser:
+            return launched(playwright, ["--disable-background-networking", *(DRAWING if drawing else FLAT)])
 
-        yield chromium
-        for browser in started.values():
-            browser.close()
+        browsers = Browsers(start)
+        yield browsers
+        browsers.close()
+
+
+@pytest.fixture(autouse=True)
+def ends() -> Iterator[None]:
+    """No test waits for ever: a Chromium that does not answer any more is killed, and the test fails by it."""
+    with else_after(2 * BOUND, kill_browsers):
+        yield
 
 
 @pytest.fixture
@@ -46,7 +47,7 @@ def scene(request: pytest.FixtureRequest) -> bool:
 
 
 @pytest.fixture
-def chromium(chromiums: Callable[[bool], Browser], scene: bool) -> Browser:
+def chromium(chromiums: Browsers, scene: bool) -> Browser:
     """The one that draws the scene, where the test is marked so."""
     return chromiums(scene)
 

@@ -1,13 +1,14 @@
 """Ctrl+. and Escape twice ask for a stop from wherever the keyboard is, and never die unheard with the focus."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.browser.conftest import opened
+from tests.support.browsers import Browsers
 from tests.support.page_steps import held
 from tests.support.server import Running, running_server
 from tests.support.spoken import current
@@ -77,7 +78,7 @@ def quiet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
 
 
 @pytest.fixture(scope="module")
-def shared(chromiums: Callable[[bool], Browser], quiet: Running) -> Iterator[Page]:
+def shared(chromiums: Browsers, quiet: Running) -> Iterator[Page]:
     """One page for all of them, its scene switched off."""
     with opened(chromiums(False), quiet, "scene=off") as page:
         yield page

@@ -55,3 +55,15 @@ def joined(thread: threading.Thread) -> None:
     thread.join(BOUND)
     if thread.is_alive():
         raise AssertionError(f"the thread {thread.name} did not end within {BOUND:.0f} s")
+
+
+@contextmanager
+def else_after(seconds: float, act: Callable[[], None]) -> Iterator[None]:
+    """What is done here should end by itself; where it still goes on after ``seconds``, ``act`` is to end it."""
+    timer = threading.Timer(seconds, act)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
