@@ -2,14 +2,18 @@
 
 import json
 import threading
+from types import SimpleNamespace
 
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
+from footfall.session import journal, registry
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity, Role
+from footfall.session.clock import ClockWatch
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
+from footfall.session.storage.head import HELD, HeadFile
 from footfall.session.storage.store import SessionStore
 from tests.support.waiting import BOUND
 
@@ -93,6 +97,79 @@ def test_a_stop_survives_into_a_new_session_after_the_end_of_the_server(anew):
         second.clear_stop()
     with anew() as sessions:
         assert not sessions.create("third").gate["stopped"]
+
+
+@pytest.fixture
+def wall(monkeypatch):
+    """The time of day of all sessions, to be set."""
+    now = SimpleNamespace(time=2e9)
+    monkeypatch.setattr(journal, "ClockWatch", lambda last: ClockWatch(last, lambda: now.time))
+    return now
+
+
+def note_elsewhere(sessions, other, wall):
+    sessions.get(other).add_note("written last")
+
+
+def clock_back(sessions, other, wall):
+    wall.time -= 3600.0
+    sessions.current.add_note("written last, at an earlier time")
+
+
+@pytest.mark.parametrize("then", [note_elsewhere, clock_back], ids=lambda then: then.__name__)
+def test_no_time_in_the_logs_decides_whose_stop_is_left(anew, wall, then):
+    with anew() as sessions:
+        other = sessions.create("other").id
+        first = sessions.create("first")
+        then(sessions, other, wall)
+        first.stop("danger", MARY)
+        if then is note_elsewhere:
+            note_elsewhere(sessions, other, wall)
+    with anew() as sessions:
+        second = sessions.create("second")
+        assert second.state.stop.reason == f"still in force from session {first.id}: danger"
+        # nor does one come back that was cleared where the rover was by then
+        wall.time -= 3600.0
+        second.clear_stop()
+    with anew() as sessions:
+        assert not sessions.create("third").gate["stopped"]
+
+
+def test_an_end_while_the_rover_changes_sessions_loses_no_stop(anew, monkeypatch):
+    with anew() as sessions:
+        first = sessions.create("first")
+        first.stop("danger", MARY)
+        with monkeypatch.context() as patched:
+            patched.setattr(registry, "_stay_stopped", lambda *_: 1 / 0)
+            with pytest.raises(ZeroDivisionError):
+                sessions.create("second")
+    with anew() as sessions:
+        assert sessions.create("third").state.stop.reason == f"still in force from session {first.id}: danger"
+        sessions.current.clear_stop()
+    with anew() as sessions:
+        assert not sessions.create("fourth").gate["stopped"]
+
+
+def test_a_session_that_cant_be_read_is_taken_for_stopped(anew, work):
+    with anew() as sessions:
+        first = sessions.create("first")
+        first.stop("danger", MARY)
+        first.clear_stop()
+    HeadFile(work / first.id).renew(99, "0" * 32)
+    with anew() as sessions:
+        assert "log can't be read" in sessions.create("second").state.stop.reason
+
+
+def test_of_sessions_of_an_older_version_the_one_that_was_written_to_last_counts(anew, work):
+    with anew() as sessions:
+        sessions.create("other")
+        first = sessions.create("first")
+        first.stop("danger", MARY)
+    (held,) = work.glob(f"*/{HELD}")
+    assert held.parent.name == first.id
+    held.unlink()
+    with anew() as sessions:
+        assert first.id in sessions.create("second").state.stop.reason
 
 
 def test_the_session_that_is_opened_again_after_the_end_of_the_server_has_its_own_stop_only(anew):

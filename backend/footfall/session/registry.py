@@ -18,7 +18,7 @@ from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.jobs.local import Jobs
 from footfall.session.jobs.pool import JobPool
-from footfall.session.left_behind import last_session, stop_left_in
+from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
 from footfall.session.live import LiveSession
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
@@ -62,7 +62,7 @@ class Sessions:
         self._guard = threading.RLock()
         self._open: dict[str, LiveSession] = {}
         self._current: LiveSession | None = None
-        self._left_behind = last_session(self.folder)
+        self._left_behind = left_behind(self.folder)
 
     @property
     def current(self) -> LiveSession | None:
@@ -230,15 +230,24 @@ class Sessions:
         self._open[live.id] = live
         # first it takes the stops, then it hears of those that were: none falls between
         before, self._current = self._current, live
-        left_behind, self._left_behind = self._left_behind, None
-        if before is not None and before.id != live.id:
+        if before is live:
+            return live
+        # both are marked until the stop of the one is that of the other: an end in between loses none
+        marked = mark_held(self.folder / live.id)
+        if before is not None:
             before.superseded(live.id)
             if before.gate["stopped"]:
                 _stay_stopped(live, before.id, before.state.stop.reason)
-        elif before is None and left_behind not in (None, live.id):
-            stop = stop_left_in(self.folder / left_behind)
-            if stop.latched:
-                _stay_stopped(live, left_behind, stop.reason)
+            if marked:
+                unmark_held(self.folder / before.id)
+        left, self._left_behind = self._left_behind, ()
+        for name in left:
+            if name != live.id:
+                stop = stop_left_in(self.folder / name)
+                if stop.latched:
+                    _stay_stopped(live, name, stop.reason)
+                if marked:
+                    unmark_left(self.folder / name)
         return live
 
     def _load(self, session_id: str) -> LiveSession:

@@ -11,7 +11,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
 from footfall.session.storage.artifact_folder import sync_folder, write_whole
 from footfall.session.storage.databases import has_log, open_log
-from footfall.session.storage.head import HEAD, compare, new_head, read_head
+from footfall.session.storage.head import HEAD, HELD, compare, new_head, read_head
 from footfall.session.storage.listing import chosen_sessions
 from footfall.session.storage.plain_log import has_plain_log
 from footfall.session.storage.prune import RECORDINGS
@@ -48,7 +48,7 @@ def _copy(folder: Path, target: Path, chosen: Sequence[str], recordings: bool, p
     # Heads first: the log copied later is as long or longer. Artifacts last: events name only what is there.
     for name in chosen:
         (target / name).mkdir()
-        for plain in (HEAD, EVENTS, SESSION):
+        for plain in (HEAD, HELD, EVENTS, SESSION):
             if (folder / name / plain).is_file():
                 write_whole(target / name / plain, (folder / name / plain).read_bytes())
     if has_log(folder):

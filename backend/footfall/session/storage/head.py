@@ -14,6 +14,8 @@ from footfall.io.event_log import START, Record
 from footfall.session.storage.artifact_folder import sync_folder
 
 HEAD = "head"
+HELD = "held"
+"""An empty file in the folder of the session that holds the rover."""
 SLOT = 63
 """Length of a slot [bytes]: seq (12 digits), hash (32), check (16), two blanks and a newline."""
 
