@@ -94,6 +94,33 @@ def test_a_stop_does_not_wait_for_a_body_that_never_ends(server, path):
         assert status(raw) == (413 if path == "/login" else 422)
 
 
+TWO_LENGTHS = "Content-Length: 12\r\nTransfer-Encoding: chunked"
+HIDDEN = b"POST /api/v1/sessions HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 15\r\n\r\n" + b'{"name":"mine"}'
+
+
+@pytest.mark.parametrize("headers", [TWO_LENGTHS, "\r\n".join(reversed(TWO_LENGTHS.split("\r\n")))])
+@pytest.mark.parametrize(("path", "code"), [(NOTES, 400), ("/stop", 200), ("/nothing", 400)])
+def test_of_a_body_with_two_lengths_nothing_that_follows_is_believed(server, client, headers, path, code):
+    before = {one["id"] for one in client.get("/sessions").json()["sessions"]}
+    with half_a_request(server, path, headers, b"0\r\n\r\n" + HIDDEN) as raw:
+        found = b"".join(iter(partial(raw.recv, 1 << 16), b""))  # until it hangs up
+    assert [int(one) for one in re.findall(rb"HTTP/1\.1 (\d+)", found)] == [code]
+    assert {one["id"] for one in client.get("/sessions").json()["sessions"]} == before
+    if code == 200:
+        assert client.post("/stop/clear").json()["stopped"] is False
+    else:
+        assert b"in two ways" in found
+
+
+def test_http_of_an_age_without_transfer_encodings_has_none(server):
+    host = server.url.removeprefix("http://")
+    name, port = host.split(":")
+    with socket.create_connection((name, int(port)), timeout=BOUND) as raw:
+        head = f"POST {BASE}{NOTES} HTTP/1.0\r\nHost: {host}\r\nTransfer-Encoding: chunked\r\n\r\n"
+        raw.sendall(head.encode() + b"0\r\n\r\n")
+        assert status(raw) == 400
+
+
 def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkeypatch):
     reading, go_on = threading.Event(), threading.Event()
     order = []

@@ -60,6 +60,14 @@ def refusal(scope: Scope, front: Front) -> tuple[str, str] | None:
     return None
 
 
+def _is_ambiguous(scope: Scope) -> bool:
+    """Whether a proxy may see another end of this request's body than we do, and so another next request."""
+    headers = Headers(scope=scope)
+    if "transfer-encoding" not in headers:
+        return False
+    return "content-length" in headers or scope.get("http_version") == "1.0"  # which knows no transfer encoding
+
+
 def _hostname(url: str) -> str | None:
     try:
         return urlsplit(url).hostname
@@ -98,13 +106,15 @@ class Guard:
                 return await self.app(scope, receive, send)
             return await WebSocket(scope, receive, send).close(code=1008, reason=refused[0])
         received, waited, started, whole = 0, 0.0, False, False
-        limit = body_limit(scope["path"], self.max_body)
+        limit, ambiguous = body_limit(scope["path"], self.max_body), _is_ambiguous(scope)
 
         async def send_guarded(message: Message) -> None:
             nonlocal started
             if message["type"] == "http.response.start":
                 started = True
                 headers = protected(scope["path"], message["headers"], self.front.public is not None)
+                if ambiguous:  # RFC 9112, 6.1: nothing that follows on this connection is believed
+                    headers = [*headers, (b"connection", b"close")]
                 message = {**message, "headers": headers}
             await send(message)
 
@@ -116,6 +126,9 @@ class Guard:
         if scope["path"] == STOP:
             # a stop reads no more of its body than it wants, and is not refused for the rest
             return await self.app(scope, receive, send_guarded)
+        if ambiguous:
+            text = "the request tells the length of its body in two ways; send Content-Length or Transfer-Encoding"
+            return await problem("malformed", 400, text)(scope, receive, send_guarded)
         length = Headers(scope=scope).get("content-length", "0")
         if length.isdecimal() and (len(length) > 18 or int(length) > limit):
             return await too_large(scope, receive, send_guarded)
