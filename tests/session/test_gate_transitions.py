@@ -1,6 +1,6 @@
 """What each input of the gate makes of each state: one transition, one refusal at a time, to the edge of bounds."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
 import numpy as np
@@ -145,7 +145,8 @@ def test_a_row_is_claimed_once_and_by_its_run_only():
     state, run, why = machine.claim(DUE, 1, NOW, True)
     assert (run_of(state), why) == (run, "")
     assert run_of(state).phase == "claimed"
-    for other, number in ((DUE, 2), (DUE, 0), (state, 1), (HELD, 1)):
+    over = replace(OUT, run=replace(run_of(OUT), phase="over"))
+    for other, number in ((DUE, 2), (DUE, 0), (state, 1), (HELD, 1), (OUT, 1), (WAITING, 1), (over, 1)):
         assert machine.claim(other, number, NOW, True) == (other, None, "")
 
 
@@ -191,7 +192,8 @@ def test_a_row_that_is_done_makes_the_next_one_due():
     state = machine.row_done(OUT, run)
     assert state is not None
     assert (run_of(state).row, run_of(state).phase) == (1, "due")
-    for other in (HELD, DUE, CLAIMED):
+    over = replace(OUT, run=replace(run, phase="over"))
+    for other in (HELD, DUE, CLAIMED, WAITING, over):
         assert machine.row_done(other, run) is None
     assert machine.row_done(OUT, replace(run, row=1)) is None
     assert machine.row_done(OUT, replace(run, number=2)) is None
@@ -377,4 +379,25 @@ def test_what_is_shown_is_what_is():
 def test_a_new_state_has_confirmed_the_epoch_that_none_has_begun_yet():
     assert State() == State(Conn(), 0, 0, 0, Latch(False, False, 0, 0), None, None, ())
     # what was told is no part of what is
-    assert replace(State(), done=ARMED.done) == State()
+    taken = machine.conn(OPEN, "take", MARY, NOW)
+    assert taken.done
+    assert replace(taken, done=()) == taken
+    for one, name in ((State(), "run"), (Latch(), "stopped"), (ARMED.armed, "until")):
+        with pytest.raises(FrozenInstanceError):
+            setattr(one, name, None)
+
+
+def test_the_conn_is_refused_with_what_is_in_the_way():
+    taken = machine.conn(OPEN, "request", JOHN, NOW)
+    assert (taken.conn.holder, taken.conn.request, taken.done[0].act) == (JOHN, None, "taken")
+    again = machine.conn(HELD, "request", MARY, NOW + 1)
+    assert (again.conn.holder, again.conn.request, again.conn.renewed) == (MARY, None, NOW + 1)
+    asked = machine.conn(HELD, "request", JOHN, NOW)
+    assert machine.conn(asked, "request", JOHN, NOW + 1).conn == asked.conn
+    error = refused("conn", machine.conn, asked, "request", replace(MARY, page="page-b"), NOW)
+    assert error.details["asking"] == "john"
+    for act in ("grant", "deny"):
+        assert "nobody asks" in refused("conn", machine.conn, HELD, act, MARY, NOW).message
+    for act in ("heartbeat", "release", "grant", "deny"):
+        error = refused("conn", machine.conn, OPEN, act, MARY, NOW)
+        assert (error.details["holder"], error.message) == (None, "nobody holds the conn; take it first")
