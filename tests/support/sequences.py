@@ -11,6 +11,7 @@ from footfall.core.value import Provenance
 from footfall.recorded import Recorded
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
+from footfall.telemetry.command_kinds import KINDS
 
 LEGS = 6
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_sessions"
@@ -34,18 +35,18 @@ texts = st.sampled_from(["", "lift", "swing", "lower", "shift", *HOSTILE])
 
 @st.composite
 def any_commands(draw, least: int = 1, most: int = 12) -> tuple[Command, ...]:
-    """Commands of all four kinds, well formed, with any numbers."""
+    """Commands of all kinds, well formed, with any numbers."""
     return tuple(draw(st.lists(_command(), min_size=least, max_size=most)))
 
 
 @st.composite
 def _command(draw) -> Command:
-    name = draw(st.sampled_from(["LEG_MOVE", "WAIT", "POSTURE_MOVE", "LEG_LOWER"]))
-    leg = draw(st.integers(0, LEGS - 1)) if name.startswith("LEG") else None
-    count = {"WAIT": 0, "POSTURE_MOVE": 6 * LEGS}.get(name, 6)
+    kind = draw(st.sampled_from(list(KINDS.values())))
+    leg = draw(st.integers(0, LEGS - 1)) if kind.names_leg else None
+    count = kind.joint_count(LEGS)
     joints = np.array(draw(st.lists(angles, min_size=count, max_size=count))) if count else None
-    force = draw(st.floats(0.5, 1e5)) if name == "LEG_LOWER" else None
-    return Command(name, leg, joints, draw(seconds), draw(texts), force)
+    force = draw(st.floats(0.5, 1e5)) if kind.ends_by_force else None
+    return Command(kind.name, leg, joints, draw(seconds), draw(texts), force)
 
 
 def unchecked(commands: tuple[Command, ...], robot: str = "athlete", start: np.ndarray | None = None) -> Sequence:

@@ -1,6 +1,7 @@
 """Commands and sequences of them: what the rover is told, with what it is predicted to do."""
 
 from dataclasses import field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +9,19 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.robot.description import JOINTS
+from footfall.telemetry.command_kinds import (
+    JOINTS_OF_LEG,
+    LEG_LOWER,
+    LEG_MOVE,
+    POSTURE_MOVE,
+    WAIT,
+    Argument,
+    CommandKind,
+    kind_named,
+)
 from footfall.telemetry.state import RobotState
 
-COMMAND_NAMES = ("LEG_MOVE", "WAIT", "POSTURE_MOVE", "LEG_LOWER")
-ONE_LEG = ("LEG_MOVE", "LEG_LOWER")
-"""Commands that move one leg."""
+Array = NDArray[np.float64]
 
 LEG_JOINTS = tuple(name for name, _ in JOINTS)
 """The six joints of a leg, in the order of a command's ``joints``."""
@@ -49,6 +58,26 @@ class Command(Value):
     phase: str = ""
     force: float | None = field(default=None, metadata=LATER)
 
+    @property
+    def kind(self) -> CommandKind:
+        """What kind it is by its name; UNKNOWN where there is none of that name."""
+        return kind_named(self.name)
+
+    @property
+    def arguments(self) -> list[tuple[Argument, Any]]:
+        """What it takes, in the order of its kind, each with what it is here: a number, or a list of angles."""
+        given = [(argument, getattr(self, argument.name)) for argument in self.kind.arguments]
+        return [(argument, one.tolist() if isinstance(one, np.ndarray) else one) for argument, one in given]
+
+    @property
+    def by_leg(self) -> list[tuple[int, Array]]:
+        """The legs whose joints it moves, each with its six angles [rad]; none where it moves nothing."""
+        if self.joints is None:
+            return []
+        if self.kind.names_leg:
+            return [] if self.leg is None else [(self.leg, self.joints)]
+        return list(enumerate(self.joints.reshape(-1, JOINTS_OF_LEG)))
+
     def check(self) -> None:
         if not isinstance(self.name, str) or not isinstance(self.phase, str):
             raise InvalidSequence("the name and the phase of a command are texts")
@@ -62,6 +91,26 @@ class Command(Value):
             raise InvalidSequence("the duration of a command is a number of seconds", duration=repr(self.duration))
         if self.force is not None and (not isinstance(self.force, (int, float)) or isinstance(self.force, bool)):
             raise InvalidSequence("the force of a command is a number of newtons, or None", force=repr(self.force))
+
+
+def leg_move(leg: int, joints: Array, duration: float, phase: str = "") -> Command:
+    """Move one leg to ``joints``, (6,) [rad]."""
+    return Command(LEG_MOVE.name, leg, joints, duration, phase)
+
+
+def leg_lower(leg: int, joints: Array, duration: float, force: float, phase: str = "") -> Command:
+    """Move one leg towards ``joints``, (6,) [rad], until its wheel bears ``force`` [N] more."""
+    return Command(LEG_LOWER.name, leg, joints, duration, phase, force)
+
+
+def posture_move(joints: Array, duration: float, phase: str = "") -> Command:
+    """Move the joints of all legs to ``joints``, (legs × 6,) [rad]."""
+    return Command(POSTURE_MOVE.name, None, joints, duration, phase)
+
+
+def wait(duration: float) -> Command:
+    """Do nothing for ``duration`` seconds."""
+    return Command(WAIT.name, None, None, duration)
 
 
 @value

@@ -19,6 +19,7 @@ from footfall.sequence.predict import target
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
 from footfall.sequence.settings import SequenceSettings
 from footfall.sequence.yielding import follow, require_terrain
+from footfall.telemetry.command_kinds import WAIT
 from footfall.terrain.dem import Dem
 
 _T = TypeVar("_T")
@@ -211,7 +212,7 @@ def _split(sequence: Sequence, edit: Edit) -> list[Command]:
     command = sequence.commands[edit.row]
     first = fraction * command.duration
     joints = command.joints
-    if command.name != "WAIT":
+    if command.kind is not WAIT:
         moved = target(command, len(sequence.start) // 6)
         if moved is None:
             raise InvalidSequence(f"row {edit.row} moves no leg, so there is nothing to split", row=edit.row)

@@ -11,12 +11,13 @@ from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.robot.model import Robot
-from footfall.sequence.commands import Command, Sequence
+from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.rules import check_rules
 from footfall.sequence.settings import SequenceSettings
+from footfall.telemetry.command_kinds import LEG_MOVE
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -66,14 +67,14 @@ def make_sequence(
 def _of_step(plan: StepPlan, limits: Array) -> tuple[Command, ...]:
     leg = slice(6 * plan.leg, 6 * plan.leg + 6)
     return tuple(
-        Command("LEG_MOVE", plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits[leg]), phase)
+        leg_move(plan.leg, target[leg], needed_duration(target[leg] - before[leg], limits[leg]), phase)
         for before, target, phase in zip(plan.waypoints[:-1], plan.waypoints[1:], plan.phases[1:], strict=True)
     )
 
 
 def _of_body_move(plan: BodyMovePlan, limits: Array) -> tuple[Command, ...]:
     return tuple(
-        Command("POSTURE_MOVE", None, target, needed_duration(target - before, limits), "shift")
+        posture_move(target, needed_duration(target - before, limits), "shift")
         for before, target in pairwise(plan.waypoints)
     )
 
@@ -110,4 +111,4 @@ def _require_fit(plan: StepPlan | BodyMovePlan, robot: Robot) -> None:
         raise InvalidSequence(f"{robot.name} has legs 0…{robot.leg_count - 1}", leg=plan.leg)
     others = np.delete(plan.waypoints, np.s_[6 * plan.leg : 6 * plan.leg + 6], axis=1)
     if not (others == others[0]).all():
-        raise InvalidSequence("the plan moves more than its leg; a LEG_MOVE can't say that", leg=plan.leg)
+        raise InvalidSequence(f"the plan moves more than its leg; a {LEG_MOVE.name} can't say that", leg=plan.leg)

@@ -10,7 +10,7 @@ from footfall.core.value import Provenance
 from footfall.planning.execution.problem import Execution
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.robot.model import Robot
-from footfall.sequence.commands import AtRest, Command, Sequence
+from footfall.sequence.commands import AtRest, Command, Sequence, leg_lower, leg_move, posture_move, wait
 from footfall.sequence.rules import check_rules
 from footfall.sequence.settings import SequenceSettings
 from footfall.sequence.yielding import follow
@@ -100,7 +100,7 @@ def _rows(execution: Execution) -> list[_Row]:
         command = _lowering(execution, stopped) if at == stopped else _move(execution, at)
         rows.append(_Row(command, at))
         if execution.pauses[at] > 0:
-            rows.append(_Row(Command("WAIT", None, None, float(execution.pauses[at])), at))
+            rows.append(_Row(wait(float(execution.pauses[at])), at))
     return rows
 
 
@@ -110,8 +110,8 @@ def _move(execution: Execution, at: int) -> Command:
     own = slice(6 * leg, 6 * leg + 6)
     seconds, phase = float(execution.durations[at]), execution.phases[at]
     if np.array_equal(np.delete(before, np.s_[own]), np.delete(target, np.s_[own])):
-        return Command("LEG_MOVE", leg, target[own], seconds, phase)
-    return Command("POSTURE_MOVE", None, target, seconds, phase)
+        return leg_move(leg, target[own], seconds, phase)
+    return posture_move(target, seconds, phase)
 
 
 def _lowering(execution: Execution, stopped: int) -> Command:
@@ -121,7 +121,7 @@ def _lowering(execution: Execution, stopped: int) -> Command:
     origin = execution.commanded[guarded, own]
     whole, part = (float(np.abs(q - origin).max()) for q in (execution.lowest, execution.commanded[stopped, own]))
     seconds = float(execution.durations[guarded + 1 : stopped + 1].sum()) * whole / part
-    return Command("LEG_LOWER", leg, execution.lowest, seconds, "lower", execution.stop_force)
+    return leg_lower(leg, execution.lowest, seconds, execution.stop_force, "lower")
 
 
 def _require_fit(execution: Execution, robot: Robot) -> None:

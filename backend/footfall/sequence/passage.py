@@ -17,6 +17,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command
 from footfall.sequence.predict import after, target
+from footfall.telemetry.command_kinds import POSTURE_MOVE
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ def passages(
         asked, moved = after(posture, command), target(command, robot.leg_count)
         reached, T_reached, legs = asked, T, ()
         next_resting = resting
-        if moved is not None and command.name == "POSTURE_MOVE":
+        if moved is not None and command.kind.moves_all:
             legs = _standing(robot, dem, resting, posture, T, down)
             T_reached, holding = carried(robot, T, posture, asked, legs)
             # their wheels stay where they were put, though their joints turn
@@ -71,7 +72,7 @@ def passages(
             same = [i for i in own if resting[i] == posture[i]]
             next_resting = resting.copy()
             next_resting[same] = asked[same]
-        elif moved is not None and command.name == "LEG_LOWER" and dem is not None and command.leg is not None:
+        elif moved is not None and command.kind.ends_by_force and dem is not None and command.leg is not None:
             reached = posture + touch(robot, dem, T, posture, asked, command.leg) * (asked - posture)
         rows.append(Passage(posture, asked, reached, T, T_reached, resting, legs))
         posture, T, resting = reached, T_reached, next_resting
@@ -156,7 +157,9 @@ def _standing(
     if dem is not None:
         return tuple(standing_legs(robot, dem, resting, posture, T_site_base, robot.legs))
     if given is None:
-        raise InvalidSequence("a POSTURE_MOVE needs the terrain: the wheels that stand say where the chassis goes")
+        raise InvalidSequence(
+            f"a {POSTURE_MOVE.name} needs the terrain: the wheels that stand say where the chassis goes"
+        )
     return tuple(given)
 
 

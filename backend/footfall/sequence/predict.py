@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.sequence.commands import ONE_LEG, Command
+from footfall.sequence.commands import Command
 
 Array = NDArray[np.float64]
 
@@ -14,14 +14,12 @@ def target(command: Command, leg_count: int) -> tuple[slice, Array] | None:
     Six joints for the moves of one leg, all for POSTURE_MOVE. None where it moves nothing: a WAIT, or not well enough
     formed (unknown name or leg, another number of joints, joints that are not finite).
     """
-    leg, joints = command.leg, command.joints
-    if joints is None or not np.isfinite(joints).all():
+    kind, leg, joints = command.kind, command.leg, command.joints
+    if not kind.moves or joints is None or joints.shape != (kind.joint_count(leg_count),):
         return None
-    if command.name in ONE_LEG and leg is not None and 0 <= leg < leg_count and joints.shape == (6,):
-        return slice(6 * leg, 6 * leg + 6), joints
-    if command.name == "POSTURE_MOVE" and joints.shape == (6 * leg_count,):
-        return slice(0, 6 * leg_count), joints
-    return None
+    if not np.isfinite(joints).all() or (kind.names_leg and (leg is None or not 0 <= leg < leg_count)):
+        return None
+    return kind.joints_of(leg, leg_count), joints
 
 
 def after(posture: Array, command: Command) -> Array:

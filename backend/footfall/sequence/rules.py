@@ -43,13 +43,14 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import within_told
-from footfall.sequence.commands import COMMAND_NAMES, LEG_JOINTS, ONE_LEG, Command, RuleResult
+from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult
 from footfall.sequence.motion import check_motion
 from footfall.sequence.passage import passages
 from footfall.sequence.predict import needed_duration, predict, target
 from footfall.sequence.settings import SequenceSettings
 from footfall.sequence.yielding import Yielding
 from footfall.sequence.yielding_rules import check_yielding
+from footfall.telemetry.command_kinds import KINDS, UNKNOWN
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -100,24 +101,24 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
     def result(rule: str, holds: bool, text: str, margin: float = np.nan, unit: str = "") -> RuleResult:
         return RuleResult(rule, row, bool(holds), float(margin), unit, text)
 
-    known = command.name in COMMAND_NAMES
-    yield result(
-        "known-command", known, command.name if known else f"{command.name!r} is none of {', '.join(COMMAND_NAMES)}"
-    )
+    kind = command.kind
+    known = kind is not UNKNOWN
+    yield result("known-command", known, command.name if known else f"{command.name!r} is none of {', '.join(KINDS)}")
     if not known:
         return
-    count = 0 if command.joints is None else len(command.joints)
-    if command.name == "WAIT":
-        yield result("leg-exists", command.leg is None, "WAIT moves no leg: its leg is None")
-        yield result("six-joints", command.joints is None, "WAIT moves nothing: its joints are None")
-    elif command.name in ONE_LEG:
+    count, needed_count = 0 if command.joints is None else len(command.joints), kind.joint_count(robot.leg_count)
+    if kind.names_leg:
         last = robot.leg_count - 1
         leg_exists = command.leg is not None and 0 <= command.leg <= last
         yield result("leg-exists", leg_exists, f"leg {command.leg} of 0…{last}")
-        yield result("six-joints", count == 6, f"{count} joints of 6")
     else:
-        yield result("leg-exists", command.leg is None, f"{command.name} moves all legs: its leg is None")
-        yield result("all-joints", count == 6 * robot.leg_count, f"{count} joints of {6 * robot.leg_count}")
+        moved = "all legs" if kind.moves else "no leg"
+        yield result("leg-exists", command.leg is None, f"{kind.name} moves {moved}: its leg is None")
+    if kind.moves:
+        rule = "all-joints" if kind.moves_all else "six-joints"
+        yield result(rule, count == needed_count, f"{count} joints of {needed_count}")
+    else:
+        yield result("six-joints", command.joints is None, f"{kind.name} moves nothing: its joints are None")
     joints = np.array([]) if command.joints is None else command.joints
     numbers = [*joints, command.duration, *([] if command.force is None else [command.force])]
     finite = bool(np.isfinite(numbers).all())
@@ -128,12 +129,12 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
         yield result("force", *checked, "N")
     if np.isfinite(command.duration):
         yield result("duration", command.duration >= 0, f"{command.duration:.3f} s", command.duration, "s")
-    moved = target(command, robot.leg_count)
-    if finite and moved is not None:
-        own = moved[0]
+    asked = target(command, robot.leg_count)
+    if finite and asked is not None:
+        own = asked[0]
         room = np.minimum(joints - robot.lower[own], robot.upper[own] - joints)
         worst = int(np.argmin(room))
-        name = LEG_JOINTS[worst] if command.name in ONE_LEG else robot.joint_names[worst]
+        name = LEG_JOINTS[worst] if kind.names_leg else robot.joint_names[worst]
         yield result(
             "joint-limits",
             room[worst] >= 0,
@@ -153,11 +154,11 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
 
 def _force(robot: Robot, command: Command) -> tuple[bool, str, float] | None:
     """The rule force: whether it holds, in words, and its margin [N]. None where there is nothing to ask."""
-    if command.name != "LEG_LOWER":
+    if not command.kind.ends_by_force:
         given = f"{command.name} waits for no force: its force is None"
         return None if command.force is None else (False, given, np.nan)
     if command.force is None:
-        return False, "LEG_LOWER needs the force that ends it", np.nan
+        return False, f"{command.name} needs the force that ends it", np.nan
     most = robot.mass * GRAVITY
     text = f"{command.force:.1f} N, above zero and at most the rover's weight on Earth, {most:.0f} N"
     return 0 < command.force <= most, text, min(command.force, most - command.force)

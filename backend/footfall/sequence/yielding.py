@@ -116,7 +116,7 @@ def _row(rover: CompliantRover, rest: Rest, command: Command) -> YieldingRow:
     own, joints = moved
     if not ((robot.lower[own] <= joints) & (joints <= robot.upper[own])).all():
         return YieldingRow((rest,), "set points beyond the limits of the joints are not followed")
-    lowering = command.name == "LEG_LOWER" and command.leg is not None and command.force is not None
+    lowering = command.kind.ends_by_force and command.leg is not None and command.force is not None
     count = max(1, int(np.ceil(np.abs(asked - origin).max() / STRIDE)))
     if lowering:
         ends = [apply(rest.T_site_base, wheel_centers(robot, q)[command.leg])[2] for q in (origin, asked)]

@@ -44,6 +44,7 @@ from footfall.sequence.predict import target
 from footfall.sequence.sampled import DRAG
 from footfall.sequence.settings import SequenceSettings
 from footfall.sequence.yielding import Yielding, YieldingRow
+from footfall.telemetry.command_kinds import WAIT
 
 Array = NDArray[np.float64]
 
@@ -101,7 +102,7 @@ def _steps(commands: tuple[Command, ...]) -> list[list[int]]:
     steps: list[list[int]] = []
     reached = len(PHASES)
     for row, command in enumerate(commands):
-        if command.name == "WAIT":
+        if command.kind is WAIT:
             continue
         phase = PHASES.index(command.phase) if command.phase in PHASES else None
         if phase is None:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
-from footfall.sequence.commands import COMMAND_NAMES, ONE_LEG
 from footfall.sequence.predict import needed_duration
+from footfall.telemetry.command_kinds import KINDS, UNKNOWN
 from footfall.telemetry.link import AckMessage, CommandMessage
 
 Array = NDArray[np.float64]
@@ -151,22 +151,23 @@ def objection(robot: Robot, command: CommandMessage) -> str:
     """Why the rover can't carry out a command whatever it is doing, or ""."""
     if not (np.isfinite(command.duration) and command.duration >= 0):
         return f"the duration is {command.duration} s; it must be finite and not negative"
-    if command.name not in COMMAND_NAMES:
-        return f"{command.name!r} is no command of this rover; it knows {', '.join(COMMAND_NAMES)}"
-    if command.name != "LEG_LOWER" and command.force is not None:
-        return f"{command.name} takes no force"
-    if command.name == "WAIT":
-        return "" if command.leg is None and command.joints is None else "WAIT takes no leg and no joints"
-    if command.name in ONE_LEG and (command.leg is None or not 0 <= command.leg < robot.leg_count):
+    kind = command.kind
+    if kind is UNKNOWN:
+        return f"{command.name!r} is no command of this rover; it knows {', '.join(KINDS)}"
+    if not kind.ends_by_force and command.force is not None:
+        return f"{kind.name} takes no force"
+    if not kind.moves:
+        return "" if command.leg is None and command.joints is None else f"{kind.name} takes no leg and no joints"
+    if kind.names_leg and (command.leg is None or not 0 <= command.leg < robot.leg_count):
         return f"there is no leg {command.leg}; there are 0…{robot.leg_count - 1}"
-    if command.name == "POSTURE_MOVE" and command.leg is not None:
-        return "POSTURE_MOVE moves all legs and takes no leg"
-    count = 6 if command.name in ONE_LEG else 6 * robot.leg_count
+    if kind.moves_all and command.leg is not None:
+        return f"{kind.name} moves all legs and takes no leg"
+    count = kind.joint_count(robot.leg_count)
     if command.joints is None or command.joints.shape != (count,) or not np.isfinite(command.joints).all():
-        return f"{command.name} needs {'six' if count == 6 else count} finite joint angles"
-    if command.name == "LEG_LOWER" and (command.force is None or not 0 < command.force < np.inf):
-        return f"LEG_LOWER needs a force above zero that ends it, not {command.force} N"
-    return _beyond_limits(robot, command.joints, moved_joints(robot, command))
+        return f"{kind.name} needs {'six' if count == 6 else count} finite joint angles"
+    if kind.ends_by_force and (command.force is None or not 0 < command.force < np.inf):
+        return f"{kind.name} needs a force above zero that ends it, not {command.force} N"
+    return _beyond_limits(robot, command.joints, kind.joints_of(command.leg, robot.leg_count))
 
 
 def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
@@ -179,13 +180,6 @@ def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
     return f"joint {joint} of leg {leg} would be {beyond[worst]:.{digits}f} rad beyond its limits"
 
 
-def moved_joints(robot: Robot, command: CommandMessage) -> slice:
-    """Which of the (legs × 6,) joints a command moves."""
-    if command.joints is None:
-        return slice(0, 0)
-    return slice(0, 6 * robot.leg_count) if command.leg is None else slice(6 * command.leg, 6 * command.leg + 6)
-
-
 def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, float]:
     """Set points at the end of a command, (legs × 6,) [rad], and the seconds until then from those of ``present``.
 
@@ -193,7 +187,7 @@ def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, 
     """
     target, duration = present.copy(), float(command.duration)
     if command.joints is not None:
-        moved = moved_joints(robot, command)
+        moved = command.kind.joints_of(command.leg, robot.leg_count)
         target[moved] = command.joints
         duration = max(duration, needed_duration(target[moved] - present[moved], robot.speed_limits[moved]))
     return target, duration

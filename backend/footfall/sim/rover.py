@@ -83,11 +83,11 @@ class SimulatedRover(OrderedRover):
         origin = self.posture.copy()
         target, duration = ramp(self.robot, command, origin)
         motion = _Motion(command, origin, target, duration, self._T_site_base)
-        if command.name == "POSTURE_MOVE":
+        if command.kind.moves_all:
             motion.known = self._known_to_stand()
             gaps = wheel_gaps(self.robot, self.dem, origin, self._T_site_base, self.robot.legs)
             motion.standing = tuple(np.flatnonzero(motion.known | (gaps <= CONTACT_GAP)).tolist())
-        elif command.name == "LEG_LOWER" and command.leg is not None:
+        elif command.kind.ends_by_force and command.leg is not None:
             motion.ends = touch(self.robot, self.dem, self._T_site_base, origin, target, command.leg)
         return motion
 

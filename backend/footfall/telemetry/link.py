@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput, InvalidTelemetry
 from footfall.core.value import SOFTWARE_VERSION, Value, value
+from footfall.telemetry.command_kinds import CommandKind, kind_named
 from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import MODES, RobotState, TelemetryFrame
@@ -70,6 +71,11 @@ class CommandMessage(Value):
     duration: float
     force: float | None = None
     epoch: int = 0
+
+    @property
+    def kind(self) -> CommandKind:
+        """What kind it is by its name; UNKNOWN where there is none of that name."""
+        return kind_named(self.name)
 
 
 @value
@@ -262,7 +268,7 @@ def _read(kind: str, fields: Fields, legs: int | None) -> Message:
             return TelemetryFrame(number, state, fields.array("commanded", (6 * count,)))
         case "command":
             name = fields.text("name", longest=64)
-            of_all = name == "POSTURE_MOVE"
+            of_all = kind_named(name).moves_all
             return CommandMessage(
                 id=fields.identifier(),
                 sequence=fields.text("sequence", longest=64),

@@ -7,8 +7,8 @@ from pydantic import ConfigDict, Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
 from footfall.api.bodies.schemas import FromNumber, Leg, Name, Number, Strictly
-from footfall.sequence.commands import COMMAND_NAMES
 from footfall.sequence.edit import EDIT_KINDS
+from footfall.telemetry.command_kinds import FORCE, KINDS, LEG_LOWER, WAIT
 
 Row = Annotated[int, Field(ge=0, le=10**6), FromNumber]
 
@@ -42,12 +42,12 @@ class CommandModel(Strictly):
     """One command: LEG_MOVE and LEG_LOWER (which has a ``force`` [N]) with six joint angles of a leg [rad],
     POSTURE_MOVE with those of all legs, or WAIT."""
 
-    name: Annotated[str, Field(pattern=f"^({'|'.join(COMMAND_NAMES)})$")]
+    name: Annotated[str, Field(pattern=f"^({'|'.join(KINDS)})$")]
     leg: Leg | None = None
     joints: Annotated[list[Number], Len(6, 384)] | None = None
     duration: Number = Field(description="[s]")
     phase: Annotated[str, Field(max_length=20)] = ""
-    force: Number | None = Field(default=None, description="of LEG_LOWER [N]")
+    force: Number | None = Field(default=None, description=f"of {LEG_LOWER.name} [{FORCE.unit}]")
 
 
 class EditModel(Strictly):
@@ -67,7 +67,7 @@ class SequenceEdit(Strictly):
     model_config = ConfigDict(
         json_schema_extra={
             "examples": [
-                {"edit": {"kind": "insert", "row": 1, "command": {"name": "WAIT", "duration": 2.0}}},
+                {"edit": {"kind": "insert", "row": 1, "command": {"name": WAIT.name, "duration": 2.0}}},
                 {"edit": {"kind": "duration", "row": 1, "number": 4.0}},
                 {"edit": {"kind": "delete", "row": 1}},
             ]

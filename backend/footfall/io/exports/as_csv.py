@@ -9,8 +9,11 @@ import io
 import re
 
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.telemetry.command_kinds import DURATION, FORCE, LEG_ANGLES
 
-COLUMNS = ("sequence", "robot", "row", "name", "leg", "phase", "duration_s", *(f"{j}_rad" for j in LEG_JOINTS))
+ANGLES = tuple(f"{joint}_{LEG_ANGLES.unit}" for joint in LEG_JOINTS)
+COLUMNS = ("sequence", "robot", "row", "name", "leg", "phase", DURATION.column, *ANGLES)
+EVERY_COLUMN = (*COLUMNS, FORCE.column)
 
 _FORMULA = re.compile("'*[=+\\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
 """How a text begins that a spreadsheet takes for a formula, in full width too; also after apostrophes of its own."""
@@ -31,7 +34,7 @@ def encode(sequence: Sequence) -> bytes:
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     forces = any(command.force is not None for command in sequence.commands)
-    writer.writerow((*COLUMNS, "force_N") if forces else COLUMNS)
+    writer.writerow(EVERY_COLUMN if forces else COLUMNS)
     for row, command in enumerate(sequence.commands):
         last = ["" if command.force is None else repr(command.force)] if forces else []
         for leg, joints in _by_leg(command):
@@ -42,9 +45,7 @@ def encode(sequence: Sequence) -> bytes:
 
 def _by_leg(command: Command) -> list[tuple[int | str, list[str]]]:
     """A leg and its six joints for each line of a command."""
-    if command.joints is None:
-        return [("" if command.leg is None else command.leg, [""] * 6)]
-    angles = [repr(angle) for angle in command.joints.tolist()]
-    if command.leg is not None:
-        return [(command.leg, angles)]
-    return [(leg, angles[6 * leg : 6 * leg + 6]) for leg in range(len(angles) // 6)]
+    lines: list[tuple[int | str, list[str]]] = [
+        (leg, [repr(angle) for angle in angles.tolist()]) for leg, angles in command.by_leg
+    ]
+    return lines or [("", [""] * len(ANGLES))]

@@ -9,6 +9,7 @@ from typing import Any
 
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.telemetry.command_kinds import ALL_ANGLES, KINDS, LEG, LEG_ANGLES, Argument, CommandKind
 
 COMPONENT = "FootFall"
 HEADER = "; footfall-sequence "
@@ -41,11 +42,6 @@ def encode(sequence: Sequence) -> bytes:
 
 def dictionary(sequence: Sequence) -> bytes:
     """The JSON dictionary of the commands, for rovers with as many legs as the sequence's."""
-    leg = _param("leg", _U8, "leg, counted from 0")
-    joints = _param("joints", _named(_LEG_JOINTS), f"target angles [rad]: {', '.join(LEG_JOINTS)}")
-    posture = _param("joints", _named(_POSTURE), "target angles of all legs [rad], leg by leg")
-    duration = _param("duration", _F64, "from its start to its end [s]")
-    force = _param("force", _F64, "rise of the wheel's force along the site's up that ends it [N]")
     document = {
         "metadata": {
             "deploymentName": COMPONENT,
@@ -56,12 +52,7 @@ def dictionary(sequence: Sequence) -> bytes:
         },
         "typeDefinitions": [_array(_LEG_JOINTS, len(LEG_JOINTS)), _array(_POSTURE, len(sequence.start))],
         "constants": [],
-        "commands": [
-            _command(0, "LEG_MOVE", "one leg in a straight joint-space line", leg, joints, duration),
-            _command(1, "WAIT", "nothing moves", duration),
-            _command(2, "POSTURE_MOVE", "all joints in one straight joint-space line", posture, duration),
-            _command(3, "LEG_LOWER", "like LEG_MOVE, done when the wheel bears more", leg, joints, duration, force),
-        ],
+        "commands": [_command(kind) for kind in KINDS.values()],
         "parameters": [],
         "events": [],
         "telemetryChannels": [],
@@ -73,12 +64,9 @@ def dictionary(sequence: Sequence) -> bytes:
 
 
 def _line(row: int, command: Command) -> str:
-    arguments: list[str] = [] if command.leg is None else [str(command.leg)]
-    if command.joints is not None:
-        arguments.append(f"[{', '.join(map(repr, command.joints.tolist()))}]")
-    arguments.append(repr(command.duration))
-    if command.force is not None:
-        arguments.append(repr(command.force))
+    arguments = [
+        f"[{', '.join(map(repr, given))}]" if isinstance(given, list) else repr(given) for _, given in command.arguments
+    ]
     comment = json.dumps({"row": row, "phase": command.phase})
     return f"R00:00:00 {COMPONENT}.{command.name} {', '.join(arguments)} ; {comment}"
 
@@ -98,16 +86,26 @@ def _array(qualified: str, size: int) -> dict[str, Any]:
     }
 
 
-def _param(name: str, type: dict[str, Any], annotation: str) -> dict[str, Any]:
-    return {"name": name, "type": type, "ref": False, "annotation": annotation}
+_TYPES = {LEG: _U8, LEG_ANGLES: _named(_LEG_JOINTS), ALL_ANGLES: _named(_POSTURE)}
+"""Types of arguments that are no F64."""
 
 
-def _command(opcode: int, name: str, annotation: str, *params: dict[str, Any]) -> dict[str, Any]:
+def _param(argument: Argument) -> dict[str, Any]:
+    order = f": {', '.join(LEG_JOINTS)}" if argument is LEG_ANGLES else ""
     return {
-        "name": f"{COMPONENT}.{name}",
+        "name": argument.name,
+        "type": _TYPES.get(argument, _F64),
+        "ref": False,
+        "annotation": argument.means + order,
+    }
+
+
+def _command(kind: CommandKind) -> dict[str, Any]:
+    return {
+        "name": f"{COMPONENT}.{kind.name}",
         "commandKind": "async",
-        "opcode": 0x46460000 + opcode,
-        "annotation": annotation,
-        "formalParams": list(params),
+        "opcode": 0x46460000 + kind.code,
+        "annotation": kind.does,
+        "formalParams": [_param(argument) for argument in kind.arguments],
         "queueFullBehavior": "assert",
     }

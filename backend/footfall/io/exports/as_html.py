@@ -140,12 +140,9 @@ def _table(sequence: Sequence) -> str:
 
 def _rows(row: int, at: float, command: Command, margins: list[float]) -> str:
     """One line of the table for each leg that the command moves."""
-    legs: list[tuple[int | None, list[str]]] = [(command.leg, [""] * 6)]
-    if command.joints is not None:
-        angles = [f"{angle:.2f}" for angle in np.degrees(command.joints).tolist()]
-        legs = [(leg, angles[6 * leg : 6 * leg + 6]) for leg in range(len(angles) // 6)]
-        if command.leg is not None:
-            legs = [(command.leg, angles)]
+    legs: list[tuple[int | None, list[str]]] = [
+        (leg, [f"{angle:.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in command.by_leg
+    ] or [(None, [""] * len(LEG_JOINTS))]
     tall = f' rowspan="{len(legs)}"' if len(legs) > 1 else ""
     first = f"<td{tall}>{row}</td><td{tall}>{at:.2f}</td><td class=text{tall}>{plain(command.name)}</td>"
     phase = f"<td class=text{tall}>{plain(command.phase)}</td>"

@@ -76,14 +76,10 @@ def messages(commands: Iterable[Command]) -> list[Asked]:
 
 def _messages(command: Command) -> list[tuple[str, str, bytes]]:
     """Topic, message name and CDR of what one command asks of each leg."""
-    if command.joints is None:
-        return []
-    if command.leg is None:
-        parts = list(enumerate(command.joints.reshape(-1, len(LEG_JOINTS))))
-    else:
-        parts = [(command.leg, command.joints)]
-    what = "joint_trajectory" if command.force is None else "lower"
-    found = [(_topic(leg, what), TRAJECTORY, trajectory(command.duration, _names(leg), own)) for leg, own in parts]
+    what = "lower" if command.kind.ends_by_force else "joint_trajectory"
+    found = [
+        (_topic(leg, what), TRAJECTORY, trajectory(command.duration, _names(leg), own)) for leg, own in command.by_leg
+    ]
     if command.force is not None and command.leg is not None:
         found.append((_topic(command.leg, "lower_force"), FLOAT, number(command.force)))
     return found

@@ -8,6 +8,7 @@ import json
 from typing import Any
 
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
 
 
 def encode(sequence: Sequence) -> bytes:
@@ -31,7 +32,7 @@ def encode(sequence: Sequence) -> bytes:
             "final": sequence.predicted[-1].tolist(),
             **_final_pose(sequence),
         },
-        "steps": [_step(row, command) for row, command in enumerate(sequence.commands)],
+        "steps": [_step(row, command, len(sequence.start) // 6) for row, command in enumerate(sequence.commands)],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
@@ -46,21 +47,24 @@ def _final_pose(sequence: Sequence) -> dict[str, Any]:
     return {"final_T_site_base": sequence.Ts_site_base[-1].tolist()}
 
 
-def _joint_names(command: Command) -> tuple[str, ...]:
-    if command.leg is not None or command.joints is None:
-        return LEG_JOINTS
-    return tuple(f"leg{leg}_{joint}" for leg in range(len(command.joints) // 6) for joint in LEG_JOINTS)
+def names(kind: CommandKind, leg_count: int) -> list[str]:
+    """The arguments of a command by name, every joint one of its own."""
+    found: list[str] = []
+    for argument in kind.arguments:
+        if argument is LEG_ANGLES:
+            found += LEG_JOINTS
+        elif argument is ALL_ANGLES:
+            found += [f"leg{leg}_{joint}" for leg in range(leg_count) for joint in LEG_JOINTS]
+        else:
+            found.append(argument.name)
+    return found
 
 
-def _step(row: int, command: Command) -> dict[str, Any]:
-    args: list[tuple[str, float]] = []
-    if command.joints is not None:
-        args = list(zip(_joint_names(command), command.joints.tolist(), strict=True))
-    if command.leg is not None:
-        args.insert(0, ("leg", command.leg))
-    args.append(("duration", command.duration))
-    if command.force is not None:
-        args.append(("force", command.force))
+def _step(row: int, command: Command, leg_count: int) -> dict[str, Any]:
+    numbers: list[float] = []
+    for _, given in command.arguments:
+        numbers += given if isinstance(given, list) else [given]
+    args = zip(names(command.kind, leg_count), numbers, strict=True)
     return {
         "type": "command",
         "stem": command.name,

@@ -47,7 +47,7 @@ def encode(sequence: Sequence) -> bytes:
         CHECK,
     ]
     for row, command in enumerate(sequence.commands):
-        if command.joints is not None:
+        if command.kind.moves:
             steps.append(GATE)
         steps.append(_command(row, command))
     document = {
@@ -59,18 +59,10 @@ def encode(sequence: Sequence) -> bytes:
 
 
 def _command(row: int, command: Command) -> dict[str, Any]:
-    arguments: list[dict[str, Any]] = []
-    if command.leg is not None:
-        arguments.append({"name": "leg", "value": command.leg})
-    if command.joints is not None:
-        arguments.append({"name": "joints", "value": command.joints.tolist()})
-    arguments.append({"name": "duration", "value": command.duration})
-    if command.force is not None:
-        arguments.append({"name": "force", "value": command.force})
     return {
         "type": "command",
         "name": f"{SPACE_SYSTEM}/{command.name}",
-        "arguments": arguments,
+        "arguments": [{"name": argument.name, "value": given} for argument, given in command.arguments],
         "comment": f"row {row} {_literal(command.phase)}".rstrip(),
     }
 

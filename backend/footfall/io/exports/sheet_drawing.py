@@ -10,7 +10,7 @@ from footfall.core.polygon import convex_hull
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import leg_link_poses, wheel_centers
 from footfall.robot.model import Robot
-from footfall.sequence.commands import ONE_LEG, Sequence
+from footfall.sequence.commands import Sequence
 
 Array = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class Picture:
 
 def moving_legs(sequence: Sequence) -> list[int]:
     """Legs that a command moves by themselves, in order of first moving."""
-    return list(dict.fromkeys(one.leg for one in sequence.commands if one.name in ONE_LEG and one.leg is not None))
+    return list(dict.fromkeys(one.leg for one in sequence.commands if one.kind.names_leg and one.leg is not None))
 
 
 def wheel_paths(robot: Robot, sequence: Sequence) -> dict[int, Array]:
@@ -78,7 +78,7 @@ def wheel_paths(robot: Robot, sequence: Sequence) -> dict[int, Array]:
     before, T = sequence.start, sequence.T_site_base
     for row, command in enumerate(sequence.commands):
         after = sequence.predicted[row]
-        if command.name in ONE_LEG and command.leg is not None:
+        if command.kind.names_leg and command.leg is not None:
             for share in np.linspace(0.0, 1.0, _SAMPLES):
                 center = wheel_centers(robot, before + share * (after - before))[command.leg]
                 paths[command.leg].append(apply(T, center))

@@ -5,9 +5,10 @@ import io
 from itertools import groupby
 
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports.as_csv import COLUMNS, as_told
+from footfall.io.exports.as_csv import ANGLES, COLUMNS, EVERY_COLUMN, as_told
 from footfall.io.imports.told import Told, command, decimal, text_of
-from footfall.sequence.commands import LEG_JOINTS, Command
+from footfall.sequence.commands import Command
+from footfall.telemetry.command_kinds import DURATION, FORCE, kind_named
 
 Line = dict[str, str]
 
@@ -19,8 +20,10 @@ def decode(data: bytes) -> Told:
         header, *rows = [row for row in reader if row]
     except (csv.Error, ValueError) as error:
         raise InvalidSequence(f"it is no CSV with a header: {error}") from error
-    if tuple(header) not in (COLUMNS, (*COLUMNS, "force_N")):
-        raise InvalidSequence(f"its columns must be {', '.join(COLUMNS)} and, where needed, force_N", columns=header)
+    if tuple(header) not in (COLUMNS, EVERY_COLUMN):
+        raise InvalidSequence(
+            f"its columns must be {', '.join(COLUMNS)} and, where needed, {FORCE.column}", columns=header
+        )
     for number, row in enumerate(rows):
         if len(row) != len(header):
             raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")
@@ -37,27 +40,28 @@ def decode(data: bytes) -> Told:
 def _command(where: str, lines: list[Line]) -> Command:
     """One command from its lines; a POSTURE_MOVE has one for each leg."""
     first = lines[0]
-    name, force = first["name"], first.get("force_N", "")
+    name, force = first["name"], first.get(FORCE.column, "")
     arguments: list[object] = []
-    joints = [
-        decimal(line[f"{joint}_rad"], f"{where}, {joint}_rad") for line in lines for joint in LEG_JOINTS if line["leg"]
-    ]
-    if name == "POSTURE_MOVE":
+    joints = [decimal(line[column], f"{where}, {column}") for line in lines for column in ANGLES if line["leg"]]
+    if kind_named(name).moves_all:
         if [line["leg"] for line in lines] != [str(leg) for leg in range(len(lines))]:
-            raise InvalidSequence(f"{where}: a POSTURE_MOVE has a line for each leg, 0, 1, 2 …")
+            raise InvalidSequence(f"{where}: a {name} has a line for each leg, 0, 1, 2 …")
     elif len(lines) > 1:
         raise InvalidSequence(f"{where}: a {name} has one line, not {len(lines)}")
     elif first["leg"]:
         arguments.append(decimal(first["leg"], f"{where}, leg"))
     if any(
-        line[key] != first[key] for line in lines for key in ("name", "phase", "duration_s", "force_N") if key in first
+        line[key] != first[key]
+        for line in lines
+        for key in ("name", "phase", DURATION.column, FORCE.column)
+        if key in first
     ):
         raise InvalidSequence(f"{where}: its lines differ in name, phase, duration or force")
     if joints:
         arguments.append(joints)
-    elif any(first[f"{joint}_rad"] for joint in LEG_JOINTS):
+    elif any(first[column] for column in ANGLES):
         raise InvalidSequence(f"{where} has joints but no leg")
-    arguments.append(decimal(first["duration_s"], f"{where}, duration_s"))
+    arguments.append(decimal(first[DURATION.column], f"{where}, {DURATION.column}"))
     if force:
-        arguments.append(decimal(force, f"{where}, force_N"))
+        arguments.append(decimal(force, f"{where}, {FORCE.column}"))
     return command(name, arguments, as_told(first["phase"]), where)

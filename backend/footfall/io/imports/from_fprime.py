@@ -18,6 +18,7 @@ from footfall.io.imports.told import (
     text_of,
 )
 from footfall.sequence.commands import Command
+from footfall.telemetry.command_kinds import WAIT
 
 _LINE = re.compile(rf"(?P<time>\S+)\s+{COMPONENT}\.(?P<name>\w+)\s+(?P<arguments>[^;]*?)\s*(?:;\s*(?P<comment>.*))?")
 _HEADER = ("version", "robot", "start", "T_site_base", "digest", "software")
@@ -53,7 +54,7 @@ def _command(where: str, row: int, line: str) -> Command:
     if found is None:
         raise InvalidSequence(f"{where} must be a time, {COMPONENT}.<command> and its arguments: {line[:80]!r}")
     if not _AT_ONCE.fullmatch(found["time"]):
-        raise InvalidSequence(f"{where} waits until {found['time']}; FootFall knows R00:00:00 only, and WAIT")
+        raise InvalidSequence(f"{where} waits until {found['time']}; FootFall knows R00:00:00 only, and {WAIT.name}")
     comment = json_of(found["comment"]) if (found["comment"] or "").startswith("{") else {}
     only(comment, ("row", "phase"), f"{where}, its comment")
     require_row(comment.get("row", row), row, where)

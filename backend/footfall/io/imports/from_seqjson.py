@@ -3,12 +3,14 @@
 from typing import Any
 
 from footfall.core.errors import InvalidSequence
+from footfall.io.exports import as_seqjson
 from footfall.io.imports.told import (
     Told,
     array,
     command,
     items,
     json_of,
+    known_kind,
     matrix,
     member,
     number,
@@ -17,7 +19,8 @@ from footfall.io.imports.told import (
     text,
     text_of,
 )
-from footfall.sequence.commands import LEG_JOINTS, ONE_LEG, Command
+from footfall.sequence.commands import Command
+from footfall.telemetry.command_kinds import ALL_ANGLES, DURATION, FORCE, JOINTS_OF_LEG, LEG_ANGLES, CommandKind
 
 _NOT_CARRIED_OUT = ("parameters", "locals", "immediate_commands", "hardware_commands", "requests")
 _DOCUMENT = ("id", "metadata", "steps")
@@ -26,7 +29,7 @@ _METADATA = (
     *("format", "schema", "digest", "software", "parents", "final", "final_T_site_base"),
 )
 _STEP = ("type", "stem", "time", "args", "metadata")
-_UNITS = {"angle": "rad", "duration": "s", "length": "m", "force": "N"}
+_UNITS = {"angle": LEG_ANGLES.unit, "duration": DURATION.unit, "length": "m", "force": FORCE.unit}
 
 
 def decode(data: bytes) -> Told:
@@ -64,7 +67,8 @@ def _command(where: str, row: int, step: Any) -> Command:
     args = items(member(step, "args", where), f"{where}, args")
     numbers = [_number(arg, f"{where}, args[{i}]") for i, arg in enumerate(args)]
     names = [arg["name"] for arg in args if "name" in arg]
-    if names and names != (expected := _names(name, len(args))):
+    kind = known_kind(name, where)
+    if names and names != (expected := as_seqjson.names(kind, (len(args) - len(kind.arguments) + 1) // JOINTS_OF_LEG)):
         raise InvalidSequence(f"{where}: the arguments of {name} are {', '.join(expected)} in this order, not {names}")
     about = step.get("metadata", {})
     if not isinstance(about, dict):
@@ -72,7 +76,7 @@ def _command(where: str, row: int, step: Any) -> Command:
     only(about, ("row", "phase"), f"{where}, metadata")
     require_row(about.get("row", row), row, where)
     phase = text(about.get("phase", ""), f"{where}, phase")
-    return command(name, _by_kind(name, numbers), phase, where)
+    return command(name, _by_argument(kind, numbers), phase, where)
 
 
 def _number(arg: Any, where: str) -> float:
@@ -82,15 +86,16 @@ def _number(arg: Any, where: str) -> float:
     return number(member(arg, "value", where), where)
 
 
-def _names(name: str, count: int) -> list[str]:
-    if name in ONE_LEG:
-        return ["leg", *LEG_JOINTS, "duration", *(["force"] if name == "LEG_LOWER" else [])]
-    legs = range((count - 1) // 6)
-    return [*(f"leg{leg}_{joint}" for leg in legs for joint in LEG_JOINTS), "duration"]
-
-
-def _by_kind(name: str, numbers: list[float]) -> list[Any]:
-    """The joints among the arguments as one list."""
-    if name in ONE_LEG:
-        return [*numbers[:1], numbers[1:7], *numbers[7:]]
-    return [numbers[:-1], *numbers[-1:]] if name == "POSTURE_MOVE" else numbers
+def _by_argument(kind: CommandKind, numbers: list[float]) -> list[Any]:
+    """The joints among the arguments as one list; what is too much comes last."""
+    found: list[Any] = []
+    for at, argument in enumerate(kind.arguments):
+        if argument is LEG_ANGLES:
+            count = JOINTS_OF_LEG
+        elif argument is ALL_ANGLES:
+            count = len(numbers) - (len(kind.arguments) - at - 1)
+        else:
+            count = 1
+        taken, numbers = numbers[:count], numbers[count:]
+        found += [taken] if argument in (LEG_ANGLES, ALL_ANGLES) else taken
+    return [*found, *numbers]

@@ -7,8 +7,9 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_yamcs import ADVANCEMENT, CHECK, GATE, SPACE_SYSTEM, UNITS
-from footfall.io.imports.told import Told, argument_names, command, items, json_of, member, number, only, text, text_of
+from footfall.io.imports.told import Told, command, items, json_of, known_kind, member, number, only, text, text_of
 from footfall.sequence.commands import Command
+from footfall.telemetry.command_kinds import WAIT
 
 _ROBOT = re.compile(
     rf"FootFall sequence \w+ for (?P<robot>.*?): \d+ commands, [\d.]+ s\. {re.escape(UNITS)}", re.DOTALL
@@ -34,7 +35,7 @@ def decode(data: bytes) -> Told:
             raise InvalidSequence(f"{gated} is a gate, and {where} behind it no command")
         if kind == "command":
             commands.append(_command(where, step, len(commands)))
-            if gated is not None and commands[-1].joints is None:
+            if gated is not None and not commands[-1].kind.moves:
                 raise InvalidSequence(
                     f"{gated} is a gate before a command that moves nothing, which FootFall can't keep"
                 )
@@ -81,7 +82,7 @@ def _require_complete(told: Any, where: str) -> None:
             f"{ADVANCEMENT['acknowledgment']!r}"
         )
     if (wait := number(told.get("wait", 0), f"{where}, wait")) != 0:
-        raise InvalidSequence(f"{where} waits {wait:g} ms; FootFall can't keep that: give a {SPACE_SYSTEM}/WAIT")
+        raise InvalidSequence(f"{where} waits {wait:g} ms; FootFall can't keep that: give a {SPACE_SYSTEM}/{WAIT.name}")
 
 
 def _command(where: str, step: Any, row: int) -> Command:
@@ -102,7 +103,7 @@ def _command(where: str, step: Any, row: int) -> Command:
             raise InvalidSequence(f"{where} gives {argument!r} twice")
         told[argument] = member(one, "value", f"{where}, {argument}")
         only(one, ("name", "value"), f"{where}, {argument}")
-    names = argument_names(name, where)
+    names = known_kind(name, where).argument_names
     if sorted(told) != sorted(names):
         raise InvalidSequence(f"{where} has the arguments {', '.join(told) or 'none'}; {name} takes {', '.join(names)}")
     phase = _plain(found["phase"] or "", where)

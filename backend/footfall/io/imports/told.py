@@ -11,6 +11,15 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidSequence
 from footfall.core.strict_json import read_json
 from footfall.sequence.commands import Command
+from footfall.telemetry.command_kinds import (
+    ALL_ANGLES,
+    DURATION,
+    FORCE,
+    KINDS,
+    LEG,
+    LEG_ANGLES,
+    CommandKind,
+)
 
 Array = NDArray[np.float64]
 
@@ -127,36 +136,29 @@ def decimal(written: str, where: str) -> float:
     return number(found, where)
 
 
-def argument_names(name: str, where: str) -> tuple[str, ...]:
-    """What a command takes, in order. Raises InvalidSequence where the name is unknown."""
-    kinds = {
-        "LEG_MOVE": ("leg", "joints", "duration"),
-        "LEG_LOWER": ("leg", "joints", "duration", "force"),
-        "POSTURE_MOVE": ("joints", "duration"),
-        "WAIT": ("duration",),
-    }
-    if name not in kinds:
-        raise InvalidSequence(f"{where} is a {name!r}; FootFall knows {', '.join(kinds)}")
-    return kinds[name]
+_READERS = {LEG: whole, LEG_ANGLES: array, ALL_ANGLES: array, DURATION: number, FORCE: number}
+
+
+def known_kind(name: str, where: str) -> CommandKind:
+    """The kind of command of that name. Raises InvalidSequence where the name is unknown."""
+    if name not in KINDS:
+        raise InvalidSequence(f"{where} is a {name!r}; FootFall knows {', '.join(KINDS)}")
+    return KINDS[name]
 
 
 def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
-    """A command from its arguments in order: leg, joints (as one list), duration, force; each where the command has it.
+    """A command from its arguments in the order of its kind, joints as one list.
 
     Raises InvalidSequence where the name is unknown, or there are more or fewer.
     """
-    names = argument_names(name, where)
-    if len(arguments) != len(names):
-        raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {', '.join(names)}")
-    told = dict(zip(names, arguments, strict=True))
-    return Command(
-        name=name,
-        leg=whole(told["leg"], f"{where}, leg") if "leg" in told else None,
-        joints=array(told["joints"], f"{where}, joints") if "joints" in told else None,
-        duration=number(told["duration"], f"{where}, duration"),
-        phase=phase,
-        force=number(told["force"], f"{where}, force") if "force" in told else None,
-    )
+    kind = known_kind(name, where)
+    if len(arguments) != len(kind.arguments):
+        names = ", ".join(kind.argument_names)
+        raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {names}")
+    told: dict[str, Any] = {"leg": None, "joints": None}
+    for argument, item in zip(kind.arguments, arguments, strict=True):
+        told[argument.name] = _READERS[argument](item, f"{where}, {argument.name}")
+    return Command(name=name, phase=phase, **told)
 
 
 def _kind(item: Any) -> str:

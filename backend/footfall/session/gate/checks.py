@@ -92,7 +92,7 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     present = frame.commanded if sags else frame.state.posture
     told = np.array(expected)
     for command in sequence.commands[:row]:
-        if command.name == "LEG_LOWER" and command.leg is not None and told.shape == present.shape:
+        if command.kind.ends_by_force and command.leg is not None and told.shape == present.shape:
             leg = slice(6 * command.leg, 6 * command.leg + 6)
             told[leg] = present[leg]
     whose = "the set point of " if sags else ""

@@ -12,6 +12,7 @@ from footfall.session.jobs.requests import OutcomeRequest
 from footfall.session.log.fold_commands import RunRecord
 from footfall.session.products.executions import ExecutionSession
 from footfall.session.products.remembered import on_map
+from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.dem import Dem
 
@@ -83,7 +84,7 @@ class OutcomeSession(ExecutionSession):
         since = frame.state.time if waiting is None else waiting.since
         self._waiting = waiting = _Waiting(run, rows, since, frame)
         ended = self._shelf.typed(Sequence, run.sequence).commands[rows - 1]
-        if ended.name == "WAIT" or frame.state.time - since >= REST:
+        if ended.kind is WAIT or frame.state.time - since >= REST:
             self._compare(waiting)
 
     def _compare(self, waiting: _Waiting) -> None:

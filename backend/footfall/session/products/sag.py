@@ -12,6 +12,7 @@ from footfall.planning.compliance.calibrate import calibrated, sag_ratio
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.sequence.commands import Sequence
 from footfall.sequence.settings import SequenceSettings
+from footfall.telemetry.command_kinds import WAIT
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def sag_of(sequence: Sequence, postures: Mapping[int, NDArray[np.float64]]) -> S
     """
     if sequence.at_rest is None or sequence.commanded is None:
         raise Conflict("the sequence that was sent takes the rover as rigid; one made of an execution predicts its sag")
-    rows = [row for row in sorted(postures) if sequence.commands[row].name == "WAIT"]
+    rows = [row for row in sorted(postures) if sequence.commands[row].kind is WAIT]
     if not rows:
         raise Conflict("no pause of the sequence is done yet; sag is measured where the rover rests")
     commanded = np.vstack([sequence.at_rest.set_points, sequence.commanded[rows]])

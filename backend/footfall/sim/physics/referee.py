@@ -10,13 +10,14 @@ from footfall.core.errors import InvalidInput
 from footfall.core.frames import inverse
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.model import Robot
-from footfall.sequence.commands import ONE_LEG, Sequence
+from footfall.sequence.commands import Sequence
 from footfall.sequence.feet import feet
 from footfall.session.gate.checks import pose_difference
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
 from footfall.sim.physics.watch import Watch
+from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.link import AckMessage, CommandMessage
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -130,17 +131,17 @@ def _start(sequence: Sequence) -> RobotState:
 def _goals(robot: Robot, sequence: Sequence, dem: Dem) -> dict[int, Array]:
     """Where the moved wheels touch when the sequence has done what it predicts; none where it does not say where the
     chassis goes."""
-    whole = any(command.name == "POSTURE_MOVE" for command in sequence.commands)
+    whole = any(command.kind.moves_all for command in sequence.commands)
     if not sequence.commands or (whole and sequence.Ts_site_base is None):
         return {}
-    legs = {command.leg for command in sequence.commands if command.name in ONE_LEG and command.leg is not None}
+    legs = {command.leg for command in sequence.commands if command.kind.names_leg and command.leg is not None}
     points = feet(robot, dem, sequence.predicted[-1], sequence.poses[-1]).points
     return {leg: points[leg] for leg in sorted(legs)}
 
 
 def _moved_legs(sequence: Sequence) -> list[int | None]:
     """The leg that each row is about: the one it names; of whole postures and pauses in a step, the one that steps."""
-    legs = [command.leg if command.name in ONE_LEG else None for command in sequence.commands]
+    legs = [command.leg if command.kind.names_leg else None for command in sequence.commands]
     for rows in _steps(sequence):
         named = {legs[row] for row in rows} - {None}
         leg = named.pop() if named else _moved_most(sequence, rows)
@@ -155,7 +156,7 @@ def _steps(sequence: Sequence) -> list[range]:
     reached: int | None = None
     for row, command in enumerate(sequence.commands):
         phase = STEP_PHASES.index(command.phase) if command.phase in STEP_PHASES else None
-        if phase is None and command.name != "WAIT":
+        if phase is None and command.kind is not WAIT:
             reached = None
         elif phase is not None and (reached is None or phase < reached):
             steps.append(range(row, row + 1))
