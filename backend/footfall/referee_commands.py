@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from footfall import terminal
+from footfall.balance.friction import FRICTION
 from footfall.core.errors import InvalidInput
 from footfall.terminal import Json, RobotName, bar
 
@@ -25,7 +26,7 @@ def run_referee(
         Path | None, typer.Option(help="Terrain file that is the world; otherwise the first that the session loaded.")
     ] = None,
     gravity: Annotated[str, typer.Option(help="earth, moon or mars.")] = "earth",
-    friction: Annotated[float, typer.Option(help="Between wheels and ground.")] = 0.6,
+    friction: Annotated[float, typer.Option(help="Between wheels and ground.")] = FRICTION,
     stiffness: Annotated[float, typer.Option(help="Of the joints, times that of the description.")] = 1.0,
     wheels: Annotated[float, typer.Option(help="Of the wheels, times that of the description.")] = 1.0,
     mass: Annotated[float, typer.Option(help="Of every link and the payload, times that of the description.")] = 1.0,

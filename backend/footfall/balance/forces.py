@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import nnls
 
 from footfall.balance.cones import facets
+from footfall.balance.friction import FRICTION
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 
@@ -41,7 +42,7 @@ def distribute(
     com: ArrayLike,
     mass: float,
     gravity: float = GRAVITY,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     near: ArrayLike | None = None,
 ) -> Array | None:
     """Contact forces (k, 3) [N] of least norm that hold the rover, or None where no forces can.

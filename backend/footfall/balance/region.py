@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import fill_generators, unit_normals
+from footfall.balance.friction import FRICTION
 from footfall.balance.region_kernel import MERGED, signed_distance, signed_distances, trace
 from footfall.balance.settings import SIDES, require_cone
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
@@ -86,7 +87,7 @@ class RegionMargin:
 def equilibrium_region(
     contacts: ArrayLike,
     normals: ArrayLike,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     sides: int = SIDES,
     tolerance: float = TOLERANCE,
 ) -> EquilibriumRegion:
@@ -105,7 +106,7 @@ def equilibrium_region(
 def regions_without_each(
     contacts: ArrayLike,
     normals: ArrayLike,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     sides: int = SIDES,
     tolerance: float = TOLERANCE,
 ) -> tuple[EquilibriumRegion, ...]:

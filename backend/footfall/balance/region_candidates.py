@@ -16,6 +16,7 @@ from numba import prange
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import fill_generators
+from footfall.balance.friction import FRICTION
 from footfall.balance.region import equilibrium_region, frame, region_margins, require_stance
 from footfall.balance.region_kernel import ROWS, fill_foot, fill_slack, nearest
 from footfall.balance.settings import SIDES, require_cone
@@ -75,7 +76,7 @@ def region_margins_for_candidates(
     candidate_normals: ArrayLike,
     coms_xy: ArrayLike,
     conservative: bool = False,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     sides: int = SIDES,
     tolerance: float = TOLERANCE,
 ) -> CandidateRegionMargins:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.frames import rotation
@@ -37,7 +38,7 @@ class BalanceSettings(Value):
     payload_position: (3,) of that payload's centre in base [m]; None: where the description has its own, or the deck.
     """
 
-    friction: float = 0.6
+    friction: float = FRICTION
     gravity: float = GRAVITY
     slope: float = 0.0
     uphill: float = 0.0

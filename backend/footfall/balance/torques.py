@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.balance.cones import facets, unit_normals
+from footfall.balance.friction import FRICTION
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.region import require_stance
@@ -93,7 +94,7 @@ def torque_margin(
     T_site_base: ArrayLike,
     legs: Sequence[int],
     normals: ArrayLike,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     gravity: float = GRAVITY,
 ) -> TorqueCheck:
     """:func:`torque_check` with friction and gravity [m/s²] alone. Raises InvalidInput as it does."""

@@ -2,6 +2,7 @@
 
 from dataclasses import field
 
+from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Value, value
@@ -27,7 +28,7 @@ class SequenceSettings(Value):
     clearance: float = 0.0
     conservative: bool = False
     least_margin: float = 0.0
-    friction: float = 0.6
+    friction: float = FRICTION
     compliance: ComplianceSettings | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.friction import FRICTION
 from footfall.core.errors import InvalidInput
 from footfall.maps.standing import wheel_gaps
 from footfall.robot.model import Robot
@@ -54,7 +55,7 @@ class SimulatedRover(OrderedRover):
     robot, dem, state: what it is, where it stands, and how. Raises InvalidInput where they don't fit.
     """
 
-    def __init__(self, robot: Robot, dem: Dem, state: RobotState, friction: float = 0.6) -> None:
+    def __init__(self, robot: Robot, dem: Dem, state: RobotState, friction: float = FRICTION) -> None:
         if state.robot != robot.name or state.leg_count != robot.leg_count:
             raise InvalidInput(f"the state is of {state.robot} with {state.leg_count} legs, the robot is {robot.name}")
         super().__init__(robot)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute
+from footfall.balance.friction import FRICTION
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
@@ -26,7 +27,7 @@ def loads(
     T_site_base: Array,
     moving_leg: int | None = None,
     standing: NDArray[np.bool_] | None = None,
-    friction: float = 0.6,
+    friction: float = FRICTION,
     gravity: float = GRAVITY,
 ) -> tuple[Array, Array]:
     """Forces of the ground on the wheels, site frame, (legs, 3) [N], and joint torques, (legs × 6,) [N·m].

@@ -2,6 +2,7 @@
 
 from dataclasses import field, replace
 
+from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, before, value
@@ -26,7 +27,7 @@ class FindShiftSettings(Value):
     clearance: float = 0.0
     conservative: bool = False
     least_margin: float = 0.0
-    friction: float = 0.6
+    friction: float = FRICTION
     lever: float = 2.0
     most_shift: float = 0.8
     most_tilt: float = 0.2

@@ -5,6 +5,7 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, before, value
@@ -32,7 +33,7 @@ class BodyMoveSettings(Value):
     clearance: float = 0.0
     conservative: bool = False
     least_margin: float = 0.0
-    friction: float = 0.6
+    friction: float = FRICTION
     time_limit: float = 30.0
     reach_reserve: float = field(default=REACH_RESERVE, metadata=before(0.0))
     joint_reserve: float = field(default=JOINT_RESERVE, metadata=before(0.0))

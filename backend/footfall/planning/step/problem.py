@@ -7,6 +7,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, value, value_enum
@@ -81,7 +82,7 @@ class StepSettings(Value):
     cell: float = 0.2
     conservative: bool = False
     least_margin: float = 0.0
-    friction: float = 0.6
+    friction: float = FRICTION
     seed: int = 0
     time_limit: float = 30.0
     branch: int | None = field(default=None, metadata=LATER)

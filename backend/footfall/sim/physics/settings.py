@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from footfall.balance.friction import FRICTION
 from footfall.balance.settings import GRAVITY
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput
@@ -41,7 +42,7 @@ class PhysicsSettings(Value):
     """
 
     gravity: float = GRAVITY
-    friction: float = 0.6
+    friction: float = FRICTION
     stiffness_scale: float = 1.0
     stiffness_spread: float = 0.0
     wheel_scale: float = 1.0
