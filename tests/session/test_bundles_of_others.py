@@ -15,8 +15,11 @@ from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import HOMES
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION, read_bundle
 from footfall.io.event_log import line, rechain
+from footfall.session.jobs import requests
 from footfall.session.jobs.product_recipes import PRODUCTS
-from footfall.session.log.fold import Note, SessionState
+from footfall.session.log.fold import SessionState
+from footfall.session.log.records import Note
+from footfall.session.products.kinds import FILE, KINDS
 from footfall.session.replay.page_story import page_story
 from footfall.session.replay.side_by_side import side_by_side
 from footfall.session.storage import kinds
@@ -176,11 +179,14 @@ def test_a_product_without_what_it_was_made_from_is_refused(sessions, told):
 
 def test_every_product_that_can_be_made_has_its_kind_and_its_parents():
     """One without would be taken in unseen."""
-    assert set(kinds._PRODUCTS) == set(kinds._MADE_FROM) == set(PRODUCTS)
-    assert {name for names in kinds._MADE_FROM.values() for name in names} <= set(kinds._PARENTS)
+    parents = {name: kinds.parents_called(name) for kind in KINDS.values() for name in kind.needs}
+    assert all(parents.values()), parents
     known = {cls for places in kinds._NAMED.values() for classes in places.values() for cls in classes}
-    known |= {cls for classes in (*kinds._PRODUCTS.values(), *kinds._PARENTS.values()) for cls in classes}
-    assert known - {kinds.FILE} <= {name for names in HOMES.values() for name in names}
+    known |= {cls for classes in parents.values() for cls in classes} | {kind.makes for kind in KINDS.values()}
+    homes = {name for names in HOMES.values() for name in names}
+    assert known - {FILE} <= homes
+    assert {kind.request for kind in KINDS.values()} - {None} <= homes | set(vars(requests))
+    assert all(callable(PRODUCTS[name]) for name in KINDS)
 
 
 def test_a_time_that_is_none_is_refused(sessions, told):

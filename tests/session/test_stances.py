@@ -16,6 +16,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import fold, fold_all
+from footfall.session.products.kinds import BODY_MOVE, SHIFT
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
@@ -67,7 +68,7 @@ def test_a_shift_counts_from_how_the_rover_stands(live, athlete, dem, standing):
     found = live.get(live.find_shift(LEG, near(athlete, standing)).finish())
     moved = live.get(live.plan_body_move(ASIDE).finish())
     assert found.provenance.parents["state"] == moved.provenance.parents["state"] == standing.digest
-    assert (moved.status, live.state.body_move) == (Status.FOUND, moved.digest)
+    assert (moved.status, live.state.newest(BODY_MOVE)) == (Status.FOUND, moved.digest)
     np.testing.assert_array_equal(moved.plan.waypoints[0], standing.posture)
     np.testing.assert_allclose(moved.plan.waypoints[-1], alone.posture, atol=1e-9)
 
@@ -77,7 +78,7 @@ def test_the_shift_that_makes_a_footfall_possible_can_be_tried_and_moved_to(live
     target = (float(x) - 0.5, float(y) + 0.4)
     live.choose_footfall(LEG, *target)
     result = live.get(live.find_shift(LEG).finish())
-    assert (result.status, live.state.shift) == (Status.FOUND, result.digest)
+    assert (result.status, live.state.newest(SHIFT)) == (Status.FOUND, result.digest)
     assert (result.footfall.x, result.footfall.y) == target
     assert result.cost > 0.1
     # from where the rover stands the step is refused, after the shift it is not
@@ -128,7 +129,7 @@ def test_what_was_asked_is_folded_and_replays_to_the_same_digests(live, athlete,
     assert [(product.kind, product.verdict) for product in report.products] == [(kind, "same") for kind in kinds]
     assert report.state is not None
     assert report.state.digest == live.state.digest
-    assert live.get(live.state.body_move).status is not Status.FOUND
+    assert live.get(live.state.newest(BODY_MOVE)).status is not Status.FOUND
     json.dumps(live.summary(), allow_nan=False)
 
 

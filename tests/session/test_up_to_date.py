@@ -14,6 +14,7 @@ from footfall.robot.ik import contact_point
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.log.fold import fold_all
+from footfall.session.products.kinds import BODY_MOVE, EXECUTION, MAPS, PLAN, SEQUENCE, SHIFT
 from footfall.session.products.up_to_date import PLACE_TOLERANCE, Fit, Present
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import RobotState, TelemetryFrame
@@ -22,7 +23,7 @@ LEG = 2
 STANDS = RobotState("r", 0.0, np.zeros(12), np.eye(4), np.full((2, 3), 50.0), np.zeros(12), "idle")
 NAMES = tuple(f"joint{i}" for i in range(12))
 PARENTS = {"robot": "r1", "dem": "d1", "state": "s1"}
-KINDS = st.sampled_from(["maps", "plan", "execution", "shift", "body_move", "sequence"])
+SAMPLED = st.sampled_from([MAPS, PLAN, EXECUTION, SHIFT, BODY_MOVE, SEQUENCE])
 
 
 def otherwise(state=STANDS, turned=0.0, east=0.0, yaw=0.0, load=1.0):
@@ -38,14 +39,14 @@ def now(stands: RobotState | None = STANDS, **about):
     return Present("r1", "d1", stands, NAMES, **about)
 
 
-@given(KINDS, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+@given(SAMPLED, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_what_moved_less_than_may_be_measured_fits_and_what_moved_more_than_may_be_sent_does_not(kind, share, way):
     """Between the two what is judged cell by cell does not fit, and what is to be sent does."""
     small = otherwise(turned=0.9 * share * JOINT_TOLERANCE, east=0.9 * way * PLACE_TOLERANCE)
     assert now(small).fit(kind, PARENTS, STANDS).fits
     sign = 1.0 if way >= 0 else -1.0
     between = otherwise(turned=sign * 0.5 * START_TOLERANCE)
-    assert now(between).fit(kind, PARENTS, STANDS).fits == (kind != "maps")
+    assert now(between).fit(kind, PARENTS, STANDS).fits == (kind is not MAPS)
     for large in (otherwise(turned=sign * 1.1 * START_TOLERANCE), otherwise(east=sign * 1.1 * POSE_TOLERANCE)):
         found = now(large).fit(kind, PARENTS, STANDS)
         assert not found.fits
@@ -62,23 +63,23 @@ def test_what_moved_less_than_may_be_measured_fits_and_what_moved_more_than_may_
     ],
 )
 def test_the_reason_says_what_moved_and_by_how_much(change, words):
-    assert now(otherwise(**change)).fit("maps", PARENTS, STANDS).reason == f"the rover moved since: {words}"
+    assert now(otherwise(**change)).fit(MAPS, PARENTS, STANDS).reason == f"the rover moved since: {words}"
 
 
 def test_other_ground_and_another_robot_are_named():
-    assert now().fit("plan", {**PARENTS, "dem": "d0"}, STANDS).reason == "the terrain has changed since"
-    assert now().fit("plan", {**PARENTS, "robot": "r0"}, STANDS).reason == "it was made for another robot"
-    assert now(None).fit("plan", PARENTS, STANDS).reason == "nothing is known of how the rover stands"
-    assert now().fit("plan", PARENTS, STANDS).fits
+    assert now().fit(PLAN, {**PARENTS, "dem": "d0"}, STANDS).reason == "the terrain has changed since"
+    assert now().fit(PLAN, {**PARENTS, "robot": "r0"}, STANDS).reason == "it was made for another robot"
+    assert now(None).fit(PLAN, PARENTS, STANDS).reason == "nothing is known of how the rover stands"
+    assert now().fit(PLAN, PARENTS, STANDS).fits
 
 
-@given(KINDS)
+@given(SAMPLED)
 def test_in_a_what_if_colours_are_of_its_stance_and_commands_of_the_rovers(kind):
     there = otherwise(east=0.2)
     asked = now(what_if=there, counts_from=STANDS)
-    from_the_rover = kind in ("shift", "body_move", "sequence")
+    from_the_rover = kind in (SHIFT, BODY_MOVE, SEQUENCE)
     assert asked.fit(kind, PARENTS, there, predicted=True).fits == (not from_the_rover)
-    assert asked.fit(kind, PARENTS, STANDS).fits == (kind != "maps")
+    assert asked.fit(kind, PARENTS, STANDS).fits == (kind is not MAPS)
     assert asked.what_if_fit() == Fit(True)
     # the rover moves, to elsewhere: what was asked is of a stance that is no more
     left = now(otherwise(east=0.5), what_if=there, counts_from=STANDS)

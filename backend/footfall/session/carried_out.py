@@ -6,6 +6,7 @@ from typing import Any
 from footfall.planning.step.problem import Status
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
+from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, PLAN
 
 
 def carried_out(state: SessionState, rows_of: Callable[[str], int]) -> dict[str, float]:
@@ -22,18 +23,19 @@ def moved_by(state: SessionState, sequence: str) -> set[str]:
     made = state.products.get(state.before_edits(sequence))
     if made is None:
         return set()
-    behind = {made.parents[name] for name in ("plan", "execution") if name in made.parents}
+    behind = {made.parents[name] for name in COMMANDED if name in made.parents}
     executed = state.products.get(made.parents.get("execution", ""))
     return behind if executed is None else behind | {executed.parents["plan"]}
 
 
 def to_command(
-    state: SessionState, events: Iterable[Event], finished: Mapping[str, float], move_found: Callable[[str], bool]
+    state: SessionState, events: Iterable[Event], finished: Mapping[str, float], found: Callable[[str], bool]
 ) -> dict[str, Any] | None:
     """What commands are to be made of: the planned step, its execution or the move of the chassis that came last, of
     those that can be carried out and were not; None where there is none.
 
-    finished: as :func:`carried_out`. move_found: whether the move of that digest can be made. Answers with digest,
+    finished: as :func:`carried_out`. found: whether the answer of that digest is one that can be carried out; asked of
+    answers whose status no event says. Answers with digest,
     kind, step (the planned step that it is or is made of; None: a move), leg (None: all of them), and text, for a
     person.
     """
@@ -44,20 +46,23 @@ def to_command(
             made[event.payload["digest"]] = event
         if event.type == "product":
             legs[event.payload["digest"]] = event.payload.get("leg")
-    able = [state.plan if state.plan_status == Status.FOUND.value else None]
-    able.append(state.execution if state.execution_status == Status.FOUND.value else None)
-    able.append(state.body_move if state.body_move is not None and move_found(state.body_move) else None)
+    said = {state.plan: state.plan_status, state.execution: state.execution_status}
+    newest = [state.newest(kind) for kind in KINDS.values() if kind.offered]
+    able = [one for one in newest if one is not None and _is_found(said, one, found)]
     over = {digest: when for one, when in finished.items() for digest in moved_by(state, one)}
     # the same may have been planned again since
-    left = [one for one in able if one is not None and over.get(one, -float("inf")) < made[one].time]
+    left = [one for one in able if over.get(one, -float("inf")) < made[one].time]
     if not left:
         return None
     digest = max(left, key=lambda one: made[one].seq)
-    kind = state.products[digest].kind
-    if kind == "body_move":
-        return {"digest": digest, "kind": kind, "step": None, "leg": None, "text": "chassis move"}
-    step = state.products[digest].parents["plan"] if kind == "execution" else digest
-    leg = legs.get(step)
-    named = "the step" if leg is None else f"leg {leg}"
-    text = named + (", for sag" if kind == "execution" else "")
-    return {"digest": digest, "kind": kind, "step": step, "leg": leg, "text": text}
+    made_as = state.products[digest]
+    kind = KINDS[made_as.kind]
+    step = digest if kind is PLAN else made_as.parents["plan"] if kind is EXECUTION else None
+    leg = None if step is None else legs.get(step)
+    named = kind.offered if leg is None else f"leg {leg}"
+    text = named + (", for sag" if kind is EXECUTION else "")
+    return {"digest": digest, "kind": kind.name, "step": step, "leg": leg, "text": text}
+
+
+def _is_found(said: Mapping[str | None, str | None], digest: str, found: Callable[[str], bool]) -> bool:
+    return said[digest] == Status.FOUND.value if digest in said else found(digest)

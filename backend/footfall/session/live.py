@@ -24,6 +24,7 @@ from footfall.planning.step.problem import PlanResult
 from footfall.session.gate.checks import STALE_AFTER, pose_difference
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.planned import PlannedSession
+from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, PLAN, SEQUENCE
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
@@ -121,19 +122,18 @@ class LiveSession(PlannedSession):
         predicted. Raises Conflict, InvalidInput, NotFound.
         """
         plan = plan_digest or present(self.state.plan, "there is no plan yet")
-        made = self.state.products.get(plan)
-        if made is None or made.kind not in ("plan", "execution", "body_move", "shift"):
+        made, kind = self.state.products.get(plan), self.state.kind_of(plan)
+        if made is None or kind is None or kind.given_as not in COMMANDED:
             raise NotFound(f"the session holds no plan {plan}", digest=plan)
         if as_commanded and settings is not None:
             raise InvalidInput(
                 "commands as planned predict no sag, so they take no settings of it: leave out one of them"
             )
-        for_sag = made.kind == "plan" and not as_commanded and self.way_of_commands().mode != "rigid"
+        for_sag = kind is PLAN and not as_commanded and self.way_of_commands().mode != "rigid"
         if for_sag and self._shelf.typed(PlanResult, plan).plan is not None:
             return self.make_sequence(self.executed(plan, settings))
-        behind = "execution" if made.kind == "execution" else "plan"
-        parents = {"robot": self.robot_digest, behind: plan, "dem": made.parents["dem"]}
-        return self._workshop.submit("sequence", parents, None, urgent=True).finish(SHORT_JOB)
+        parents = {"robot": self.robot_digest, kind.given_as: plan, "dem": made.parents["dem"]}
+        return self._workshop.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)
 
     def edit_sequence(self, digest: str, edit: Value) -> str:
         """Apply an Edit to the present sequence, which ``digest`` must name. Raises Conflict, InvalidSequence."""
@@ -144,7 +144,7 @@ class LiveSession(PlannedSession):
             "sequence": digest,
             "dem": present(self._planned_on(digest), "the sequence goes back to no plan"),
         }
-        return self._workshop.submit("edit", parents, edit, urgent=True).finish(SHORT_JOB)
+        return self._workshop.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
 
     def import_sequence(self, name: str, content: bytes) -> str:
         """Commands from a file become the present sequence, every rule checked anew; returns the digest.
@@ -154,7 +154,7 @@ class LiveSession(PlannedSession):
         terrain and state, InvalidSequence, naming the place, where the file can't be used.
         """
         request = ImportRequest(name, np.frombuffer(content, np.uint8))
-        return self._workshop.submit("import", self._standing_now(), request, urgent=True).finish(SHORT_JOB)
+        return self.ask(IMPORT, request, urgent=True).finish(SHORT_JOB)
 
     def undo_sequence(self) -> str:
         """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""
@@ -177,7 +177,7 @@ class LiveSession(PlannedSession):
     def export_sequence(self, digest: str | None = None, format: str = "seqjson") -> bytes:
         """A sequence (None: the present one) as a file. Raises InvalidSequence where a rule does not hold."""
         parents = {"sequence": self._sequence(digest)}
-        job = self._workshop.submit("export", parents, ExportRequest(format), format=format, urgent=True)
+        job = self._workshop.submit(EXPORT, parents, ExportRequest(format), format=format, urgent=True)
         return self.get_bytes(job.finish(SHORT_JOB))
 
     # -- inside --------------------------------------------------------------------------------

@@ -11,7 +11,8 @@ from footfall.sequence.commands import Sequence
 from footfall.session.carried_out import carried_out, to_command
 from footfall.session.commanded import CommandedSession
 from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.log.fold import SEQUENCES, SessionState
+from footfall.session.log.fold import SessionState
+from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE
 from footfall.session.products.up_to_date import MEASURED, SENT, Difference, difference
 from footfall.telemetry.state import RobotState
 
@@ -99,11 +100,11 @@ class PlannedSession(CommandedSession):
         """
         state = self.state
         for event in reversed(self.events()):
-            kind = event.payload.get("kind") if event.type == "product" else None
-            if kind == "plan" or event.type == "plan_chosen":
+            kind = KINDS[event.payload["kind"]] if event.type == "product" else None
+            if kind is PLAN or event.type == "plan_chosen":
                 break
-            if kind in SEQUENCES and state.sequence is not None:
-                edited = state.products[state.sequence].kind in ("edit", "import")
+            if kind is not None and kind.is_commands and state.sequence is not None:
+                edited = state.kind_of(state.sequence) is not SEQUENCE
                 moves = self._shelf.typed(Sequence, state.sequence).Ts_site_base is not None
                 return state.sequence if edited or moves else state.plan
         return state.plan
@@ -120,7 +121,7 @@ class PlannedSession(CommandedSession):
         if executed is not None:
             behind = executed.parents["plan"]
         source = state.products.get(behind)
-        if source is not None and source.kind == "plan":
+        if source is not None and source.kind == PLAN.name:
             return behind != state.plan
         return state.plan is not None and self.played == state.plan
 
@@ -128,12 +129,10 @@ class PlannedSession(CommandedSession):
     def to_command(self) -> dict[str, Any] | None:
         """What commands are to be made of, as :func:`footfall.session.carried_out.to_command` tells it."""
         finished = carried_out(self.state, self._rows_of)
-        return to_command(self.state, self.events(), finished, self._move_found)
+        return to_command(self.state, self.events(), finished, self._found)
 
-    def _move_found(self, digest: str) -> bool:
-        from footfall.planning.stance.move import BodyMoveResult
-
-        return self._shelf.typed(BodyMoveResult, digest).status is Status.FOUND
+    def _found(self, digest: str) -> bool:
+        return getattr(self._shelf.get(digest), "status", None) is Status.FOUND
 
     @property
     def commands_carried_out(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.session.planned import PlannedSession
+from footfall.session.products.kinds import KINDS
 from footfall.terrain.dem import Dem
 
 
@@ -23,8 +24,7 @@ def summary(session: PlannedSession) -> dict[str, Any]:
         "what_if": _what_if(session),
         "after": _after(session),
         "ends": _ends(session),
-        "shift": state.shift,
-        "body_move": state.body_move,
+        **{kind.name: state.newest(kind) for kind in KINDS.values() if kind.is_answer},
         "snapshot": state.snapshot,
         "pairs": _pairs(session),
         "dem": state.dem,

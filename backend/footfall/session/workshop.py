@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 from typing import Any, cast
 
-from footfall.core.errors import Cancelled, Conflict
-from footfall.core.value import Value
-from footfall.planning.execution.problem import ExecutionResult
-from footfall.planning.step.problem import PlanResult
+from footfall.core.errors import Cancelled, Conflict, InvalidInput
+from footfall.core.value import Value, stored_name
 from footfall.session.access.acting import told
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.journal import Journal
+from footfall.session.products.kinds import Kind
 from footfall.session.products.remembered import on_map
 from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
@@ -39,7 +38,7 @@ class Workshop:
         self._shelf = shelf
         self._store = store
         self._jobs: list[Job] = []
-        self._map_jobs: dict[int, Job] = {}
+        self._of_leg: dict[tuple[str, int], Job] = {}
         self._previews: dict[int, Preview] = {}
         self._made: dict[tuple[Any, ...], str] = {}
 
@@ -54,7 +53,7 @@ class Workshop:
 
     def submit(
         self,
-        kind: str,
+        kind: Kind,
         parents: dict[str, str],
         settings: Value | None,
         *,
@@ -63,12 +62,14 @@ class Workshop:
     ) -> Job:
         """Have a product made; ``about``, and who asks, go into its event. What a cancelled job still makes is dropped.
 
-        Newer maps of a leg cancel older ones on their way. Maps that were made before from the same parents with the
-        same settings are taken as they are.
+        Of a kind that is made for each leg, newer ones cancel older ones on their way, and what was made before from
+        the same parents with the same settings is taken as it is. Raises InvalidInput for settings of another kind.
         """
+        if (None if settings is None else stored_name(type(settings))) != kind.request:
+            raise InvalidInput(f"{kind.name} is asked for with {kind.request or 'no settings'}", kind=kind.name)
         asked = None if settings is None else self._shelf.put(settings)
-        payload = {"kind": kind, "parents": parents, "settings": asked, **about, **told()}
-        request = (kind, *sorted(parents.items()), asked)
+        payload = {"kind": kind.name, "parents": parents, "settings": asked, **about, **told()}
+        request = (kind.name, *sorted(parents.items()), asked)
 
         def done(job: Job, product: Value | bytes) -> str:
             if isinstance(product, bytes):
@@ -81,16 +82,16 @@ class Workshop:
                 payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
             if isinstance(product, Dem) and product.left_out:
                 payload["left_out"] = dict(product.left_out)
-            if isinstance(product, (PlanResult, ExecutionResult)):
-                payload.update(status=product.status.value, reason=product.reason)
+            if kind.says_status:
+                payload.update(_answer(product))
             with self._journal.lock:
                 if job.cancel_asked.is_set():
                     raise Cancelled("cancelled when it was nearly done")
                 state = self._journal.state
-                if kind == "what_if" and parents["state"] != (state.what_if or state.state):
+                if kind.of_this_state and parents["state"] != (state.what_if or state.state):
                     raise Conflict("another state was frozen while the shift was computed; ask again")
                 self._journal.record("product", {**payload, "digest": digest})
-                if kind == "maps":
+                if kind.per_leg:
                     self._made[request] = digest
             return digest
 
@@ -111,17 +112,16 @@ class Workshop:
         with self._journal.lock:
             if self._journal.closed:
                 raise Conflict("the session is closed")
-            if kind == "maps" and about["leg"] in self._map_jobs:
-                older = self._map_jobs[about["leg"]]
+            if kind.per_leg and (older := self._of_leg.get((kind.name, about["leg"]))) is not None:
                 older.cancel()
                 self._drop_preview(older)
             if request in self._made:
-                job = Job(kind, self._session, lambda job, digest: self._again(payload, digest), changed)
+                job = Job(kind.name, self._session, lambda job, digest: self._again(payload, digest), changed)
                 self._pool.adopt(job)
                 job.end(self._made[request])
             else:
                 job = self._pool.submit(
-                    kind,
+                    kind.name,
                     values,
                     settings,
                     done,
@@ -130,8 +130,8 @@ class Workshop:
                     session=self._session,
                     urgent=urgent,
                 )
-            if kind == "maps":
-                self._map_jobs[about["leg"]] = job
+            if kind.per_leg:
+                self._of_leg[kind.name, about["leg"]] = job
             self._jobs = [*self._jobs[-KEPT_JOBS + 1 :], job]
             self._journal.tell("job", job=job.as_dict())
         return job
@@ -154,3 +154,8 @@ class Workshop:
             job.cancel()
         for job in self.jobs:
             job.wait(5.0)
+
+
+def _answer(product: Any) -> dict[str, str]:
+    """Of a product that is an answer: its status, and the reason for it."""
+    return {"status": product.status.value, "reason": product.reason}

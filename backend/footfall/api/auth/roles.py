@@ -1,6 +1,6 @@
-"""What each route needs, in one table, and the refusal of who has less.
+"""What each route needs, in two tables, and the refusal of who has less: what makes products is in footfall.api.kinds.
 
-Reading (GET) is for viewers unless the table says otherwise; everything else has to stand in it. A route that does not
+Reading (GET) is for viewers unless a table says otherwise; everything else has to stand in one. A route that does not
 is an admin's, and a test names it.
 """
 
@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 from footfall.api.access import BASE
 from footfall.api.auth.who import IDENTITY, PAGE_HEADER, ROVER, paged
 from footfall.api.door.problems import Problem
+from footfall.api.kinds import SERVED, role_for
 from footfall.session.access.acting import set_actor
 from footfall.session.access.identity import LOCAL, Identity, Role
 
@@ -50,13 +51,8 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/state",
         "POST /sessions/{session}/images",
         "POST /sessions/{session}/images/upload",
-        "POST /sessions/{session}/terrains",
-        "POST /sessions/{session}/terrains/blend",
-        "POST /sessions/{session}/terrains/photographs",
         "POST /sessions/{session}/terrains/scans",
         "POST /sessions/{session}/terrains/undo",
-        "POST /sessions/{session}/terrains/clear",
-        "POST /sessions/{session}/maps",
         "POST /sessions/{session}/footfalls",
         "PUT /sessions/{session}/points",
         "POST /sessions/{session}/undo",
@@ -64,23 +60,13 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "PUT /sessions/{session}/hand",
         "POST /sessions/{session}/hand/commit",
         "DELETE /sessions/{session}/hand",
-        "POST /sessions/{session}/plans",
         "PUT /sessions/{session}/plans/current",
         "POST /sessions/{session}/plans/{digest}/alternatives",
-        "PUT /sessions/{session}/what-if",
-        "PUT /sessions/{session}/what-if/after",
         "DELETE /sessions/{session}/what-if",
-        "POST /sessions/{session}/shifts",
-        "POST /sessions/{session}/body-moves",
-        "POST /sessions/{session}/executions",
         "POST /sessions/{session}/sag/take-over",
-        "POST /sessions/{session}/sequences",
-        "POST /sessions/{session}/sequences/import",
-        "PATCH /sequences/{sequence}",
         "POST /sequences/{sequence}/undo",
         "POST /sequences/{sequence}/redo",
         "GET /sequences/{sequence}/export",
-        "POST /sequences/{sequence}/export",
         "POST /recordings/{session}/check",
         "DELETE /jobs/{job}",
     ),
@@ -104,14 +90,15 @@ _NEEDS = {route: needs for needs, routes in _TABLE.items() for route in routes}
 
 
 def declared() -> frozenset[str]:
-    """Every route of the table, as ``METHOD /path`` below the root of the interface."""
-    return frozenset(_NEEDS)
+    """Every route of both tables, as ``METHOD /path`` below the root of the interface."""
+    return frozenset(_NEEDS) | {one.route for one in SERVED.values()}
 
 
 def needed(method: str, path: str) -> Role | Needs | None:
     """What a route needs; None where nobody has declared it. method: ``WS`` for WebSockets."""
     reading = Role.VIEWER if method in ("GET", "HEAD") else None
-    return _NEEDS.get(f"{'GET' if method == 'HEAD' else method} {path}", reading)
+    route = f"{'GET' if method == 'HEAD' else method} {path}"
+    return _NEEDS.get(route) or role_for(route) or reading
 
 
 def allows(needs: Role | Needs, identity: Identity | None, rover: str | None) -> bool:

@@ -4,8 +4,8 @@ An answer is never passed through these models: :func:`~footfall.api.bodies.json
 what that makes of each type. A test holds every answer of the server against them.
 """
 
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from types import UnionType
@@ -31,6 +31,20 @@ Plain = Annotated[
 ]
 
 
+@dataclass(frozen=True)
+class Each:
+    """Note of a member of a TypedDict: it stands for members of its type with these names, in its place."""
+
+    names: Callable[[], Iterable[str]]
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Note of a text: it is one of these."""
+
+    names: Callable[[], Iterable[str]]
+
+
 def answer_model(hint: Any, floats: Any = float) -> Any:
     """The type that describes ``hint`` as JSON.
 
@@ -39,6 +53,8 @@ def answer_model(hint: Any, floats: Any = float) -> Any:
     origin = get_origin(hint)
     if origin is Annotated:
         inner, *notes = get_args(hint)
+        if isinstance(notes[0], OneOf):
+            return Literal[tuple(notes[0].names())]
         return Annotated[answer_model(inner, floats), *notes]
     if origin is np.ndarray or hint is np.ndarray:
         return Numbers
@@ -76,7 +92,7 @@ def _model(told: type) -> type[BaseModel]:
     hints = get_type_hints(told, include_extras=True)
     members: dict[str, Any]
     if is_typeddict(told):
-        members = {name: _member(hint) for name, hint in hints.items()}
+        members = {name: _member(hint) for named, hint in hints.items() for name in _names_of(named, hint)}
         return create_model(told.__name__, __doc__=told.__doc__, **members)
     members = {f.name: (answer_model(hints[f.name], float | None), ...) for f in fields(told)}
     if issubclass(told, Value):
@@ -85,7 +101,14 @@ def _model(told: type) -> type[BaseModel]:
     return create_model(f"{told.__name__}Value", __doc__=told.__doc__, **members)
 
 
+def _names_of(name: str, hint: Any) -> Iterable[str]:
+    note = hint.__metadata__[0] if get_origin(hint) is Annotated else None
+    return note.names() if isinstance(note, Each) else (name,)
+
+
 def _member(hint: Any) -> tuple[Any, Any]:
+    if get_origin(hint) is Annotated and isinstance(hint.__metadata__[0], Each):
+        return _member(hint.__origin__)
     if get_origin(hint) is NotRequired:
         return answer_model(get_args(hint)[0]), Field(default_factory=dict)
     return answer_model(hint), ...

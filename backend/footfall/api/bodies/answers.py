@@ -5,7 +5,9 @@ from typing import Annotated, Any, Literal, NotRequired, TypedDict
 from numpy.typing import NDArray
 from pydantic import Field
 
+from footfall.api.bodies.answer_models import Each, OneOf
 from footfall.core.value import Value
+from footfall.session.products.kinds import KINDS
 from footfall.session.recorded import ViewState
 
 Array = NDArray[Any]
@@ -234,11 +236,7 @@ class UpToDateAnswer(TypedDict):
     measured: bool
     what_if: FitAnswer | None
     maps: Annotated[dict[str, FitAnswer], Field(description="leg → of its latest maps")]
-    plan: FitAnswer | None
-    execution: FitAnswer | None
-    shift: FitAnswer | None
-    body_move: FitAnswer | None
-    sequence: FitAnswer | None
+    kinds: Annotated[FitAnswer | None, Each(lambda: (one.name for one in KINDS.values() if one.watched))]
 
 
 class WayAnswer(TypedDict):
@@ -255,7 +253,7 @@ class ToCommand(TypedDict):
     """
 
     digest: DigestText
-    kind: Literal["plan", "execution", "body_move"]
+    kind: Annotated[str, OneOf(lambda: (one.name for one in KINDS.values() if one.offered))]
     step: DigestText | None
     leg: int | None
     text: str
@@ -272,8 +270,7 @@ class SessionAnswer(TypedDict):
     what_if: dict[str, Any] | None
     after: DigestText | None
     ends: EndsAnswer
-    shift: DigestText | None
-    body_move: DigestText | None
+    answers: Annotated[DigestText | None, Each(lambda: (one.name for one in KINDS.values() if one.is_answer))]
     snapshot: DigestText | None
     pairs: list[str]
     dem: DigestText | None

@@ -12,23 +12,14 @@ from footfall.api.bodies.answers import JobAnswer, Url
 from footfall.api.bodies.jsonable import dumps
 from footfall.api.bodies.paging import Cursor, Limit, page
 from footfall.api.door.limits import PAGE_ITEMS
+from footfall.api.kinds import folder_of
 from footfall.api.routing import Routes
 from footfall.session.jobs.job import Job
-from footfall.session.log.fold import TERRAIN_KINDS
 
 router = Routes(tags=["jobs"])
 
 LOOK_PERIOD = 0.1
 """How often a job's progress is looked at for a listener [s]."""
-
-_FOLDERS = {
-    **dict.fromkeys(TERRAIN_KINDS, "terrains"),
-    "maps": "maps",
-    "plan": "plans",
-    "execution": "executions",
-    "shift": "shifts",
-    "body_move": "body-moves",
-}
 
 
 class JobList(TypedDict):
@@ -41,8 +32,8 @@ class JobList(TypedDict):
 def job_body(job: Job) -> JobAnswer:
     """A job as JSON, with the address of its result when there is one."""
     body = dict(job.as_dict())
-    folder = _FOLDERS.get(body["kind"])
-    done = body["result"] is not None and folder is not None and body.get("session")
+    folder = folder_of(body["kind"])
+    done = body["result"] is not None and folder and body.get("session")
     body["url"] = f"{BASE}/jobs/{body['id']}"
     body["result_url"] = f"{BASE}/sessions/{body['session']}/{folder}/{body['result']}" if done else None
     return cast(JobAnswer, body)

@@ -26,6 +26,7 @@ from footfall.io.exports import MEDIA, SUFFIXES
 from footfall.io.exports import export as encode
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
+from footfall.session.products.kinds import IMPORT
 from footfall.session.storage.artifact_folder import bytes_digest
 
 router = Routes(tags=["sequences"])
@@ -202,7 +203,7 @@ def _starts_from(lineage: Lineage, digest: str) -> Literal["plan", "file", "rove
     state = lineage.live.state
     first = state.before_edits(digest)
     made = state.products.get(first)
-    if made is None or made.kind != "import":
+    if made is None or made.kind != IMPORT.name:
         return "plan"
     return "rover" if "state" in _sequence(lineage, first).provenance.parents else "file"
 

@@ -1,12 +1,13 @@
-"""How each kind of product is made from its parents: the one list that live jobs and replays share.
+"""How each kind of product is made from its parents: what live jobs and replays share.
 
 A recipe is a pure function ``(parents, settings, progress) -> Value | bytes``. ``parents`` are values by
 name; the parent called ``robot`` comes as a built :class:`~footfall.robot.model.Robot`. The numeric
 libraries load inside of the recipes: the server process names kinds without paying for them.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
+from importlib import import_module
 from typing import Any
 
 from footfall.core.errors import InvalidInput
@@ -23,6 +24,7 @@ from footfall.session.jobs.requests import (
     ShiftRequest,
     StepRequest,
 )
+from footfall.session.products.kinds import KINDS
 
 Recipe = Callable[[Mapping[str, Any], Any, Progress], Value | bytes]
 
@@ -194,24 +196,21 @@ def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progre
     return write(parents["sequence"], settings.format)
 
 
-PRODUCTS: Mapping[str, Recipe] = {
-    "terrain": terrain,
-    "photographs": photographs,
-    "blend": blend,
-    "clear": clear,
-    "maps": maps,
-    "plan": plan,
-    "after": after,
-    "what_if": what_if,
-    "execution": execution,
-    "shift": shift,
-    "body_move": body_move,
-    "sequence": sequence,
-    "outcome": outcome,
-    "edit": edit,
-    "import": from_file,
-    "export": export,
-}
+class _Products(Mapping[str, Recipe]):
+    """The recipe of every kind in the table, found when it is first asked for."""
+
+    def __getitem__(self, name: str) -> Recipe:
+        module, _, function = KINDS[name].recipe.partition(":")
+        return getattr(import_module(module), function)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(KINDS)
+
+    def __len__(self) -> int:
+        return len(KINDS)
+
+
+PRODUCTS: Mapping[str, Recipe] = _Products()
 
 
 def make(

@@ -10,6 +10,7 @@ from footfall.core.value import Value
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe
 from footfall.session.jobs.requests import CheckRequest
 from footfall.session.jobs.warm import WARM_UPS as WARM_UPS
+from footfall.session.products.kinds import KINDS
 
 
 def views(parents: Mapping[str, Any], settings: Any, progress: Progress) -> Value:
@@ -31,17 +32,5 @@ RECIPES: Mapping[str, Recipe] = {**PRODUCTS, "views": views, "check": check}
 
 def preload() -> None:
     """Import what the recipes need, before the first job waits for it."""
-    for module in (
-        "footfall.terrain.photographs",
-        "footfall.terrain.fusion.blend",
-        "footfall.terrain.fusion.clear",
-        "footfall.planning.step.leg_maps",
-        "footfall.planning.step.plan",
-        "footfall.planning.execution.plan",
-        "footfall.planning.stance.after",
-        "footfall.planning.stance.find_shift",
-        "footfall.sequence.edit",
-        "footfall.sequence.foretold",
-        "footfall.io.exports",
-    ):
+    for module in dict.fromkeys(kind.loads for kind in KINDS.values() if kind.loads):
         import_module(module)

@@ -8,7 +8,7 @@ from typing import Any
 from footfall.core.declared import misfit
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
-from footfall.planning.step.problem import Footfall, Point
+from footfall.planning.step.problem import Footfall
 from footfall.session.log.event import Event
 from footfall.session.log.fold_choices import Choice, chosen, edit_redone, edit_undone, forgotten, redone, undone
 from footfall.session.log.fold_commands import (
@@ -20,60 +20,8 @@ from footfall.session.log.fold_commands import (
     StopRecord,
     closed_without_an_end,
 )
-
-TERRAIN_KINDS = ("terrain", "photographs", "blend", "clear")
-"""Products that become the session's terrain."""
-
-SEQUENCES = ("sequence", "edit", "import")
-"""Products that become its commands."""
-
-
-@value
-class ProductRecord(Value):
-    """How a product came to be. parents: name → digest; settings: digest of the request, or None."""
-
-    kind: str
-    parents: Mapping[str, str]
-    settings: str | None
-
-
-@value
-class ExportRecord(Value):
-    """One export: which sequence, as what, and the digest of its bytes."""
-
-    sequence: str
-    format: str
-    digest: str
-
-
-@value
-class PlanRecord(Value):
-    """One of the plans that are compared.
-
-    kind: "asked", or one of planning.step.alternatives.KINDS; text: what differs, for a person.
-    """
-
-    plan: str
-    kind: str
-    text: str
-    status: str
-    reason: str
-
-
-@value
-class LeadPoints(Value):
-    """Points that the wheel of a leg is to pass in its swing: of its centre, in their order, site frame [m]."""
-
-    leg: int
-    points: tuple[Point, ...]
-
-
-@value
-class Note(Value):
-    """What an operator wrote down."""
-
-    time: float
-    text: str
+from footfall.session.log.records import ExportRecord, LeadPoints, Note, PlanRecord, ProductRecord
+from footfall.session.products.kinds import COMMANDED, EDIT, IMPORT, KINDS, Becomes, Kind
 
 
 @value
@@ -86,7 +34,8 @@ class SessionState(Value):
     alternatives: the plans that ``plan`` was chosen from, itself among them; empty where there is nothing to choose.
     told_state: ``state`` as it was told, before it was moved onto the map.
     what_if: the state that ``state`` was shifted from, where that is what would be if the chassis stood elsewhere; None
-        where ``state`` is how the rover stands. shift, body_move: the latest answers about moves of the chassis.
+        where ``state`` is how the rover stands.
+    latest: name of a kind → digest of its latest product, of kinds that have no place of their own here.
     terrain_history: the terrains before ``dem``, oldest first, for undo.
     sequence_history: the sequences before ``sequence``, oldest first, for undo. sequence_ahead: those that were undone
         since the latest edit, the one undone last at the end, for redo.
@@ -94,8 +43,7 @@ class SessionState(Value):
         first; choices_ahead: what was taken back since, the latest at the end, for redo.
     runs: how often a sequence was sent; run: the latest of them. conn: None before anybody held it. epoch: the latest
         that the rover was told of.
-    joint_scale: times the described stiffness that joints are taken to have, where an order does not say. outcome: what
-        came of the latest run that was compared with its prediction.
+    joint_scale: times the described stiffness that joints are taken to have, where an order does not say.
     """
 
     name: str = ""
@@ -116,8 +64,6 @@ class SessionState(Value):
     execution_reason: str = ""
     told_state: str | None = None
     what_if: str | None = None
-    shift: str | None = None
-    body_move: str | None = None
     terrain_history: tuple[str, ...] = ()
     sequence: str | None = None
     sequence_history: tuple[str, ...] = ()
@@ -132,9 +78,19 @@ class SessionState(Value):
     conn: ConnRecord | None = field(default=None, metadata=LATER)
     epoch: int = field(default=0, metadata=LATER)
     joint_scale: float = field(default=1.0, metadata=LATER)
-    outcome: str | None = field(default=None, metadata=LATER)
     notes: tuple[Note, ...] = ()
     products: Mapping[str, ProductRecord] = field(default_factory=dict)
+    latest: Mapping[str, str] = field(default_factory=dict, metadata=LATER)
+
+    def newest(self, kind: Kind) -> str | None:
+        """Digest of the present product of a kind; None where there is none."""
+        own = {Becomes.PLAN: self.plan, Becomes.EXECUTION: self.execution, Becomes.COMMANDS: self.sequence}
+        return own[kind.becomes] if kind.becomes in own else self.latest.get(kind.name)
+
+    def kind_of(self, digest: str) -> Kind | None:
+        """The kind of a product; None where it is none of this session."""
+        made = self.products.get(digest)
+        return None if made is None else KINDS[made.kind]
 
     @property
     def plans(self) -> tuple[PlanRecord, ...]:
@@ -145,16 +101,16 @@ class SessionState(Value):
 
     def before_edits(self, sequence: str) -> str:
         """The sequence that was edited to this one, as it was made or read in; itself where it was not edited."""
-        while (made := self.products.get(sequence)) is not None and made.kind == "edit":
+        while (made := self.products.get(sequence)) is not None and made.kind == EDIT.name:
             sequence = made.parents["sequence"]
         return sequence
 
     def plan_behind(self, sequence: str) -> ProductRecord | None:
         """The record of the plan, execution or import that a sequence goes back to, through all of its edits."""
         made = self.products.get(self.before_edits(sequence))
-        if made is None or made.kind == "import":
+        if made is None or made.kind == IMPORT.name:
             return made
-        return self.products.get(made.parents.get("plan") or made.parents.get("execution", ""))
+        return self.products.get(next((made.parents[one] for one in COMMANDED if one in made.parents), ""))
 
 
 def fold(state: SessionState, event: Event) -> SessionState:
@@ -239,51 +195,67 @@ def _stiffness_taken_over(state: SessionState, event: Event, payload: Payload) -
 
 
 def _product(state: SessionState, event: Event, payload: Payload) -> SessionState:
-    kind, digest = payload["kind"], payload["digest"]
-    record = ProductRecord(kind, payload["parents"], payload["settings"])
+    kind, digest = KINDS.get(payload["kind"]), payload["digest"]
+    if kind is None:
+        raise ValueError(f"there is no product called {payload['kind']!r}")
+    record = ProductRecord(kind.name, payload["parents"], payload["settings"])
     state = replace(state, products={**state.products, digest: record})
-    if kind in TERRAIN_KINDS:
-        if state.told_state is not None and payload.get("from_state") == state.told_state:
-            # the rover is still planned for from where the images were taken: as that pose is on the map
-            state = replace(state, state=payload["state"], what_if=None)
-        return _on_terrain(state, digest)
-    if kind == "maps":
-        return replace(state, maps={**state.maps, str(payload["leg"]): digest})
-    if kind == "plan":
-        return _planned(state, digest, payload)
-    if kind == "execution":
-        if payload["parents"]["plan"] != state.plan:
-            return state  # of another plan than the present one
-        told = {"execution_status": payload["status"], "execution_reason": payload["reason"]}
-        return replace(state, execution=digest, **told)
-    if kind == "after":
-        # what would be, were the plan carried out: planned from as in a what-if
-        return replace(state, state=digest, what_if=state.what_if or state.state or payload["parents"]["state"])
-    if kind == "what_if":
-        return replace(state, state=digest, what_if=payload["parents"]["state"])
-    if kind == "shift":
-        return replace(state, shift=digest)
-    if kind == "body_move":
-        return replace(state, body_move=digest)
-    if kind == "outcome":
-        return replace(state, outcome=digest)
-    if kind == "sequence":
-        made = replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
-        return replace(made, **forgotten(state, "edit"))
-    if kind == "import" and state.sequence is None:
-        return replace(state, sequence=digest)
-    if kind in ("edit", "import"):
-        # commands from a file take the place of those before, so that undo goes back to them
-        history = (*state.sequence_history, state.sequence or "")
-        edited = replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
-        return replace(edited, **chosen(state, edited, event, "edit"))
-    if kind == "export":
-        record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
-        return replace(state, exports=(*state.exports, record))
-    raise ValueError(f"there is no product called {kind!r}")
+    return _BECOMES[kind.becomes](state, event, payload, digest)
 
 
-def _planned(state: SessionState, digest: str, payload: Payload) -> SessionState:
+def _latest(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    return replace(state, latest={**state.latest, payload["kind"]: digest})
+
+
+def _built(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    if state.told_state is not None and payload.get("from_state") == state.told_state:
+        # the rover is still planned for from where the images were taken: as that pose is on the map
+        state = replace(state, state=payload["state"], what_if=None)
+    return _on_terrain(state, digest)
+
+
+def _mapped(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    return replace(state, maps={**state.maps, str(payload["leg"]): digest})
+
+
+def _executed(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    if payload["parents"]["plan"] != state.plan:
+        return state  # of another plan than the present one
+    told = {"execution_status": payload["status"], "execution_reason": payload["reason"]}
+    return replace(state, execution=digest, **told)
+
+
+def _as_if(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    return replace(state, state=digest, what_if=payload["parents"]["state"])
+
+
+def _as_if_after(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    # what would be, were the plan carried out: planned from as in a what-if
+    return replace(state, state=digest, what_if=state.what_if or state.state or payload["parents"]["state"])
+
+
+def _commanded(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    made = replace(state, sequence=digest, sequence_history=(), sequence_ahead=())
+    return replace(made, **forgotten(state, "edit"))
+
+
+def _edited(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    history = (*state.sequence_history, state.sequence or "")
+    edited = replace(state, sequence=digest, sequence_history=history, sequence_ahead=())
+    return replace(edited, **chosen(state, edited, event, "edit"))
+
+
+def _read_in(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    # commands from a file take the place of those before, so that undo goes back to them
+    return replace(state, sequence=digest) if state.sequence is None else _edited(state, event, payload, digest)
+
+
+def _exported(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
+    record = ExportRecord(payload["parents"]["sequence"], payload["format"], digest)
+    return replace(state, exports=(*state.exports, record))
+
+
+def _planned(state: SessionState, event: Event, payload: Payload, digest: str) -> SessionState:
     """A plan that was asked for becomes the present one; an alternative to it is only listed."""
     about, status, reason = payload.get("alternative"), payload["status"], payload["reason"]
     if about is None:
@@ -351,6 +323,20 @@ def _changed(
 def _noted(state: SessionState, event: Event, payload: Payload) -> SessionState:
     return replace(state, notes=(*state.notes, Note(float(event.time), payload["text"])))
 
+
+_BECOMES: Mapping[Becomes, Callable[[SessionState, Event, Payload, str], SessionState]] = {
+    Becomes.LATEST: _latest,
+    Becomes.TERRAIN: _built,
+    Becomes.MAPS: _mapped,
+    Becomes.PLAN: _planned,
+    Becomes.EXECUTION: _executed,
+    Becomes.AS_IF: _as_if,
+    Becomes.AS_IF_AFTER: _as_if_after,
+    Becomes.COMMANDS: _commanded,
+    Becomes.EDITED: _edited,
+    Becomes.READ_IN: _read_in,
+    Becomes.EXPORT: _exported,
+}
 
 _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "session_created": _created,

@@ -15,8 +15,9 @@ from footfall.sequence.commands import Sequence
 from footfall.session.choosing.hand import HandSession
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest
-from footfall.session.log.fold import ProductRecord
 from footfall.session.log.fold_commands import CommandRecord
+from footfall.session.log.records import ProductRecord
+from footfall.session.products.kinds import EXECUTION
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
@@ -86,7 +87,7 @@ class ExecutionSession(HandSession):
         known = None if there is None else self.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
             parents = {**made.parents, "plan": plan}
-            there = self._workshop.submit("execution", parents, request, urgent=True).finish(SHORT_JOB)
+            there = self._workshop.submit(EXECUTION, parents, request, urgent=True).finish(SHORT_JOB)
         found = self._shelf.typed(ExecutionResult, there)
         if found.status is not Status.FOUND:
             mode = MODES[request.settings.mode][0]
@@ -107,7 +108,7 @@ class ExecutionSession(HandSession):
         """
         digest, made = self._made_plan(plan)
         self._found_plan(digest)
-        return self._workshop.submit("execution", {**made.parents, "plan": digest}, self._request(made, settings))
+        return self._workshop.submit(EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings))
 
     def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
         state = self._shelf.typed(RobotState, made.parents["state"])
@@ -117,7 +118,7 @@ class ExecutionSession(HandSession):
         """Digest of an execution (None: the present one). Raises Conflict where there is none, NotFound."""
         digest = digest or present(self.state.execution, "there is no execution of the present plan yet")
         made = self.state.products.get(digest)
-        if made is None or made.kind != "execution":
+        if made is None or made.kind != EXECUTION.name:
             raise NotFound(f"the session holds no execution {digest}", digest=digest)
         return digest
 

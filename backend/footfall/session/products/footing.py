@@ -13,6 +13,7 @@ from footfall.planning.step.problem import Footfall
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import MapRequest
 from footfall.session.products.footfalls import judge_footfall, nearest_good
+from footfall.session.products.kinds import MAPS
 from footfall.session.products.stances import StanceSession
 from footfall.session.recorded import present
 from footfall.telemetry.state import RobotState
@@ -38,15 +39,14 @@ class FootingSession(StanceSession):
     def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
         """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
         self._require_leg(leg)
-        parents = self._ground()
-        return self._workshop.submit("maps", parents, MapRequest(leg, settings or MapSettings()), leg=leg)
+        return self.ask(MAPS, MapRequest(leg, settings or MapSettings()), leg=leg)
 
     def maps_shown(self, leg: int) -> MapStack | None:
         """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made."""
         if self.maps_fit(leg).fits:
             return self._shelf.typed(MapStack, self.state.maps[str(leg)])
         preview = self._workshop.preview(leg)
-        if preview is None or not self.fit_of_made("maps", preview.parents).fits:
+        if preview is None or not self.fit_of_made(MAPS, preview.parents).fits:
             return None
         return cast(MapStack, preview.product)
 

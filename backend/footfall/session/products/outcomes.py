@@ -11,6 +11,7 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import OutcomeRequest
 from footfall.session.log.fold_commands import RunRecord
 from footfall.session.products.executions import ExecutionSession
+from footfall.session.products.kinds import OUTCOME
 from footfall.session.products.remembered import on_map
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.state import TelemetryFrame
@@ -56,7 +57,8 @@ class OutcomeSession(ExecutionSession):
         nothing = {"verdict": "not_told", "rigid": None, "differences": []}
         if run is None or run.state != "ended":
             return {"state": "none", "reason": "nothing was carried out yet", **nothing}
-        made = None if state.outcome is None else self._shelf.typed(Outcome, state.outcome)
+        found = state.newest(OUTCOME)
+        made = None if found is None else self._shelf.typed(Outcome, found)
         if made is not None and made.run == run.number:
             told = {"verdict": made.verdict, "rigid": made.rigid, "reason": _reason(made)}
             return {"state": "compared", **told, "differences": [_plain(one) for one in made.differences]}
@@ -96,7 +98,7 @@ class OutcomeSession(ExecutionSession):
             state = self._shelf.put(on_map(waiting.frame.state, self._shelf.typed(Dem, dem)))
             parents = {"robot": self.robot_digest, "dem": dem, "sequence": waiting.run.sequence, "state": state}
             request = OutcomeRequest(waiting.run.number, waiting.rows, waiting.frame.commanded)
-            job = self._workshop.submit("outcome", parents, request, urgent=True, run=waiting.run.number)
+            job = self._workshop.submit(OUTCOME, parents, request, urgent=True, run=waiting.run.number)
             self._asked = (waiting.run.number, job)
         except (FootFallError, OSError) as err:
             self._refused = (waiting.run.number, f"it could not be compared with its prediction: {err}")

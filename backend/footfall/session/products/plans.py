@@ -8,8 +8,10 @@ from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import StepRequest
-from footfall.session.log.fold import SEQUENCES, ProductRecord
+from footfall.session.log.records import ProductRecord
 from footfall.session.products.footing import FootingSession
+from footfall.session.products.kinds import AFTER, EXECUTION, PLAN
+from footfall.session.products.kinds import KINDS as PRODUCT_KINDS
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.recorded import present
 
@@ -46,7 +48,7 @@ class PlanSession(FootingSession):
         points = tuple((float(x), float(y), float(z)) for x, y, z in through)
         good = self.good_places(chosen)
         request = StepRequest(chosen, settings or StepSettings(), points, explain=True, instead=good)
-        return self._workshop.submit("plan", self._ground(), request, leg=chosen.leg)
+        return self.ask(PLAN, request, leg=chosen.leg)
 
     def plan_alternatives(self, digest: str | None = None, kinds: Listed[str] = ()) -> list[Job]:
         """Ask for a plan (None: the present one) otherwise, one job for each kind of KINDS (none named: all).
@@ -58,7 +60,7 @@ class PlanSession(FootingSession):
         asked = [(kind, *asked_otherwise(plan, kind)) for kind in dict.fromkeys(kinds or KINDS)]
         return [
             self._workshop.submit(
-                "plan",
+                PLAN,
                 dict(made.parents),
                 StepRequest(result.footfall, settings, result.through, explain=True),
                 leg=result.footfall.leg,
@@ -120,10 +122,9 @@ class PlanSession(FootingSession):
 
     def end_told(self, digest: str) -> dict[str, Any]:
         """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
-        kind = self.state.products[digest].kind
-        behind = self.state.plan_behind(digest)
-        sags = kind == "execution" or (behind is not None and behind.kind == "execution")
-        of = "commands" if kind in SEQUENCES else kind
+        kind, behind = PRODUCT_KINDS[self.state.products[digest].kind], self.state.plan_behind(digest)
+        sags = kind is EXECUTION or (behind is not None and behind.kind == EXECUTION.name)
+        of = "commands" if kind.is_commands else kind.name
         return {"digest": digest, "of": of, "sags": sags}
 
     def go_on_after(self, digest: str) -> str:
@@ -132,22 +133,21 @@ class PlanSession(FootingSession):
         Until :meth:`end_what_if` it is planned from there as in a what-if: nothing planned so can be sent before the
         rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
         """
-        products = self.state.products
-        made = products.get(digest)
-        if made is None or made.kind not in ("plan", "execution", *SEQUENCES):
+        kind = self.state.kind_of(digest)
+        if kind is None or not (kind in (PLAN, EXECUTION) or kind.is_commands):
             raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
-        if made.kind == "plan":
+        if kind is PLAN:
             self._found_plan(digest)
-        plan = made if made.kind in ("plan", "execution") else self.state.plan_behind(digest)
+        plan = self.state.plan_behind(digest) if kind.is_commands else self.state.products[digest]
         if plan is None:
             raise Conflict("the sequence goes back to no plan, so nothing is known of where it starts")
         parents = {
             "robot": self.robot_digest,
             "dem": present(self.state.dem, "there is no terrain yet"),
             "state": plan.parents["state"],
-            made.kind if made.kind in ("plan", "execution") else "sequence": digest,
+            kind.given_as: digest,
         }
-        return self._workshop.submit("after", parents, None, urgent=True).finish(SHORT_JOB)
+        return self._workshop.submit(AFTER, parents, None, urgent=True).finish(SHORT_JOB)
 
     def _found_plan(self, digest: str) -> StepPlan:
         """The plan of a result. Raises Conflict where it is a refusal."""
@@ -160,6 +160,6 @@ class PlanSession(FootingSession):
         """A plan (None: the present one) and how it was made."""
         digest = digest or present(self.state.plan, "there is no plan yet")
         made = self.state.products.get(digest)
-        if made is None or made.kind != "plan":
+        if made is None or made.kind != PLAN.name:
             raise NotFound(f"the session holds no plan {digest}", digest=digest)
         return digest, made

@@ -26,8 +26,8 @@ def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, she
 def _without(state: SessionState, snapshot: str) -> str | None:
     digest = base = state.dem
     while digest is not None and (made := state.products.get(digest)) is not None:
-        if made.kind in ("clear", "blend"):
-            digest = made.parents["dem"]
+        if "dem" in made.parents:
+            digest = made.parents["dem"]  # the one that it is a change of
         else:
             digest = made.parents.get("map")
             if made.parents.get("snapshot") == snapshot:

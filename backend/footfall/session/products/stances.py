@@ -1,12 +1,16 @@
 """Where the chassis could stand: what-if shifts, shifts that make a footfall possible, and moves of the chassis."""
 
-from footfall.core.errors import Conflict
+from typing import Any
+
+from footfall.core.errors import Conflict, InvalidInput
+from footfall.core.value import Value
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
+from footfall.session.products.kinds import BODY_MOVE, GROUND, SHIFT, WHAT_IF, Kind
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import UpToDateSession
 from footfall.session.recorded import present
@@ -17,6 +21,17 @@ class StanceSession(UpToDateSession):
     :class:`footfall.session.recorded.RecordedSession` says.
     """
 
+    def ask(self, kind: Kind, request: Value | None, *, urgent: bool = False, **about: Any) -> Job:
+        """Have any kind made whose parents are robot, terrain and stance: ``kind`` says from which stance it counts.
+
+        urgent: before what waits. about: further members of its event. Raises Conflict without terrain and state,
+        InvalidInput for a kind with other parents, or the request of another.
+        """
+        if kind.needs != GROUND:
+            raise InvalidInput(f"{kind.name} is made of {', '.join(kind.needs)}, which it has to be given")
+        parents = self._standing_now() if kind.from_the_rover else self._ground()
+        return self._workshop.submit(kind, parents, request, urgent=urgent, **about)
+
     def what_if(self, shift: BodyShift) -> str:
         """Plan from where the rover would stand after a shift of its chassis over its feet; returns the state's digest.
 
@@ -24,7 +39,7 @@ class StanceSession(UpToDateSession):
         refuses plans that start where the rover is not. Raises Conflict without terrain and state, InvalidInput, with
         the leg and its joint, where the feet can't stay where they are.
         """
-        return self._workshop.submit("what_if", self._standing_now(), shift, urgent=True).finish(SHORT_JOB)
+        return self.ask(WHAT_IF, shift, urgent=True).finish(SHORT_JOB)
 
     def end_what_if(self) -> str:
         """Plan from how the rover stands again; returns the digest of that state. Raises Conflict outside a what-if."""
@@ -50,12 +65,11 @@ class StanceSession(UpToDateSession):
         elif chosen is None or chosen.leg != leg:
             raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
         request = ShiftRequest(chosen, settings or FindShiftSettings())
-        return self._workshop.submit("shift", self._standing_now(), request, leg=leg)
+        return self.ask(SHIFT, request, leg=leg)
 
     def plan_body_move(self, shift: BodyShift, settings: BodyMoveSettings | None = None) -> Job:
         """Plan a move of the chassis over its standing feet, from how the rover stands. Raises Conflict."""
-        request = BodyMoveRequest(shift, settings or BodyMoveSettings())
-        return self._workshop.submit("body_move", self._standing_now(), request)
+        return self.ask(BODY_MOVE, BodyMoveRequest(shift, settings or BodyMoveSettings()))
 
     def _standing(self) -> dict[str, str]:
         """As :meth:`_ground`, with the rover as it stands also in a what-if."""

@@ -2,6 +2,7 @@
 
 from footfall.core.errors import Conflict
 from footfall.session.jobs.job import Job
+from footfall.session.products.kinds import BLEND, CLEAR, PHOTOGRAPHS, TERRAIN
 from footfall.session.products.remembered import map_below
 from footfall.session.recorded import RecordedSession, present
 from footfall.telemetry.images import Snapshot
@@ -35,7 +36,7 @@ class TerrainSession(RecordedSession):
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
         parents = {"robot": self.robot_digest, "snapshot": snapshot}
         below = map_below(state, snapshot, settings, self._shelf)
-        return self._workshop.submit("terrain", parents if below is None else {**parents, "map": below}, settings)
+        return self._workshop.submit(TERRAIN, parents if below is None else {**parents, "map": below}, settings)
 
     def build_from_photographs(
         self, photographs: Photographs, settings: TerrainSettings | None = None, *, with_rover: bool = False
@@ -49,18 +50,18 @@ class TerrainSession(RecordedSession):
         if with_rover:
             state = present(self.state.state, "nothing is known of how the rover stands; freeze its state first")
             parents |= {"robot": self.robot_digest, "state": state}
-        return self._workshop.submit("photographs", parents, settings or TerrainSettings())
+        return self._workshop.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
 
     def blend_terrain(self, external: Dem, settings: BlendSettings | None = None, source: str = "") -> Job:
         """Lay a terrain from elsewhere under the present one. source: where it came from. Raises Conflict."""
         dem = present(self.state.dem, "there is no terrain yet")
         parents = {"dem": dem, "external": self.put(external)}
-        return self._workshop.submit("blend", parents, settings or BlendSettings(), source=source)
+        return self._workshop.submit(BLEND, parents, settings or BlendSettings(), source=source)
 
     def clear_terrain(self, area: Area) -> str:
         """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
         dem = present(self.state.dem, "there is no terrain yet")
-        return self._workshop.submit("clear", {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
+        return self._workshop.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
 
     def undo_terrain(self) -> str:
         """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""

@@ -22,7 +22,7 @@ from footfall.session.gate.checks import (
     worst_joint,
 )
 from footfall.session.jobs.pool import JobPool
-from footfall.session.log.fold import SEQUENCES
+from footfall.session.products.kinds import KINDS, WHAT_IF, Kind
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import TerrainSession
 from footfall.session.storage.store import SessionStore
@@ -36,10 +36,6 @@ MEASURED = JOINT_TOLERANCE, PLACE_TOLERANCE
 SENT = START_TOLERANCE, POSE_TOLERANCE
 """Largest difference of a joint [rad] and of the chassis [m] within which something is as it was."""
 
-FOR_CELLS = ("maps", "what_if")
-"""Kinds of products that are judged by what is measured; the others by what may be sent."""
-FROM_THE_ROVER = ("what_if", "shift", "body_move", *SEQUENCES)
-"""Kinds that count from how the rover stands, also in a what-if."""
 MOST_STANCES = 64
 """Stances kept at hand, as every telemetry frame asks for them."""
 
@@ -99,7 +95,7 @@ class Present:
     what_if: RobotState | None = None
     counts_from: RobotState | None = None
 
-    def fit(self, kind: str, parents: Mapping[str, str], made_for: RobotState, predicted: bool = False) -> Fit:
+    def fit(self, kind: Kind, parents: Mapping[str, str], made_for: RobotState, predicted: bool = False) -> Fit:
         """Of a product. made_for: the stance that it was made for; predicted: that was one of a what-if."""
         if parents.get("robot", self.robot) != self.robot:
             return Fit(False, "it was made for another robot")
@@ -107,13 +103,13 @@ class Present:
             return Fit(False, "the terrain has changed since")
         if self.stands is None:
             return Fit(False, "nothing is known of how the rover stands")
-        tolerance = MEASURED if kind in FOR_CELLS else SENT
-        if self.what_if is not None and self.counts_from is not None and kind not in FROM_THE_ROVER:
+        tolerance = MEASURED if kind.for_cells else SENT
+        if self.what_if is not None and self.counts_from is not None and not kind.from_the_rover:
             there = self._change(made_for, self.what_if, tolerance)
             if not there:
                 moved = self._change(self.counts_from, self.stands, MEASURED)
                 return Fit(not moved, f"the rover moved since the what-if was asked: {moved}" if moved else "")
-            if kind in FOR_CELLS:
+            if kind.for_cells:
                 return Fit(False, f"it is for another stance than the what-if: {there}")
         change = self._change(made_for, self.stands, tolerance)
         if not change:
@@ -124,7 +120,7 @@ class Present:
 
     def what_if_fit(self) -> Fit | None:
         """Of the what-if itself; None where there is none."""
-        return None if self.what_if is None or self.counts_from is None else self.fit("what_if", {}, self.counts_from)
+        return None if self.what_if is None or self.counts_from is None else self.fit(WHAT_IF, {}, self.counts_from)
 
     def _change(self, then: RobotState, now: RobotState, tolerance: tuple[float, float]) -> str:
         """What is otherwise, and by how much; "" where nothing is."""
@@ -172,11 +168,11 @@ class UpToDateSession(TerrainSession):
     def fit_of(self, digest: str, now: Present | None = None) -> Fit:
         """Whether a product of the session is of how things are ``now``."""
         made = self.state.products[digest]
-        return self.fit_of_made(made.kind, made.parents, digest, now)
+        return self.fit_of_made(KINDS[made.kind], made.parents, digest, now)
 
-    def fit_of_made(self, kind: str, parents: Mapping[str, str], digest: str = "", now: Present | None = None) -> Fit:
+    def fit_of_made(self, kind: Kind, parents: Mapping[str, str], digest: str = "", now: Present | None = None) -> Fit:
         """As :meth:`fit_of`, also of what is being made still. digest: of commands, whose start is their own."""
-        stance = digest if kind in SEQUENCES else parents["state"]
+        stance = digest if kind.is_commands else parents["state"]
         made_for = self._stance(stance)
         return (now or self.things_now()).fit(kind, parents, made_for, isinstance(made_for, PredictedState))
 
@@ -186,7 +182,7 @@ class UpToDateSession(TerrainSession):
         maps: by leg. measured: whether the rover was asked, not only what was frozen of it.
         """
         state, now = self.state, self.things_now()
-        latest = {name: getattr(state, name) for name in ("plan", "execution", "shift", "body_move", "sequence")}
+        latest = {kind.name: state.newest(kind) for kind in KINDS.values() if kind.watched}
         what_if = now.what_if_fit()
         return {
             "measured": self._measured() is not None,

@@ -17,6 +17,7 @@ from footfall.sequence.commands import Sequence as Commands
 from footfall.session.log.event import Event
 from footfall.session.log.fold import fold_all
 from footfall.session.products.footfalls import decisive
+from footfall.session.products.kinds import MAPS, PLAN
 from footfall.session.products.plan_figures import plan_figures, swing
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -30,7 +31,7 @@ def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any
     rows = {e.payload["id"]: e.payload["row"] for e in events if e.type == "command_sent"}
     plans, maps = [], {}
     for event in events:
-        if event.type == "product" and event.payload["kind"] == "plan":
+        if event.type == "product" and event.payload["kind"] == PLAN.name:
             plan = _plan(event, get, robot)
             picture = _map_of(plan["leg"], event, events, get)
             if picture is not None:
@@ -117,7 +118,7 @@ def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> dict[st
     made = [
         e.payload["digest"]
         for e in events[: plan.seq]
-        if e.type == "product" and e.payload["kind"] == "maps" and e.payload["leg"] == leg
+        if e.type == "product" and e.payload["kind"] == MAPS.name and e.payload["leg"] == leg
         if e.payload["parents"]["dem"] == dem
     ]
     if not made:

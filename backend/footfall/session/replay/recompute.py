@@ -14,12 +14,11 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
-from footfall.planning.stance.find_problem import ShiftResult
-from footfall.planning.stance.move import BodyMoveResult
-from footfall.planning.step.problem import PlanResult, Status
+from footfall.planning.step.problem import Status
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all
+from footfall.session.products.kinds import KINDS
 from footfall.session.replay.compare import differences
 from footfall.session.storage.artifact_folder import bytes_digest, verify_artifact
 from footfall.session.storage.store import read_session
@@ -192,7 +191,7 @@ class _Replayed:
         timed_out = [
             when
             for when, result in (("when it was recorded", recorded), ("in this replay", product))
-            if isinstance(result, (PlanResult, ShiftResult, BodyMoveResult)) and result.status is Status.TIME_LIMIT
+            if KINDS[self.kind].searches and getattr(result, "status", None) is Status.TIME_LIMIT
         ]
         if timed_out:
             # How far a search comes in its time depends on the machine and on what else runs there.

@@ -11,8 +11,8 @@ from footfall.core.errors import InvalidBundle, NotFound
 from footfall.core.value import Value, stored_name
 from footfall.io.artifacts import decode, encode
 from footfall.io.bundles import ARTIFACTS
+from footfall.session.products.kinds import FILE
 from footfall.session.storage.interface import StoreRefused
-from footfall.session.storage.kinds import FILE
 
 
 class ArtifactFolder:

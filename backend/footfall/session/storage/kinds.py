@@ -1,13 +1,14 @@
-"""Of which kind the values are that events name: what is read by one name is trusted to be what belongs there."""
+"""Of which class the values are that events name: what is read by one name is trusted to be what belongs there.
+
+Of products, the table in :mod:`footfall.session.products.kinds` says it.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from footfall.core.errors import InvalidBundle
 from footfall.io.event_log import Record
-
-FILE = "file"
-"""The kind of an artifact that holds no value."""
+from footfall.session.products.kinds import KINDS
 
 _DEM = ("Dem",)
 _STATE = ("RobotState", "PredictedState")
@@ -24,42 +25,21 @@ _NAMED: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 }
 """Type of event → place in its payload → kinds."""
 
-_PRODUCTS: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("terrain", "photographs", "blend", "clear"), _DEM),
-    **dict.fromkeys(("sequence", "edit", "import"), ("Sequence",)),
-    **dict.fromkeys(("after", "what_if"), ("PredictedState",)),
-    "maps": ("MapStack",),
-    "plan": ("PlanResult",),
-    "execution": ("ExecutionResult",),
-    "shift": ("ShiftResult",),
-    "body_move": ("BodyMoveResult",),
-    "outcome": ("Outcome",),
-    "export": (FILE,),
-}
-_PARENTS: Mapping[str, tuple[str, ...]] = {
+_INPUTS: Mapping[str, tuple[str, ...]] = {
     "robot": ("RobotDescription",),
-    **dict.fromkeys(("dem", "map", "external"), _DEM),
-    "state": _STATE,
+    **dict.fromkeys(("map", "external"), _DEM),
+    "dem": _DEM,
+    "state": ("RobotState",),
     "snapshot": ("Snapshot",),
     "photographs": ("Photographs",),
-    "plan": ("PlanResult", "BodyMoveResult", "ShiftResult"),
-    "execution": ("ExecutionResult",),
-    "sequence": ("Sequence",),
 }
-_GROUND = ("robot", "dem", "state")
-_MADE_FROM: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("maps", "plan", "after", "what_if", "shift", "body_move", "import"), _GROUND),
-    "terrain": ("robot", "snapshot"),
-    "photographs": ("photographs",),
-    "blend": ("dem", "external"),
-    "clear": ("dem",),
-    "execution": (*_GROUND, "plan"),
-    "sequence": ("robot", "dem"),
-    "edit": ("robot", "dem", "sequence"),
-    "outcome": (*_GROUND, "sequence"),
-    "export": ("sequence",),
-}
-"""Kind of product → the parents that none is without."""
+"""Name of a parent → kinds of values that no product need be."""
+
+
+def parents_called(name: str) -> tuple[str, ...]:
+    """Kinds of values that a parent of this name may be of: inputs, and products that are given under that name."""
+    made = (kind.makes for kind in KINDS.values() if kind.given_as == name)
+    return tuple(dict.fromkeys((*_INPUTS.get(name, ()), *made)))
 
 
 def require_kinds(records: Iterable[Record], kinds: Mapping[str, str]) -> None:
@@ -72,9 +52,9 @@ def require_kinds(records: Iterable[Record], kinds: Mapping[str, str]) -> None:
         for place, digest, wanted in _places(record):
             found = kinds.get(digest) if isinstance(digest, str) else None
             if found is not None and found not in wanted:
+                belongs = f"a {' or '.join(wanted)}" if wanted else "nothing"
                 raise InvalidBundle(
-                    f"event {record['seq']} ({record['type']}) names a {found} as {place}, "
-                    f"where a {' or '.join(wanted)} belongs",
+                    f"event {record['seq']} ({record['type']}) names a {found} as {place}, where {belongs} belongs",
                     seq=record["seq"],
                     place=place,
                     found=found,
@@ -87,17 +67,19 @@ def _places(record: Record) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
         yield place, payload.get(place), wanted
     if record["type"] != "product":
         return
-    kind, parents = payload.get("kind"), payload.get("parents")
-    if not isinstance(kind, str) or kind not in _PRODUCTS or not isinstance(parents, Mapping):
+    name, parents = payload.get("kind"), payload.get("parents")
+    if not isinstance(name, str) or name not in KINDS or not isinstance(parents, Mapping):
         return  # the fold refuses it
-    lacking = [name for name in _MADE_FROM[kind] if name not in parents]
+    kind = KINDS[name]
+    lacking = [one for one in kind.needs if one not in parents]
     if lacking:
         raise InvalidBundle(
-            f"event {record['seq']}: {kind} is said to be made without {' and '.join(lacking)}",
+            f"event {record['seq']}: {name} is said to be made without {' and '.join(lacking)}",
             seq=record["seq"],
             lacking=lacking,
         )
-    yield "digest", payload.get("digest"), _PRODUCTS[kind]
+    yield "digest", payload.get("digest"), (kind.makes,)
     yield "state", payload.get("state"), _STATE
-    for name, digest in parents.items():
-        yield f"parents.{name}", digest, _PARENTS.get(name, ())
+    yield "settings", payload.get("settings"), (() if kind.request is None else (kind.request,))
+    for one, digest in parents.items():
+        yield f"parents.{one}", digest, parents_called(one)

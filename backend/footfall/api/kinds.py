@@ -1,0 +1,112 @@
+"""Which kinds of products the interface makes: by which route, for whom, and where the result is read.
+
+Beside :mod:`footfall.session.products.kinds`, which says what a kind is; keyed by its entries. An :class:`Asked` kind
+needs no routes of its own: :mod:`footfall.api.routes.products` makes them, and roles, jobs and answers read this table.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel
+
+from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder, settings_value
+from footfall.core.value import Value
+from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
+from footfall.planning.stance.move import BodyMoveResult, BodyMoveSettings
+from footfall.session.access.identity import Role
+from footfall.session.jobs.job import Job
+from footfall.session.live import LiveSession
+from footfall.session.products import kinds
+from footfall.session.products.kinds import Kind
+
+
+@dataclass(frozen=True)
+class Served:
+    """A kind that can be asked for. route: ``METHOD /path`` that makes one; role: who may.
+
+    folder: below a session, where its results are read; "" where a job's result has no address.
+    """
+
+    route: str
+    folder: str = ""
+    role: Role = Role.PLANNER
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked(Served):
+    """A kind that is ordered with a POST to its folder, made by a job, and read as it is.
+
+    tag: part of the interface; verb: what the order does, ``verb_kind`` names the operation; text: what one gets.
+    order: body of the request; answer: the value; ask: has it made for an order.
+    """
+
+    tag: str
+    verb: str
+    text: str
+    order: type[BaseModel]
+    answer: type[Value]
+    ask: Callable[[LiveSession, Any], Job]
+
+
+def _find_shift(live: LiveSession, order: ShiftOrder) -> Job:
+    leg = live.robot.require_leg(order.leg)
+    target = None if order.target is None else (order.target[0], order.target[1])
+    return live.find_shift(leg, target, settings_value(FindShiftSettings, order.settings))
+
+
+def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
+    shift = settings_value(BodyShift, order.shift) or BodyShift()
+    return live.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
+
+
+_SESSION = "/sessions/{session}"
+
+SERVED: dict[Kind, Served] = {
+    kinds.TERRAIN: Served(f"POST {_SESSION}/terrains", "terrains"),
+    kinds.PHOTOGRAPHS: Served(f"POST {_SESSION}/terrains/photographs", "terrains"),
+    kinds.BLEND: Served(f"POST {_SESSION}/terrains/blend", "terrains"),
+    kinds.CLEAR: Served(f"POST {_SESSION}/terrains/clear", "terrains"),
+    kinds.MAPS: Served(f"POST {_SESSION}/maps", "maps"),
+    kinds.PLAN: Served(f"POST {_SESSION}/plans", "plans"),
+    kinds.AFTER: Served(f"PUT {_SESSION}/what-if/after"),
+    kinds.WHAT_IF: Served(f"PUT {_SESSION}/what-if"),
+    kinds.EXECUTION: Served(f"POST {_SESSION}/executions", "executions"),
+    kinds.SHIFT: Asked(
+        route=f"POST {_SESSION}/shifts",
+        folder="shifts",
+        tag="stances",
+        verb="find",
+        text="The smallest shift of the chassis that makes a footfall reachable and stable, as a job.",
+        order=ShiftOrder,
+        answer=ShiftResult,
+        ask=_find_shift,
+    ),
+    kinds.BODY_MOVE: Asked(
+        route=f"POST {_SESSION}/body-moves",
+        folder="body-moves",
+        tag="stances",
+        verb="plan",
+        text="A checked move of the chassis over its standing feet, as a job.",
+        order=BodyMoveOrder,
+        answer=BodyMoveResult,
+        ask=_plan_body_move,
+    ),
+    kinds.SEQUENCE: Served(f"POST {_SESSION}/sequences"),
+    kinds.EDIT: Served("PATCH /sequences/{sequence}"),
+    kinds.IMPORT: Served(f"POST {_SESSION}/sequences/import"),
+    kinds.EXPORT: Served("POST /sequences/{sequence}/export"),
+}
+"""Kind → how it is served; one that only the session itself asks for is not in here."""
+
+
+def role_for(route: str) -> Role | None:
+    """Who may have made what a route makes; None where it makes none of these."""
+    return next((one.role for one in SERVED.values() if one.route == route), None)
+
+
+def folder_of(name: str) -> str:
+    """Where results of a job of this kind are read, below its session; "" where they have no address."""
+    kind = kinds.KINDS.get(name)
+    return SERVED[kind].folder if kind in SERVED else ""
