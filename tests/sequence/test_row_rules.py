@@ -7,8 +7,9 @@ import pytest
 
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidSequence
-from footfall.sequence.commands import COMMAND_NAMES, Command, RuleResult
+from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.rules import SPEED_TOLERANCE, check_rules
+from footfall.telemetry.command_kinds import KINDS
 
 LEG = 2
 OWN = slice(6 * LEG, 6 * LEG + 6)
@@ -72,7 +73,7 @@ def test_every_kind_of_command_is_asked_its_own_rules_and_they_have_units(athlet
             {*FORM, "all-joints", "joint-limits", "speed"},
         ),
     }
-    assert every.keys() == set(COMMAND_NAMES)
+    assert every.keys() == set(KINDS)
     for name, (results, rules) in every.items():
         assert results.keys() == rules, name
         assert broken(results) == set(), name
