@@ -3,7 +3,7 @@
 Ground: the benchmark's rocks, and rolling ground with a rock beside each wheel, with holes cut out; stances at random,
 with and without payload. A third of the joint vectors is uniform within the limits, a third near the stance
 with the leg lifted, and a third lies where the answer turns from certified to unsure, found by bisection: there the
-proof has least to spare, so there it would be wrong first.
+proof has least to spare, so there it would be wrong first. On steep ground half lie where the ground alone decides.
 """
 
 import itertools
@@ -15,9 +15,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+import footfall
 from benchmarks.scenes import robot, rocks, standing
 from benchmarks.stances import random_stance
 from benchmarks.timing import SEED, Figure
+from footfall.core.errors import InvalidInput
 from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
 from footfall.robot.collision import GROUND_MODES, CollisionScene
 from footfall.robot.description import with_payload
@@ -25,8 +27,10 @@ from footfall.robot.leg_clearance_kernel import LegTables, leg_stays_clear, plac
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.leg_span_kernel import UNSURE, WORK, line_bends, span_of_own_parts, span_to_others
 from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.generate import fractal
 from footfall.terrain.ground.triangulate import triangulate
 
 RAISED = 0.15
@@ -53,16 +57,27 @@ class Case:
         near = np.clip(lifted + self.rng.normal(0.0, 0.3, (count // 3, 6)), lower, upper)
         pool = np.concatenate([uniform, near, self.rng.uniform(lower, upper, (count, 6))])
         sure = self.compiled.certified(pool, mode)
-        edge = np.empty((0, 6))
-        if sure.any() and not sure.all():
-            rest = count - len(uniform) - len(near)
-            inside, outside = (self.rng.choice(pool[which], rest) for which in (sure, ~sure))
-            for _ in range(30):
-                middle = (inside + outside) / 2
-                yes = self.compiled.certified(middle, mode)[:, None]
-                inside, outside = np.where(yes, middle, inside), np.where(yes, outside, middle)
-            edge = inside
-        return np.concatenate([uniform, near, edge])
+        return np.concatenate([uniform, near, self._edge(pool, sure, count - len(uniform) - len(near), mode)])
+
+    def near_ground(self, count: int, mode: str) -> NDArray[np.float64]:
+        """(count, 6) about the leg lifted by little, half of them where the ground turns certified to unsure."""
+        lower, upper = (limits[6 * self.leg : 6 * self.leg + 6] for limits in (self.robot.lower, self.robot.upper))
+        lifted = self.posture[6 * self.leg : 6 * self.leg + 6] - (0, 0.2, 0, 0, 0, 0)
+        pool = np.clip(lifted + self.rng.normal(0.0, 0.2, (4 * count, 6)), lower, upper)
+        pool = pool[self.compiled.certified(pool, "none")]
+        sure = self.compiled.certified(pool, mode)
+        return np.concatenate([pool[: count // 2], self._edge(pool, sure, count - count // 2, mode)])
+
+    def _edge(self, pool: NDArray[np.float64], sure: NDArray[np.bool_], count: int, mode: str) -> NDArray[np.float64]:
+        """(count, 6) certified ones next to ones that are not; none where all of a pool are alike."""
+        if not sure.any() or sure.all():
+            return np.empty((0, 6))
+        inside, outside = (self.rng.choice(pool[which], count) for which in (sure, ~sure))
+        for _ in range(30):
+            middle = (inside + outside) / 2
+            yes = self.compiled.certified(middle, mode)[:, None]
+            inside, outside = np.where(yes, middle, inside), np.where(yes, outside, middle)
+        return inside
 
 
 def cases() -> Iterator[Case]:
@@ -73,19 +88,35 @@ def cases() -> Iterator[Case]:
         rover = loaded if number % 2 else robot()
         stance = None if number % 3 == 0 else random_stance(SEED + number)
         state, dem = (standing(), rocks()) if stance is None else (stance.true, stance.world)
-        ground = with_holes(dem, rng)
-        leg, clearance = number % 6, float(rng.choice([0.0, 0.02]))
-        arguments = (rover, state.posture, leg, state.T_site_base)
-        hip = (state.T_site_base @ rover.description.legs[leg].T_base_hip)[:2, 3]
-        tables = clearance_ground(rover, ground.heights, ground.geometry, clearance, hip, leg_reach(rover))
-        yield Case(
-            rover,
-            leg,
-            np.asarray(state.posture),
-            CollisionScene(*arguments, triangulate(ground), clearance, RAISED),
-            LegClearance(*arguments, tables, clearance, RAISED),
-            rng,
-        )
+        yield _case(rover, number % 6, state, with_holes(dem, rng), rng)
+
+
+def steep_cases() -> Iterator[Case]:
+    """Stances on steep fractals with cells of 2 to 5 cm; every leg's turn."""
+    rng = np.random.default_rng(SEED)
+    for number in itertools.count():
+        resolution, roughness = rng.choice([0.02, 0.03, 0.05]), rng.uniform(0.15, 0.35)
+        dem = fractal(6.0, float(resolution), float(roughness), 0.8, SEED + number)
+        try:
+            state = footfall.stand(robot(), dem)
+        except InvalidInput:
+            continue
+        yield _case(robot(), number % 6, state, dem, rng)
+
+
+def _case(rover: Robot, leg: int, state: RobotState, ground: Dem, rng: np.random.Generator) -> Case:
+    clearance = float(rng.choice([0.0, 0.02]))
+    arguments = (rover, state.posture, leg, state.T_site_base)
+    hip = (np.asarray(state.T_site_base) @ rover.description.legs[leg].T_base_hip)[:2, 3]
+    tables = clearance_ground(rover, ground.heights, ground.geometry, clearance, hip, leg_reach(rover))
+    return Case(
+        rover,
+        leg,
+        np.asarray(state.posture),
+        CollisionScene(*arguments, triangulate(ground), clearance, RAISED),
+        LegClearance(*arguments, tables, clearance, RAISED, drum=True),
+        rng,
+    )
 
 
 def with_holes(dem: Dem, rng: np.random.Generator, holes: int = 40) -> Dem:
@@ -107,6 +138,21 @@ def false_free(total: int) -> tuple[int, int, int]:
             break
         for mode in GROUND_MODES:
             qs = case.joints(_AT_ONCE, mode)
+            sure = qs[case.compiled.certified(qs, mode)]
+            asked += len(qs)
+            certified += len(sure)
+            wrong += sum(case.exact.collides(q, mode) for q in sure)
+    return asked, certified, wrong
+
+
+def false_free_on_steep_ground(total: int) -> tuple[int, int, int]:
+    """As :func:`false_free`, of the wheel near steep ground."""
+    asked = certified = wrong = 0
+    for case in steep_cases():
+        if asked >= total:
+            break
+        for mode in ("true", "raised"):
+            qs = case.near_ground(_AT_ONCE, mode)
             sure = qs[case.compiled.certified(qs, mode)]
             asked += len(qs)
             certified += len(sure)
@@ -225,6 +271,10 @@ def figures(quick: bool) -> Iterator[Figure]:
     yield Figure("clearance.asked", (float(asked),), "count")
     yield Figure("clearance.certified", (float(certified),), "count")
     yield Figure("clearance.false_free", (float(wrong),), "count", 0.0)
+    asked, certified, wrong = false_free_on_steep_ground(5_000 if quick else 200_000)
+    yield Figure("clearance.steep_asked", (float(asked),), "count")
+    yield Figure("clearance.steep_certified", (float(certified),), "count")
+    yield Figure("clearance.steep_false_free", (float(wrong),), "count", 0.0)
     asked, whole, wrong = false_whole(2_000 if quick else 50_000)
     yield Figure("clearance.ranges_asked", (float(asked),), "count")
     yield Figure("clearance.ranges_certified", (float(whole),), "count")

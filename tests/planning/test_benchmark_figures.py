@@ -66,4 +66,32 @@ def test_what_a_comparison_leaves_out_is_counted_and_said(monkeypatch, capsys):
     assert rows["step.klampt_sbl_defaults_to_raw"].samples == pytest.approx((200.0, 200.0))
     said = capsys.readouterr().err
     assert "2 of 5 problems compared" in said
+    assert "worst family bug trap, 200 times" in said
     assert "2 left out: our search found nothing; 1 left out: an end is blocked" in said
+
+
+def test_every_family_is_compared_with_klampt_and_the_worst_is_named(monkeypatch, capsys):
+    raw = [problem_set.Raw(name, False, 0.001, ratio / 1e3, 0.1, 0.3) for name, ratio in FAMILIES]
+    monkeypatch.setattr(problem_set, "find_spec", lambda name: object())
+    monkeypatch.setattr(problem_set, "_raws", lambda problems, quick: raw)
+    asked = [problem(name, 0) for name, _ in FAMILIES]
+    rows = {figure.name: figure.as_dict() for figure in problem_set._raw_figures(asked, False)}
+    # the old figure is of the hard families; the others no longer are left out of all
+    name = "step.klampt_sbl_defaults_to_raw"
+    assert (rows[name]["n"], rows[f"{name}.all_families"]["n"]) == (2, 5)
+    assert rows[f"{name}.steep_fractal"]["median"] == pytest.approx(40.0)
+    assert rows[f"{name}.steep_fractal"]["holds"] is False
+    assert rows[f"{name}.long_reach"]["holds"] is True
+    assert rows[f"{name}.worst_family"]["median"] == pytest.approx(40.0)
+    assert rows[f"{name}.worst_family"]["holds"] is False
+    assert rows["step.set_raw.steep_fractal"]["holds"] is True
+    assert "worst family steep fractal, 40 times" in capsys.readouterr().err
+
+
+FAMILIES = [
+    ("bug trap", 200.0),
+    ("over a rock", 100.0),
+    ("steep fractal", 30.0),
+    ("steep fractal", 50.0),
+    ("long reach", 60.0),
+]

@@ -39,6 +39,16 @@ proven, not sampled:
    to the hip: only the joints between move the other. The smallest s that a pair or a ball allows is the answer. The
    centre of mass moves likewise, and so does its margin (planning/step/leg_free_kernel.py).
 
+6. *The wheel as a drum* (drum_kernel.py), asked for with ``drum`` and only where a small ball of the wheel is unsure:
+   on steep ground a table for balls is too high by what the ground rises over two of its cells, and the balls stick out
+   of the wheel. The wheel is inside its shell, a drum D; a block of the ground is inside the hull of its four corners
+   v, a triangle inside that of its three. Let n be a unit vector that does not point upward, and g the least n · v of
+   the corners less the largest n · x of D. Then n · (s − x) ≥ g for all s of the block and x of D. Where g ≥ δ > 0
+   they are at least δ apart, and no s is above an x in its column, as n · (s − x) would be n_z (s_z − x_z) ≤ 0: nothing
+   is below the ground, so 2 and 3 hold. Every block is looked at whose square comes within δ of the box around D seen
+   from above, but those more than δ below D, which are apart from it and not above it either. Moved by at most m, D
+   keeps g − m, so 4 and 5 hold with g − δ as the room. Ground is known as far as MOST beyond δ; no more room is told.
+
 The wheel in mode "true" is the smaller wheel of the exact check with δ = 0. Unknown ground is no obstacle, as there.
 Every distance is required with SLACK more. That is above what the two computations may differ by: rounding, the
 exact check's tolerance (1e-6 m), and an orientation of the base that is orthogonal to 1e-6 only (see
@@ -58,6 +68,7 @@ from footfall.core.grid import GridGeometry
 from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
 from footfall.robot.cover import BallTree, ball_tree
 from footfall.robot.description import PARTS, RobotDescription, link_name
+from footfall.robot.drum_kernel import MOST
 from footfall.robot.ground_tables import GroundTables, ground_tables
 from footfall.robot.kinematics import leg_link_poses
 from footfall.robot.leg_clearance_kernel import (
@@ -69,7 +80,7 @@ from footfall.robot.leg_clearance_kernel import (
 )
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER, REACH, shells
+from footfall.robot.shells import CENTER, DISC, HALF, REACH, shells
 
 Array = NDArray[np.float64]
 
@@ -81,6 +92,9 @@ SLACK = 1e-4
 
 _SAME_TABLE = 0.02
 """Balls share a table of the ground where their radii differ by no more than this share."""
+
+_FARTHER = 0.05
+"""How far beyond what is required a drum's distance is looked for [m]."""
 
 _COVERED = (*PARTS, TOUCHING_WHEEL)
 
@@ -120,7 +134,8 @@ class LegClearance:
     """One leg moves; chassis, payload, the other legs and the ground are frozen.
 
     posture: (legs × 6,) [rad], used for the frozen legs. T_site_base: (4, 4). ground: of :func:`clearance_ground`,
-    or None. clearance: added to every δ [m]. raise_terrain: for the ground mode "raised" [m].
+    or None. clearance: added to every δ [m]. raise_terrain: for the ground mode "raised" [m]. drum: whether the wheel's
+    own shape is asked about where its balls leave it unsure.
     ``tables`` is what the compiled :func:`~footfall.robot.leg_clearance_kernel.leg_is_clear` takes.
     """
 
@@ -133,6 +148,7 @@ class LegClearance:
         ground: GroundTables | None = None,
         clearance: float = 0.0,
         raise_terrain: float = 0.0,
+        drum: bool = False,
     ) -> None:
         require_distances(clearance=clearance, raise_terrain=raise_terrain)
         q, self.leg = robot.require_posture(posture), robot.require_leg(leg)
@@ -160,10 +176,11 @@ class LegClearance:
             balls=balls,
             trees=trees,
             lift=np.array([0.0, raise_terrain]),
+            drums=_drums(description, ground, clearance) if drum and ground is not None else np.zeros((2, MOST + 1)),
             reach=_reaches(description, shell_table),
             radii=ground.radii if ground is not None else np.zeros(0),
             ground=ground.cells if ground is not None else np.zeros(0),
-            ground_layout=ground.layout if ground is not None else np.zeros((0, 11)),
+            ground_layout=ground.layout if ground is not None else np.zeros((1, 11)),
         )
 
     def certified(self, qs: ArrayLike, terrain: str = "raised") -> NDArray[np.bool_]:
@@ -234,6 +251,20 @@ def _balls(
             trees[:, PARTS.index(part)] = start, end
         start = end
     return np.concatenate(rows).astype(float), trees
+
+
+def _drums(description: RobotDescription, ground: GroundTables, clearance: float) -> Array:
+    """Rows of ``LegTables.drums``; zeros where the wheel is no drum, or larger than what the ground was cut out for."""
+    meshes = robot_meshes(description)
+    deltas = {TRUE_GROUND: 0.0, RAISED_GROUND: description.clearances.terrain["wheel"] + clearance}
+    drums = np.zeros((2, MOST + 1))
+    for mode, name in ((TRUE_GROUND, TOUCHING_WHEEL), (RAISED_GROUND, "wheel")):
+        (shell,), points = shells([meshes[name]])
+        required = deltas[mode] + SLACK
+        most = min(_FARTHER, ground.radii[-1] - np.hypot(shell[DISC], shell[HALF + 1]) - required)
+        if shell[DISC] > 0 and not points.any() and most >= 0:
+            drums[mode] = *shell[CENTER : CENTER + 3], shell[DISC], shell[HALF + 1], required, most
+    return drums
 
 
 def _reaches(description: RobotDescription, shell_table: Array) -> Array:

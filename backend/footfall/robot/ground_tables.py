@@ -52,9 +52,10 @@ class GroundTables(NamedTuple):
     """Tables for balls of ``radii`` (k,) ascending [m].
 
     cells: one array, as each costs time to pass: T of all tables in a row, each by rows from the south-west, _NOT_YET
-    until it is asked for; then M of the blocks of each size, and √(R² − d²) of each radius. layout: (k, 11), columns X
-    to RISES. region: (3,) x, y and radius of the circle that holds all places asked about [m]; the radius is inf where
-    the tables are of the whole grid. Nothing is proven outside of the circle.
+    until it is asked for; then M of the blocks of each size, √(R² − d²) of each radius, and the heights themselves.
+    layout: (k + 1, 11), columns X to RISES; in the last row, of the heights, X to START alone. region: (3,) x, y and
+    radius of the circle that holds all places asked about [m]; the radius is inf where the tables are of the whole
+    grid. Nothing is proven outside of the circle.
     """
 
     radii: Array
@@ -92,12 +93,13 @@ def ground_tables(
     if np.isinf(z).any():
         raise InvalidInput("heights must be finite [m], or NaN where the ground is unknown")
     steps = [_pitch_step(float(radius), geometry.resolution) for radius in balls]
-    tops = _tops(_Patch(z, geometry.x0, geometry.y0, geometry.resolution), steps, region, float(balls[-1]))
+    near = _cut_out(_Patch(z, geometry.x0, geometry.y0, geometry.resolution), region, float(balls[-1]))
+    tops = _tops(near, steps, region, float(balls[-1]))
     _require_few(sum(math.prod(n + 2 * _CELLS_PER_RADIUS for n in tops[step].values.shape) for step in steps))
     rises = [_rises(float(radius), geometry.resolution * 2.0**step) for radius, step in zip(balls, steps, strict=True)]
-    layout = np.zeros((len(balls), PAD + 1))
+    layout = np.zeros((len(balls) + 1, PAD + 1))
     count = 0
-    for row, step, rise in zip(layout, steps, rises, strict=True):
+    for row, step, rise in zip(layout[:-1], steps, rises, strict=True):
         pitch, pad = geometry.resolution * 2.0**step, len(rise) // 2
         blocks = tops[step]
         rows, cols = (n + 2 * pad for n in blocks.values.shape)
@@ -106,13 +108,16 @@ def ground_tables(
         count += rows * cols
     known: list[Array] = []
     for step, blocks in tops.items():
-        layout[[other == step for other in steps], TOPS] = count
+        layout[:-1][[other == step for other in steps], TOPS] = count
         known.append(blocks.values.ravel())
         count += blocks.values.size
-    for row, rise in zip(layout, rises, strict=True):
+    for row, rise in zip(layout[:-1], rises, strict=True):
         row[RISES] = count
         known.append(rise.ravel())
         count += rise.size
+    layout[-1, : START + 1] = near.x0, near.y0, 1 / near.pitch, *near.values.shape, count
+    known.append(near.values.astype(float).ravel())
+    count += near.values.size
     told = np.concatenate(known)
     # memory that the machine gives when it is first touched; zeros of numpy may be written beforehand
     table = np.frombuffer(mmap(-1, 8 * count))
@@ -158,9 +163,8 @@ def _pitch_step(radius: float, resolution: float) -> int:
 def _tops(ground: _Patch, steps: list[int], region: Array, radius: float) -> dict[int, _Patch]:
     """Highest point of the surface over each block of 2^step cells, by step; −inf over holes.
 
-    Of ground with large cells the region is cut out again each time that they are halved: the blocks would be too many.
+    ground: with the region cut out. That is done again each time that cells are halved: the blocks would be too many.
     """
-    ground = _cut_out(ground, region, radius)
     tops = {0: _over_blocks(ground)}
     for step in range(1, max(steps) + 1):
         before = tops[step - 1]

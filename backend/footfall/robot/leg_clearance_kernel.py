@@ -8,6 +8,7 @@ from numba import prange
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.robot.drum_kernel import MOST, RADIUS, REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_frames import PART_COUNT, leg_frames
 from footfall.robot.separation import SCRATCH, apart
@@ -37,7 +38,7 @@ class LegTables(NamedTuple):
     part without extent must stay out of.
     balls: (b, 5) middle in the part's frame, number of its table of the ground, next ball when clear. trees: (2, 7, 2)
     first ball of each part and the one after its last, by ground mode. lift: (2,) by which the ground is raised.
-    ground, ground_layout: see ground_tables.py.
+    drums: (2, 7) the wheel by ground mode, see drum_kernel.py. ground, ground_layout: see ground_tables.py.
     """
 
     T_site_hip: Array
@@ -52,6 +53,7 @@ class LegTables(NamedTuple):
     balls: Array
     trees: NDArray[np.int64]
     lift: Array
+    drums: Array
     reach: Array
     radii: Array
     ground: Array
@@ -149,6 +151,7 @@ def keeps_distances(q: Array, poses: Array, moved: Array, tables: LegTables, mod
         tables.balls,
         tables.trees,
         tables.lift[mode],
+        tables.drums,
         tables.radii,
         tables.ground,
         tables.ground_layout,
@@ -198,6 +201,7 @@ def _above_ground(
     balls: Array,
     trees: NDArray[np.int64],
     lift: float,
+    drums: Array,
     radii: Array,
     ground: Array,
     ground_layout: Array,
@@ -223,7 +227,15 @@ def _above_ground(
             if table < radii.size and z - lift + spare >= needed_height(ground, ground_layout, table, x, y):
                 ball = following
             elif following == ball + 1:
-                return False
+                least = drums[mode, REQUIRED] + moved[part, 0]
+                if (
+                    part < PART_COUNT - 1
+                    or not drums[mode, RADIUS] > 0.0
+                    or not moved[part, 0] <= drums[mode, MOST]
+                    or drum_above(poses, part, drums, mode, least, least, lift, ground, ground_layout) < least
+                ):
+                    return False
+                ball = end
             else:
                 ball += 1
     return True

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.robot.drum_kernel import MOST, NONE, RADIUS, REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_clearance_kernel import LegTables, coordinate, within
 from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THIGH
@@ -47,10 +48,12 @@ def span_to_others(
         speeds[part] = _speed(twists, poses, shells, reach, part, -1)
     h = most
     if mode >= 0:
-        h = _span_over_ground(poses, speeds, bends, h, tables, mode)
+        h = _span_over_ground(poses, speeds, bends, h, tables, mode, PART_COUNT)
         if h < 0.0:
             # a ball may be clear where a smaller one of its part is not, but is only asked for what it can promise
-            h = _span_over_ground(poses, speeds, bends, 0.0, tables, mode)
+            h = _span_over_ground(poses, speeds, bends, 0.0, tables, mode, PART_COUNT)
+            if tables.drums[mode, RADIUS] > 0.0:
+                h = max(h, _span_of_drum(poses, speeds, bends, most, tables, mode))
     if h >= 0.0:
         h = _span_beside_frozen(poses, speeds, bends, h, tables, scratch)
     return h
@@ -163,12 +166,31 @@ def most_bend(d: Array, lengths: Array, part: int, first: int, far: float) -> tu
 
 
 @njit()
-def _span_over_ground(poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, mode: int) -> float:
+def _span_of_drum(poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, mode: int) -> float:
+    """As :func:`_span_over_ground` with the wheel as a drum."""
+    part, drums = PART_COUNT - 1, tables.drums
+    v, b, required = speeds[part], bends[part, 0], drums[mode, REQUIRED]
+    enough = required + min(v * h + b * h * h, drums[mode, MOST])
+    bound = drum_above(
+        poses, part, drums, mode, required, enough, tables.lift[mode], tables.ground, tables.ground_layout
+    )
+    if bound == NONE:
+        return UNSURE
+    h = reached(v, b, bound - required, h)
+    rest = _span_over_ground(poses, speeds, bends, h, tables, mode, part)
+    return rest if rest >= 0.0 else _span_over_ground(poses, speeds, bends, 0.0, tables, mode, part)
+
+
+@njit()
+def _span_over_ground(
+    poses: Array, speeds: Array, bends: Array, h: float, tables: LegTables, mode: int, parts: int
+) -> float:
+    """Of so many parts from the hip outward."""
     # taken out of their tuple once: each time, a table is counted as used and unused again, which took half of the time
     balls, trees, radii, lift = tables.balls, tables.trees, tables.radii, tables.lift[mode]
     ground, ground_layout = tables.ground, tables.ground_layout
     # the wheel first: it is what the ground is nearest to
-    for part in range(PART_COUNT - 1, -1, -1):
+    for part in range(parts - 1, -1, -1):
         ball, end = trees[mode, part, 0], trees[mode, part, 1]
         v, b = speeds[part], bends[part, 0]
         while ball < end:

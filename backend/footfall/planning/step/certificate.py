@@ -49,9 +49,8 @@ class Certificate:
     ) -> None:
         T_site_base = np.asarray(state.T_site_base)
         tables = _tables(robot, T_site_base, leg, world, ground, settings.clearance)
-        self.clearance = LegClearance(
-            robot, state.posture, leg, T_site_base, tables, settings.clearance, settings.raise_terrain
-        ).tables
+        asked = settings.clearance, settings.raise_terrain, settings.steep_ground
+        self.clearance = LegClearance(robot, state.posture, leg, T_site_base, tables, *asked).tables
         self.body = _body(robot, state, leg, normals, offsets, settings.least_margin)
 
     def first_unsure(self, qs: Array, terrain: str) -> int:

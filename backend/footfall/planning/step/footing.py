@@ -91,7 +91,13 @@ def ground_near(stance: Stance) -> Nearby | Refused:
 
 def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
     """Of a stance over the ground near its leg."""
-    asked = settings.clearance, settings.raise_terrain, settings.conservative, settings.least_margin
+    asked = (
+        settings.clearance,
+        settings.raise_terrain,
+        settings.conservative,
+        settings.least_margin,
+        settings.steep_ground,
+    )
     return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
 
 
