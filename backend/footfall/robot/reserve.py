@@ -7,6 +7,7 @@ fast for little motion. Both numbers are of the posture alone, whatever stands a
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -28,5 +29,4 @@ def reach_reserves(robot: Robot, postures: ArrayLike) -> Array:
 
 def joint_reserves(robot: Robot, postures: ArrayLike) -> Array:
     """How far each joint is from its nearer limit, (…, legs × 6) [rad]; negative outside."""
-    q = np.asarray(postures, float)
-    return np.minimum(q - robot.lower, robot.upper - q)
+    return room_to_limits(robot, np.asarray(postures, float))

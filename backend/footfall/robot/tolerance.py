@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.robot.limits import farthest_past
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
@@ -36,15 +37,15 @@ def state_inside(robot: "Robot", state: _S) -> _S:
 
 def outside_told(robot: "Robot", posture: NDArray[np.float64]) -> str:
     """The joint of a posture (legs × 6,) that is farthest outside its limits, by how much and the way back; else ""."""
-    outside = np.maximum(robot.lower - posture, posture - robot.upper)
-    joint = int(np.argmax(outside))
-    if not outside[joint] > 0:
+    worst = farthest_past(robot, posture)
+    if not worst.excess > 0:
         return ""
+    joint = worst.joint
     q, lower, upper = float(posture[joint]), float(robot.lower[joint]), float(robot.upper[joint])
     back, end = ("down to", upper) if q > upper else ("up to", lower)
     digits = digits_apart(q, end)
     return (
-        f"{robot.joint_names[joint]} is {outside[joint]:.2g} rad outside its limits, at {q:.{digits}f} rad "
+        f"{worst.name} is {worst.excess:.2g} rad outside its limits, at {q:.{digits}f} rad "
         f"({lower:.{digits}f}…{upper:.{digits}f} rad); turn it {back} {end:.{digits}f} rad"
     )
 

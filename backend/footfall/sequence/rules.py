@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidSequence
 from footfall.core.frames import require_transform
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import within_told
 from footfall.sequence.commands import LEG_JOINTS, Command, RuleResult
@@ -132,14 +133,14 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
     asked = target(command, robot.leg_count)
     if finite and asked is not None:
         own = asked[0]
-        room = np.minimum(joints - robot.lower[own], robot.upper[own] - joints)
-        worst = int(np.argmin(room))
+        spare = room_to_limits(robot, joints, own)
+        worst = int(np.argmin(spare))
         name = LEG_JOINTS[worst] if kind.names_leg else robot.joint_names[worst]
         yield result(
             "joint-limits",
-            room[worst] >= 0,
+            spare[worst] >= 0,
             f"{name} at {within_told(robot, own.start + worst, float(joints[worst]))}",
-            room[worst],
+            spare[worst],
             "rad",
         )
         needed = needed_duration(joints - before[own], robot.speed_limits[own])

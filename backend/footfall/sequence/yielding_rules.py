@@ -37,6 +37,7 @@ from footfall.planning.stance.move_checks import LOCKED, coms_of, dense
 from footfall.planning.stance.whole_body import Nearest, WholeBody
 from footfall.planning.step.ground import Refused
 from footfall.robot.description import link_name
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import inside, within_told
 from footfall.sequence.commands import Command, RuleResult
@@ -118,7 +119,7 @@ def _steps(commands: tuple[Command, ...]) -> list[list[int]]:
 def _limits(robot: Robot, row: int, going: YieldingRow) -> RuleResult:
     # how the rover gave way was measured, and what follows from it is no surer
     postures = inside(robot, np.array([rest.posture for rest in going.rests]))
-    spare = np.minimum(postures - robot.lower, robot.upper - postures)
+    spare = room_to_limits(robot, postures)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
     least = float(spare[at, joint])
     text = f"{robot.joint_names[joint]} is predicted at {within_told(robot, int(joint), float(postures[at, joint]))}"

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
 from footfall.sequence.predict import needed_duration
@@ -171,13 +172,12 @@ def objection(robot: Robot, command: CommandMessage) -> str:
 
 
 def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
-    beyond = np.maximum(robot.lower[moved] - joints, joints - robot.upper[moved])
-    worst = int(np.argmax(beyond))
-    if beyond[worst] <= 0:
+    worst = farthest_past(robot, joints, moved)
+    if worst.excess <= 0:
         return ""
-    leg, joint = divmod(moved.start + worst, 6)
-    digits = digits_apart(float(beyond[worst]), 0.0, least=4)
-    return f"joint {joint} of leg {leg} would be {beyond[worst]:.{digits}f} rad beyond its limits"
+    leg, joint = divmod(worst.joint, 6)
+    digits = digits_apart(worst.excess, 0.0, least=4)
+    return f"joint {joint} of leg {leg} would be {worst.excess:.{digits}f} rad beyond its limits"
 
 
 def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, float]:

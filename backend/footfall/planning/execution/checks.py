@@ -16,6 +16,7 @@ from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.stance.whole_body import Nearest, WholeBody
 from footfall.planning.step.problem import Check
 from footfall.robot.description import link_name
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
@@ -106,7 +107,7 @@ def _set_points(done: Execution) -> Array:
 
 
 def _limits(name: str, robot: Robot, postures: Array, where: Callable[[int], str]) -> Check:
-    spare = np.minimum(postures - robot.lower, robot.upper - postures)
+    spare = room_to_limits(robot, postures)
     return _worst(name, spare, "rad", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}")
 
 

@@ -18,6 +18,7 @@ from footfall.planning.step.lift import LARGEST_STEP
 from footfall.planning.step.unreached import shortfalls
 from footfall.robot.ik import solve_leg
 from footfall.robot.kinematics import wheel_pose
+from footfall.robot.limits import farthest_past, room_to_limits
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import digits_apart
 
@@ -201,13 +202,12 @@ def _which(robot: Robot, leg: int, T_base_wheel: Array, back: bool) -> str:
 
 def _outside_limits(robot: Robot, postures: Array, fractions: Sequence[float]) -> Obstacle | None:
     """The joint that is farthest outside its limits: at the goal, or where none is there, on the way."""
-    outside = np.maximum(robot.lower - postures, postures - robot.upper)
-    if not (outside[1:] > 0).any():
+    spare = room_to_limits(robot, postures)
+    if not (spare[1:] < 0).any():
         return None
-    at_goal = bool((outside[-1] > 0).any())
-    step = len(postures) - 1 if at_goal else int(np.argmax(outside.max(axis=1)))
-    joint = int(np.argmax(outside[step]))
-    excess, name = float(outside[step, joint]), robot.joint_names[joint]
-    digits = digits_apart(excess, 0.0)
-    text = f"{name} would be {excess:.{digits}f} rad ({math.degrees(excess):.{digits - 2}f}°) outside its limits"
-    return Obstacle(joint // 6, name, excess, fractions[step], at_goal, text)
+    at_goal = bool((spare[-1] < 0).any())
+    step = len(postures) - 1 if at_goal else int(np.argmin(spare.min(axis=1)))
+    worst = farthest_past(robot, postures[step])
+    digits, turn = digits_apart(worst.excess, 0.0), math.degrees(worst.excess)
+    text = f"{worst.name} would be {worst.excess:.{digits}f} rad ({turn:.{digits - 2}f}°) outside its limits"
+    return Obstacle(worst.joint // 6, worst.name, worst.excess, fractions[step], at_goal, text)

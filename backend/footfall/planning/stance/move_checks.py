@@ -28,6 +28,7 @@ from footfall.planning.step.problem import Check
 from footfall.planning.step.verify import TORQUE_SAMPLING
 from footfall.robot.description import link_name
 from footfall.robot.kinematics import center_of_mass
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def _scored(name: str, spare: Array, unit: str, where: Callable[[int], str]) -> 
 
 
 def _limits(robot: Robot, path: Path) -> Checked:
-    spare = np.minimum(path.postures - robot.lower, robot.upper - path.postures)
+    spare = room_to_limits(robot, path.postures)
     joint = np.argmin(spare, axis=1)
     return _scored(
         "joint limits", spare.min(axis=1), "rad", lambda at: f"{robot.joint_names[joint[at]]}, {path.where(at)}"

@@ -14,6 +14,7 @@ from footfall.planning.step.lift_kernel import followed, nearest_branch, off_lin
 from footfall.planning.step.solids import leg_chain
 from footfall.robot.ik import IkSolutions, solve_leg
 from footfall.robot.kinematics import leg_wheel_pose
+from footfall.robot.limits import farthest_past
 from footfall.robot.model import Robot
 
 STRAIGHT = 0.001
@@ -93,5 +94,4 @@ def _why_not(robot: Robot, leg: int, found: Array, solved: IkSolutions, heights:
     if np.abs(nearest - found[-1]).max() > LARGEST_STEP:
         return f"the leg meets a singular posture {reached}, where joints would have to jump"
     own = slice(6 * leg, 6 * leg + 6)
-    outside = np.maximum(robot.lower[own] - nearest, nearest - robot.upper[own])
-    return f"{robot.joint_names[6 * leg + int(np.argmax(outside))]} meets its limit {reached}"
+    return f"{farthest_past(robot, nearest, own).name} meets its limit {reached}"

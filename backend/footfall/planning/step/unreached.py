@@ -5,6 +5,7 @@ import numpy as np
 from footfall.core.frames import apply, inverse
 from footfall.planning.step.edges import Array
 from footfall.robot.ik import solve_leg
+from footfall.robot.limits import farthest_past, room_to_limits
 from footfall.robot.model import Robot
 
 
@@ -16,12 +17,10 @@ def unreached(robot: Robot, leg: int, Ts_base_wheel: Array) -> str:
         short = np.minimum(shortfalls(robot, leg, Ts_base_wheel, False), shortfalls(robot, leg, Ts_base_wheel, True))
         return f"thigh and shank miss it by {max(float(short.min()), 0.0005):.3f} m"
     own = slice(6 * leg, 6 * leg + 6)
-    outside = np.maximum(robot.lower[own] - q, q - robot.upper[own])
-    nearest = outside[int(np.argmin(outside.max(axis=1)))]
-    joint = int(np.argmax(nearest))
-    excess = max(float(nearest[joint]), 0.0005)
-    name = robot.joint_names[6 * leg + joint]
-    return f"{name} would turn {excess:.3f} rad ({np.rad2deg(excess):.1f}°) past its limit"
+    nearest = q[int(np.argmax(room_to_limits(robot, q, own).min(axis=1)))]
+    worst = farthest_past(robot, nearest, own)
+    excess = max(worst.excess, 0.0005)
+    return f"{worst.name} would turn {excess:.3f} rad ({np.rad2deg(excess):.1f}°) past its limit"
 
 
 def shortfalls(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Array:

@@ -26,6 +26,7 @@ from footfall.planning.step.held import NOTHING_HOLDS, listed, margin_told, wors
 from footfall.planning.step.problem import Check, StepSettings
 from footfall.planning.step.situation import NO_GROUND, RAISED, TRUE, Situation
 from footfall.planning.step.solids import Gap, part_poses
+from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -109,7 +110,7 @@ def _sampled(q_path: Array, phases: tuple[str, ...]) -> _Path:
 
 def _limits(robot: Robot, leg: int, path: _Path) -> Check:
     own = slice(6 * leg, 6 * leg + 6)
-    spare = np.minimum(path.qs - robot.lower[own], robot.upper[own] - path.qs)
+    spare = room_to_limits(robot, path.qs, own)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
     least = float(spare[at, joint])
     name = robot.joint_names[6 * leg + int(joint)]
