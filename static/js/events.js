@@ -2,6 +2,7 @@
 
 import { get } from "./api.js";
 import { attempt } from "./dom.js";
+import { madeOf } from "./kinds.js";
 import { subscribe } from "./store.js";
 
 export const events = []; // oldest first
@@ -55,18 +56,8 @@ export function describe({ type, payload }) {
 }
 
 const CHOICES = { footfall: "the footfall", points: "the points for the wheel", plan: "the choice of a plan", edit: "the edit of the commands", stiffness: "the stiffness taken over" };
-const MADE = {
-  plan: ({ leg, status }) => `planned the step of leg ${leg}: ${status.replaceAll("_", " ")}`,
-  maps: ({ leg }) => `coloured the ground for leg ${leg}`,
-  terrain: () => "built the terrain", photographs: () => "built the terrain", blend: () => "blended terrains", clear: () => "cleared ground",
-  what_if: () => "shifted the chassis in a what-if", after: () => "goes on from the end of a plan",
-  shift: () => "looked for a shift of the chassis", body_move: () => "checked a move of the chassis",
-  execution: ({ status }) => `commanded for sag: ${status.replaceAll("_", " ")}`,
-  sequence: () => "made commands", outcome: () => "compared the run with its prediction", edit: () => "edited the commands", import: () => "read commands from a file",
-  export: ({ format }) => `exported the commands as ${format}`,
-};
 const DONE = {
-  product: (payload) => MADE[payload.kind]?.(payload) ?? `made: ${payload.kind.replaceAll("_", " ")}`,
+  product: madeOf,
   footfall_chosen: ({ leg }) => `chose a footfall for leg ${leg}`,
   points_set: ({ leg, points }) => `set ${points.length} point${points.length === 1 ? "" : "s"} for the wheel of leg ${leg}`,
   plan_chosen: () => "chose another plan",

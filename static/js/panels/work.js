@@ -3,15 +3,14 @@
 import { act } from "../acts.js";
 import { request } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
+import { KINDS, titleOf } from "../kinds.js";
 import { reveal } from "../layout.js";
 import { alive, known, silent, subscribe } from "../store.js";
 
 const LONG = 30; // s after which images that have not come are doubted
 const GIVEN_UP = 600; // s
 const PATIENCE = 3000; // ms for the answer of a plan that has ended
-const GROUND = ["images", "terrain", "photographs", "blend", "clear", "maps"];
-const COMMANDS = ["sequence", "edit", "import"];
-const WHERE = { plan: "plan", execution: "execution", check: "sessions" };
+const OTHERS = { images: "ground", check: "sessions" }; // work that makes no product
 
 let followed = null; // the job that was under way last, as long as how it ended is not told
 let seen = 0; // when it was last seen under way, performance.now()
@@ -32,7 +31,7 @@ export function awaitImages(before) {
   draw(known);
 }
 
-const areaOf = (kind) => WHERE[kind] ?? (GROUND.includes(kind) ? "ground" : COMMANDS.includes(kind) ? "commands" : "footfall");
+const areaOf = (kind) => KINDS[kind]?.area ?? OTHERS[kind] ?? "footfall";
 
 const underWay = () => [...known.jobs.values()].filter(({ state }) => state === "queued" || state === "running");
 const runningJob = () => underWay().at(-1);
@@ -41,9 +40,6 @@ const cancel = () => attempt(async () => {
   const job = runningJob();
   if (job) await request("DELETE", `/jobs/${job.id}`);
 });
-
-const NAMES = { maps: "colours", sequence: "commands", execution: "sag", what_if: "what-if", body_move: "move of the chassis", shift: "shift of the chassis" };
-const named = (kind) => NAMES[kind] ?? kind.replaceAll("_", " ");
 
 function draw({ summary }) {
   if (!summary) return;
@@ -59,7 +55,7 @@ function draw({ summary }) {
   $("job").hidden = !job && !asked;
   $("job-said").hidden = Boolean(job || asked) || !ended;
   const past = alive() ? "" : `, ${age(silent())} ago`;
-  if (job) show(`${named(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
+  if (job) show(`${titleOf(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
   else if (asked) show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
 }
 
@@ -81,16 +77,16 @@ function show(text, share, late = false) {
 function tellEnd(job) {
   if (!job) return true;
   const [kind, state] = [job.kind, job.state];
-  if (state === "failed") say(kind, "no", `${named(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
-  else if (state === "cancelled") say(kind, "", `${named(kind)}: cancelled`);
+  if (state === "failed") say(kind, "no", `${titleOf(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+  else if (state === "cancelled") say(kind, "", `${titleOf(kind)}: cancelled`);
   else if (kind === "plan" && known.plan?.digest === job.result) {
     if (known.plan.status === "found") say(kind, "yes", "plan: found", { of: "plan", digest: job.result });
     else say(kind, "no", `no plan: ${known.plan.reason}`, { of: "plan", digest: job.result });
-  } else if (COMMANDS.includes(kind) && known.sequence?.digest === job.result) {
+  } else if (areaOf(kind) === "commands" && known.sequence?.digest === job.result) {
     if (known.sequence.valid) say(kind, "yes", "commands: every rule holds", { of: "sequence", digest: job.result });
     else say(kind, "no", "commands: a rule does not hold", { of: "sequence", digest: job.result });
-  } else if ((kind === "plan" || COMMANDS.includes(kind)) && performance.now() - seen < PATIENCE) return false;
-  else say(kind, GROUND.includes(kind) ? "yes" : "", `${named(kind)}: done`); // of others it is not known here what they found
+  } else if ((kind === "plan" || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
+  else say(kind, areaOf(kind) === "ground" ? "yes" : "", `${titleOf(kind)}: done`); // of others it is not known here what they found
   return true;
 }
 
@@ -106,6 +102,6 @@ function tellFailures() {
   for (const job of failed) {
     if (told.has(job.id)) continue;
     told.add(job.id);
-    toast(`${named(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+    toast(`${titleOf(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
   }
 }

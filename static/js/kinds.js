@@ -1,0 +1,28 @@
+// What the page calls each kind of product, one row a kind of backend/footfall/session/products/kinds.py.
+// made: what who made it did, from the payload of its event; title: its job, where its name is no word of the field;
+// area: where the page shows it; sign: on the timeline, a key of its SIGNS; shown: below the session, where the timeline
+// reads what it was. A kind without a row goes by its name.
+
+const inWords = (status) => status.replaceAll("_", " ");
+
+export const KINDS = {
+  terrain: { area: "ground", sign: "terrain", made: () => "built the terrain" },
+  photographs: { area: "ground", sign: "terrain", made: () => "built the terrain" },
+  blend: { area: "ground", sign: "terrain", made: () => "blended terrains" },
+  clear: { area: "ground", sign: "terrain", made: () => "cleared ground" },
+  maps: { title: "colours", area: "ground", sign: "maps", made: ({ leg }) => `coloured the ground for leg ${leg}` },
+  plan: { area: "plan", sign: "plan", shown: "plans", made: ({ leg, status }) => `planned the step of leg ${leg}: ${inWords(status)}` },
+  after: { made: () => "goes on from the end of a plan" },
+  what_if: { title: "what-if", made: () => "shifted the chassis in a what-if" },
+  execution: { title: "sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `commanded for sag: ${inWords(status)}` },
+  shift: { title: "shift of the chassis", sign: "plan", made: () => "looked for a shift of the chassis" },
+  body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
+  sequence: { title: "commands", area: "commands", sign: "sequence", made: () => "made commands" },
+  outcome: { made: () => "compared the run with its prediction" },
+  edit: { area: "commands", sign: "sequence", made: () => "edited the commands" },
+  import: { area: "commands", sign: "sequence", made: () => "read commands from a file" },
+  export: { sign: "export", made: ({ format }) => `exported the commands as ${format}` },
+};
+
+export const titleOf = (kind) => KINDS[kind]?.title ?? kind.replaceAll("_", " ");
+export const madeOf = (payload) => KINDS[payload.kind]?.made(payload) ?? `made: ${payload.kind.replaceAll("_", " ")}`;
