@@ -6,7 +6,7 @@ import secrets
 import threading
 import time
 from base64 import urlsafe_b64encode
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -21,7 +21,8 @@ CLIENT, SECRET = "footfall", "of this test"
 class Provider:
     """person: what it says of whoever logs in. claims: what it adds to a token, or says wrongly; None leaves one out.
 
-    key: what it signs with, of which ``keys`` tells the public part.
+    key: what it signs with, of which ``keys`` tells the public part. elsewhere: what it says wrongly of where it is.
+    instead: path → how it answers there. asked: paths that somebody asked for.
     """
 
     def __init__(self) -> None:
@@ -33,13 +34,16 @@ class Provider:
         self.refuses = False
         self.issuer = ""
         self.claimed_issuer = ""
+        self.elsewhere: dict[str, Any] = {}
+        self.instead: dict[str, Callable[[BaseHTTPRequestHandler], None]] = {}
+        self.asked: list[str] = []
         self._codes: dict[str, dict[str, str]] = {}
 
     def about(self) -> dict[str, Any]:
         """The discovery document."""
         names = ("authorization_endpoint", "token_endpoint", "jwks_uri")
         where = {name: f"{self.issuer}/{name}" for name in names}
-        return {"issuer": self.claimed_issuer or self.issuer, **where}
+        return {"issuer": self.claimed_issuer or self.issuer, **where, **self.elsewhere}
 
     def authorize(self, asked: dict[str, str]) -> str:
         """Where the browser goes back to."""
@@ -76,6 +80,8 @@ def provider() -> Iterator[Provider]:
     class Answers(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
             parts = urlsplit(self.path)
+            if self._instead():
+                return
             if parts.path == "/.well-known/openid-configuration":
                 self._tell(made.about())
             elif parts.path == "/jwks_uri":
@@ -86,8 +92,18 @@ def provider() -> Iterator[Provider]:
                 self.end_headers()
 
         def do_POST(self) -> None:
+            if self._instead():
+                return
             given = made.token(_first(self.rfile.read(int(self.headers["Content-Length"])).decode()))
             self._tell(given or {"error": "invalid_grant"}, 200 if given else 400)
+
+        def _instead(self) -> bool:
+            path = urlsplit(self.path).path
+            made.asked.append(path)
+            other = made.instead.get(path)
+            if other is not None:
+                other(self)
+            return other is not None
 
         def _tell(self, content: dict[str, Any], status: int = 200) -> None:
             body = json.dumps(content).encode()

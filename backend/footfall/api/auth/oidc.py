@@ -3,20 +3,19 @@
 OpenID Connect Core 1.0 §3.1, RFC 7636 (PKCE), RFC 9700 (what to watch for).
 """
 
+import contextlib
 import hashlib
 import secrets
 import threading
 import time
 from base64 import urlsafe_b64encode
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlencode
 
-import httpx
-
-from footfall.core.errors import FootFallError
+from footfall.api.auth.provider_calls import SignOnFailed, ask, require_address
 from footfall.io.sign_on_file import ROLES, SignOnSettings
 from footfall.session.access.identity import Role
 
@@ -26,21 +25,14 @@ MOST = 1000
 """So many logins may be under way; of more the oldest are forgotten."""
 LEEWAY = 60
 """By how much the clocks of provider and server may differ [s]."""
-PATIENCE = 5.0
-"""How long the provider may take for an answer [s]."""
+AT_ONCE = 10
+"""So many logins wait for the provider at once: who is not logged in yet must not take all threads of the server."""
+MOST_KEYS = 100
+"""Keys that a provider may have."""
+LONGEST_SUBJECT = 255
+"""OpenID Connect Core 1.0, §2."""
 # never "none", and never a secret that the provider shares with its clients
 ALGORITHMS = ["RS256", "PS256", "ES256", "ES384", "EdDSA"]
-
-
-class SignOnFailed(FootFallError):
-    """``kind`` is what the login page tells of; the message is for the log."""
-
-    def __init__(self, kind: str, message: str) -> None:
-        super().__init__(message)
-        self.kind = kind
-
-    def __reduce__(self) -> tuple[type["SignOnFailed"], tuple[str, str]]:
-        return type(self), (self.kind, self.message)
 
 
 @dataclass(frozen=True)
@@ -69,11 +61,13 @@ class SignOn:
         self._clock = clock
         self._begun: OrderedDict[str, _Begun] = OrderedDict()
         self._guard = threading.Lock()
+        self._asking = threading.BoundedSemaphore(AT_ONCE)
 
     def begin(self, redirect: str) -> tuple[str, str]:
         """(where the browser has to go, the state that it has to bring back). Raises SignOnFailed."""
         state, nonce, verifier = (secrets.token_urlsafe(32) for _ in range(3))
-        endpoint = self._discovered()["authorization_endpoint"]
+        with self._in_turn():
+            endpoint = self._discovered()["authorization_endpoint"]
         challenge = urlsafe_b64encode(hashlib.sha256(verifier.encode()).digest()).rstrip(b"=").decode()
         asked = {
             "response_type": "code",
@@ -97,6 +91,10 @@ class SignOn:
             begun = self._begun.pop(state, None)
         if begun is None or self._clock() - begun.at > LASTS:
             raise SignOnFailed("expired", "the login was not begun here, was used already, or took too long")
+        with self._in_turn():
+            return self._asked_for(begun, code)
+
+    def _asked_for(self, begun: _Begun, code: str) -> Person:
         about = self._discovered()
         form = {
             "grant_type": "authorization_code",
@@ -106,36 +104,48 @@ class SignOn:
             "client_id": self.settings.client_id,
         }
         secret = self.settings.client_secret
-        given = self._json(
-            "POST", about["token_endpoint"], data={**form, **({"client_secret": secret} if secret else {})}
-        )
+        form |= {"client_secret": secret} if secret else {}
+        given = ask(self.settings.issuer, "POST", about["token_endpoint"], form)
         return self._person(self._proven(given.get("id_token"), about, begun.nonce))
 
     def keys(self) -> int:
         """With how many keys the provider signs; it is asked. Raises SignOnFailed."""
-        keys = self._json("GET", self._discovered()["jwks_uri"]).get("keys")
-        if not isinstance(keys, list) or not keys:
-            raise SignOnFailed("unproven", f"{self.settings.issuer} tells no key that it signs with")
-        return len(keys)
+        return len(self._keys(self._discovered()))
 
-    def _discovered(self) -> dict[str, Any]:
+    @contextlib.contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        if not self._asking.acquire(blocking=False):
+            raise SignOnFailed("unreachable", f"{AT_ONCE} logins wait for {self.settings.issuer} already")
+        try:
+            yield
+        finally:
+            self._asking.release()
+
+    def _discovered(self) -> dict[str, str]:
         issuer = self.settings.issuer
-        about = self._json("GET", f"{issuer.rstrip('/')}/.well-known/openid-configuration")
+        about = ask(issuer, "GET", f"{issuer.rstrip('/')}/.well-known/openid-configuration")
         if about.get("issuer") != issuer:
-            raise SignOnFailed("unproven", f"{issuer} says that it is {about.get('issuer')!r}")
+            raise SignOnFailed("unproven", f"{issuer} says that it is {about.get('issuer')!r:.200}")
         wanted = ("authorization_endpoint", "token_endpoint", "jwks_uri")
-        if not all(isinstance(about.get(name), str) for name in wanted):
-            raise SignOnFailed("unreachable", f"{issuer} does not say where its {', '.join(wanted)} are")
-        return about
+        return {name: require_address(issuer, name, about.get(name)) for name in wanted}
 
-    def _proven(self, token: Any, about: dict[str, Any], nonce: str) -> dict[str, Any]:
+    def _keys(self, about: dict[str, str]) -> list[Any]:
+        keys = ask(self.settings.issuer, "GET", about["jwks_uri"]).get("keys")
+        if not isinstance(keys, list) or not 0 < len(keys) <= MOST_KEYS:
+            raise SignOnFailed(
+                "unproven", f"{self.settings.issuer} has to tell 1 to {MOST_KEYS} keys that it signs with"
+            )
+        return keys
+
+    def _proven(self, token: Any, about: dict[str, str], nonce: str) -> dict[str, Any]:
         # an extra: installed by those alone who have a provider
         from joserfc import jwt
         from joserfc.errors import JoseError
         from joserfc.jwk import KeySet
 
+        told = self._keys(about)
         try:
-            keys = KeySet.import_key_set(self._json("GET", about["jwks_uri"]))  # type: ignore[arg-type]
+            keys = KeySet.import_key_set({"keys": told})
             claims = jwt.decode(str(token), keys, algorithms=ALGORITHMS).claims
             jwt.JWTClaimsRegistry(
                 leeway=LEEWAY,
@@ -146,8 +156,12 @@ class SignOn:
                 exp={"essential": True},
                 iat={"essential": True},
             ).validate(claims)
-        except (JoseError, ValueError, KeyError) as err:
-            raise SignOnFailed("unproven", f"the provider's token is not accepted: {err}") from err
+            subject = claims["sub"]
+            if not isinstance(subject, str) or not 0 < len(subject) <= LONGEST_SUBJECT:
+                raise ValueError(f"its subject is no text of 1 to {LONGEST_SUBJECT} characters")
+        except (JoseError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as err:
+            # the library expects keys, headers and claims of the right types
+            raise SignOnFailed("unproven", f"the provider's token is not accepted: {err!s:.200}") from err
         if claims.get("azp", self.settings.client_id) != self.settings.client_id:
             raise SignOnFailed("unproven", "the provider's token was made for another program")
         return dict(claims)
@@ -158,17 +172,7 @@ class SignOn:
         roles = [Role(role) for role in ROLES if set(self.settings.roles.get(role, ())) & {str(one) for one in said}]
         name = str(claims.get(self.settings.name_claim) or claims["sub"])
         if not roles:
-            raise SignOnFailed("no-role", f"{name} has no role here: {self.settings.role_claim} says {said}")
+            raise SignOnFailed(
+                "no-role", f"{name:.100} has no role here: {self.settings.role_claim} says {said!s:.200}"
+            )
         return Person(self.settings.issuer, str(claims["sub"]), name, max(roles))
-
-    def _json(self, method: str, url: str, **about: Any) -> dict[str, Any]:
-        try:
-            with httpx.Client(timeout=PATIENCE, follow_redirects=False) as client:
-                answer = client.request(method, url, headers={"Accept": "application/json"}, **about)
-            if answer.status_code == 200 and isinstance(found := answer.json(), dict):
-                return found
-            # a refusal of the code is the provider's answer; its text may hold what is secret
-            kind = "refused" if method == "POST" and answer.status_code in (400, 401, 403) else "unreachable"
-            raise SignOnFailed(kind, f"{url} answered {answer.status_code}")
-        except (httpx.HTTPError, httpx.InvalidURL, ValueError) as err:
-            raise SignOnFailed("unreachable", f"{url}: {err}") from err
