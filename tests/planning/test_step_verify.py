@@ -247,6 +247,7 @@ def test_between_samples_the_way_is_looked_at_in_tenths_with_a_hundredth_to_spar
     hit = Asked(at=10 * SAMPLING, reach=-0.5 * LITTLE)
     found, path, _ = beside(hit, [10])
     assert found is None
+    assert (FINER, LITTLE) == (10, 1e-3)
     between = [(qs, more) for qs, more in hit.calls if more != LITTLE]
     assert [more for _, more in between] == [LITTLE / FINER**2] * 2
     for (qs, _), sign in zip(between, (-1, 1), strict=True):
@@ -261,9 +262,12 @@ def test_no_way_leads_over_a_waypoint_or_over_an_end():
     """The next sample of another segment is the same place; what comes after the last, or before the first, is none."""
     path = verify._sampled(FOUR, PHASES)
     last_of_first = int(np.flatnonzero(path.segments == 0)[-1])
-    for at, sides in ((0, 1), (last_of_first, 1), (last_of_first + 1, 1), (len(path.qs) - 1, 1), (5, 2)):
-        hit = Asked(at=float(path.qs[at, 0]), reach=-0.5 * LITTLE)
-        assert beside(hit, [at])[0] is None
+    alone = verify._sampled(FOUR[:2], ("lift", "lift"))
+    places = [(path, at, 1) for at in (0, last_of_first, last_of_first + 1, len(path.qs) - 1)]
+    places += [(path, 1, 2), (path, 5, 2), (alone, 0, 1), (alone, 1, 2), (alone, len(alone.qs) - 1, 1)]
+    for one, at, sides in places:
+        hit = Asked(at=float(one.qs[at, 0]), reach=-0.5 * LITTLE)
+        assert beside(hit, [at], one)[0] is None
         assert len(hit.calls) == 1 + sides, at
 
 
@@ -385,13 +389,16 @@ def whole(athlete, q):
     return posture
 
 
-def test_how_far_the_wheel_leaves_the_vertical_while_it_lifts_and_lowers(athlete):
+@pytest.mark.parametrize("side", [(0.0, 0.0), (-0.02, 0.08), (0.05, -0.04)])
+def test_how_far_the_wheel_leaves_the_vertical_while_it_lifts_and_lowers(athlete, side):
     base = np.array(athlete.posture("stand"))[OWN]
-    q_path = np.array([base, base, base, base, base])
-    q_path[1, 0] += 0.02  # sideways while it lifts
-    q_path[2, 0] += 0.3  # as it likes in the swing
-    q_path[3, 1] += 0.05
-    phases = ("lift", "lift", "swing", "swing", "lower")
+    q_path = np.array([base, base, base, base, base, base, base])
+    q_path[1, 0] += 0.03  # to one side and to the other while it lifts
+    q_path[2, 0] -= 0.02
+    q_path[3, 0] += 0.3  # as it likes in the swing
+    q_path[4, 0] += side[0]
+    q_path[5, 0] += side[1]
+    phases = ("lift", "lift", "lift", "swing", "swing", "lower", "lower")
     tilted: Any = SimpleNamespace(T_site_base=transform(_turned(0.2), (0.0, 0.0, 1.5)))
     for state in (STATE, tilted):
         up = np.linalg.inv(state.T_site_base)[:3, 2]
@@ -399,7 +406,7 @@ def test_how_far_the_wheel_leaves_the_vertical_while_it_lifts_and_lowers(athlete
         check = verify._straight(athlete, state, LEG, path)
         away = {}
         for at in np.flatnonzero(~path.swings):
-            foot = q_path[0] if path.segments[at] == 0 else q_path[-1]
+            foot = q_path[0] if path.segments[at] < 2 else q_path[-1]
             there, start = (wheel_pose(athlete, whole(athlete, q), LEG)[:3, 3] for q in (path.qs[at], foot))
             away[int(at)] = float(np.linalg.norm(np.cross(there - start, up)))
         worst = max(away, key=lambda at: away[at])
@@ -412,6 +419,14 @@ def test_how_far_the_wheel_leaves_the_vertical_while_it_lifts_and_lowers(athlete
 def _turned(angle):
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+def test_a_wheel_may_leave_the_vertical_by_just_as_much(athlete, monkeypatch):
+    base = np.array(athlete.posture("stand"))[OWN]
+    path = verify._sampled(np.array([base, base + np.array([0.01, 0, 0, 0, 0, 0])]), ("lift", "lift"))
+    away = OFF_LINE - verify._straight(athlete, STATE, LEG, path).margin
+    monkeypatch.setattr(verify, "OFF_LINE", away)
+    assert verify._straight(athlete, STATE, LEG, path).holds
 
 
 def test_a_wheel_may_leave_the_vertical_by_two_millimetres(athlete):

@@ -1,14 +1,18 @@
 """The rules that are asked of a row alone: which are asked, whether they hold to the edge, and by how much."""
 
 from math import inf, isnan, nan
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import InvalidSequence
+from footfall.sequence import rules
 from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.rules import SPEED_TOLERANCE, check_rules
+from footfall.sequence.settings import SequenceSettings
 from footfall.telemetry.command_kinds import KINDS
 
 LEG = 2
@@ -74,8 +78,8 @@ def test_every_kind_of_command_is_asked_its_own_rules_and_they_have_units(athlet
         ),
     }
     assert every.keys() == set(KINDS)
-    for name, (results, rules) in every.items():
-        assert results.keys() == rules, name
+    for name, (results, expected) in every.items():
+        assert results.keys() == expected, name
         assert broken(results) == set(), name
         for rule, result in results.items():
             assert result.unit == UNITS.get(rule, "")
@@ -113,8 +117,8 @@ def test_the_number_of_joints_is_that_of_what_moves(athlete, start):
         assert broken(results) == {"six-joints"}
         assert results["six-joints"].text == f"{count} joints of 6"
         assert "speed" not in results
-    for count in (0, 6, 35):
-        results = one(athlete, start, "POSTURE_MOVE", None, start[:count], 9.0)
+    for count in (0, 6, 35, 37, 42):
+        results = one(athlete, start, "POSTURE_MOVE", None, np.resize(start, count), 9.0)
         assert broken(results) == {"all-joints"}
         assert results["all-joints"].text == f"{count} joints of 36"
     assert one(athlete, start, "LEG_MOVE", LEG, None, 9.0)["six-joints"].text == "0 joints of 6"
@@ -179,6 +183,35 @@ def test_no_joint_is_faster_than_its_limit_from_where_the_row_before_left_it(ath
         assert result.holds is holds, spare
         assert result.margin == pytest.approx(spare, abs=1e-12)
         assert result.text == f"takes {needed + spare:.3f} s, the speed limits need {needed:.3f} s"
+
+
+def test_a_row_that_moves_nothing_may_miss_the_least_time_by_rounding(athlete, start):
+    result = one(athlete, start, "LEG_MOVE", LEG, start[OWN], -SPEED_TOLERANCE)["speed"]
+    assert (result.holds, result.margin) == (True, -SPEED_TOLERANCE)
+
+
+@pytest.mark.parametrize("over", ["check_motion", "check_yielding"])
+def test_what_is_asked_over_a_terrain_is_asked_with_the_settings_or_with_those_that_there_are(
+    athlete, start, monkeypatch, over
+):
+    asked_with = []
+
+    def check(*args):
+        asked_with.append(args[-1])
+        return [RuleResult("balance", 0, True, 1.0, "m", "")]
+
+    monkeypatch.setattr(rules, over, check)
+    monkeypatch.setattr(rules, "passages", lambda *args: [SimpleNamespace(after=start)])
+    ground: Any = "a terrain" if over == "check_motion" else None
+    sags: Any = None if ground else "a prediction"
+    own = SequenceSettings(speed_fraction=0.5)
+    for settings in (own, None):
+        told = {"dem": ground, "yielding": sags, "settings": settings}
+        results = asked(athlete, start, Command("LEG_MOVE", LEG, start[OWN], 9.0), **told)
+        assert results["balance"].holds
+    given, default = asked_with
+    assert given is own
+    assert default.digest == SequenceSettings().digest
 
 
 def test_where_set_points_are_told_the_speed_counts_from_them(athlete, start):
