@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.support.heavy import is_heavy
 from tests.support.run_record import RunRecord, may_be_asked_twice
 from tests.support.waiting import until
 
@@ -44,6 +45,8 @@ def pytest_xdist_auto_num_workers() -> int:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files that take minutes come first: begun last, they would keep one core busy while the others idle."""
     for item in items:
+        if is_heavy(item.path):
+            item.add_marker(pytest.mark.heavy)
         if may_be_asked_twice(item):
             item.add_marker(pytest.mark.flaky(reruns=1))
     items.sort(key=lambda item: item.get_closest_marker("long") is None)

@@ -86,8 +86,12 @@ def _told(case: Case, lanes: ProcessPoolExecutor, known: set[tuple[str, str, str
         print(f"{case.module}: the judges don't pass the module as it is ({whole}):\n{said}")
         return False
     bound = SHORTEST_BOUND + 5 * took
-    verdicts = list(zip(chosen, lanes.map(_judged_mutant, repeat(case), chosen, repeat(bound)), strict=True))
-    count = Counter(verdict for _, verdict in verdicts)
+    count = Counter[Verdict]()
+    for one, verdict in zip(chosen, lanes.map(_judged_mutant, repeat(case), chosen, repeat(bound)), strict=True):
+        count[verdict] += 1
+        if verdict == "survived":
+            print(f"  survived, {case.module} line {one.line} ({one.operator}):", flush=True)
+            print(f"    - {one.was}\n    + {one.becomes}", flush=True)
     killed, judged = count["killed"] + count["endless"], len(chosen) - count["does not load"]
     share = killed / judged
     print(
@@ -95,9 +99,6 @@ def _told(case: Case, lanes: ProcessPoolExecutor, known: set[tuple[str, str, str
         f"{count['does not load']} don't load, {count['endless']} went on for ever",
         flush=True,
     )
-    for one, verdict in verdicts:
-        if verdict == "survived":
-            print(f"  survived, line {one.line} ({one.operator}):\n    - {one.was}\n    + {one.becomes}", flush=True)
     if share < FLOOR:
         print(f"{case.module}: {share:.1%} is less than {FLOOR:.0%}: write tests for the survivors")
     return share >= FLOOR
