@@ -35,8 +35,12 @@ class Case:
 
 CASES = (
     Case("session/gate/machine.py", ("tests/session/test_gate_transitions.py",)),
-    Case("balance/support.py", ("tests/balance/test_support.py",)),
-    Case("balance/support_kernel.py", ("tests/balance/test_support.py",), interpreted=True),
+    Case("balance/support.py", ("tests/balance/test_support_edges.py", "tests/balance/test_support.py")),
+    Case(
+        "balance/support_kernel.py",
+        ("tests/balance/test_support_edges.py", "tests/balance/test_support.py"),
+        interpreted=True,
+    ),
     Case("planning/step/verify.py", ("tests/planning/test_step_verify.py",)),
     Case("sequence/rules.py", ("tests/sequence/test_row_rules.py",)),
     Case("robot/clearance.py", ("tests/robot/test_clearance_tables.py",)),
