@@ -34,6 +34,7 @@ def test_the_ends_of_a_swing_over_steep_ground_are_sure(seed):
         near = ground_near(Stance(scene.robot, scene.dem, scene.state, one.leg))
         assert isinstance(near, Nearby)
         situation = Situation(scene.robot, scene.dem, scene.state, one.leg, near, settings)
+        assert result.plan is not None
         path = swing(result.plan)
         planned[steep] = unsure_ends(situation, path[0], path[-1])
         # what is sure is free for the meshes as well
