@@ -2,6 +2,7 @@
 
 import io
 import struct
+import tracemalloc
 import zipfile
 from typing import Any
 
@@ -485,3 +486,14 @@ def test_real_lunar_picture(shared_data):
     cell = dem.geometry.resolution
     assert (east - west + cell, north - south + cell) == pytest.approx((18, 12), abs=2 * cell)
     assert 0.0 <= dem.heights.min() < dem.heights.max() <= 0.5
+
+
+def test_a_header_without_an_end_needs_little_more_memory_than_itself():
+    content = b"ncols 1 " * (1 << 19)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InvalidTerrain, match="header line"):
+            decode_terrain(content, "a.asc")
+        assert tracemalloc.get_traced_memory()[1] < 0.5 * len(content)
+    finally:
+        tracemalloc.stop()

@@ -21,43 +21,52 @@ from footfall.terrain.ground.resample import square_cells
 _MEMORY = ("variance", "count", "time", "source")
 _LONGEST_SOURCES = 1 << 16
 _ASC_NODATA = -9999.0
+_LONGEST_LINE = 1000
+"""Of a header; what is longer holds heights."""
+_AT_ONCE = 1 << 20
+"""Heights that are compared at once: a comparison needs several times their memory."""
 _ASC_KEYS = ("ncols", "nrows", "xllcorner", "xllcenter", "yllcorner", "yllcenter", "cellsize", "nodata_value")
 
 
 def read_asc(content: bytes, name: str) -> Dem:
     """ESRI ASCII grid: ncols, nrows, xll and yll (corner or center), cellsize, NODATA_value (else −9999)."""
-    try:
-        text = content.removeprefix(codecs.BOM_UTF8).decode("ascii")
-    except UnicodeDecodeError as err:
-        raise InvalidTerrain(f"{name} is not text, so no ASCII grid") from err
-    header, body = _asc_header(text, name)
+    content = content.removeprefix(codecs.BOM_UTF8)
+    if not content.isascii():
+        raise InvalidTerrain(f"{name} is not text, so no ASCII grid")
+    header, start = _asc_header(content, name)
     cols, rows, cell = header["ncols"], header["nrows"], header["cellsize"]
     if not (cols.is_integer() and rows.is_integer()):
         raise InvalidTerrain(f"{name} states {cols:g} columns and {rows:g} rows; they must be whole numbers")
     check_cell_count(rows, cols)
+    wanted = int(rows * cols)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            values = np.fromstring(body, sep=" ")
+            values = np.fromstring(content[start:], sep=" ")
         except (DeprecationWarning, ValueError) as err:
             raise InvalidTerrain(f"{name} has something other than numbers among its heights") from err
-    if len(values) != rows * cols:
+    if len(values) != wanted:
         raise InvalidTerrain(
             f"{name} holds {len(values)} heights where its header states {rows:g} × {cols:g}", count=len(values)
         )
     # header and heights may be rounded to different digits, such as the lowest float32
-    values[np.isclose(values, header.get("nodata_value", _ASC_NODATA), rtol=1e-6, atol=0.0)] = np.nan
+    nodata = header.get("nodata_value", _ASC_NODATA)
+    for part in np.array_split(values, 1 + wanted // _AT_ONCE):  # views
+        part[np.isclose(part, nodata, rtol=1e-6, atol=0.0)] = np.nan
     x0, y0 = (header[f"{a}llcenter"] if f"{a}llcenter" in header else header[f"{a}llcorner"] + cell / 2 for a in "xy")
     return from_heights(values.reshape(int(rows), int(cols))[::-1], cell, x0, y0, name)
 
 
-def _asc_header(text: str, name: str) -> tuple[dict[str, float], str]:
+def _asc_header(content: bytes, name: str) -> tuple[dict[str, float], int]:
+    """(what it states, where its heights begin)"""
     header: dict[str, float] = {}
     position = 0
-    while position < len(text):
-        end = text.find("\n", position)
-        end = len(text) if end < 0 else end
-        words = text[position:end].split()
+    while position < len(content):
+        end = content.find(b"\n", position)
+        end = len(content) if end < 0 else end
+        # a line may be the whole file, and its words need ten times its memory
+        line = content[position : min(end, position + _LONGEST_LINE)].decode("ascii")
+        words = line.split()
         if words and not words[0][0].isalpha():
             break
         if words and words[0].lower() == "nan":
@@ -66,8 +75,7 @@ def _asc_header(text: str, name: str) -> tuple[dict[str, float], str]:
             key = words[0].lower()
             if key not in _ASC_KEYS or len(words) != 2:
                 raise InvalidTerrain(
-                    f"{name} has a header line {text[position:end].strip()[:40]!r}; "
-                    f"an ASCII grid has {', '.join(_ASC_KEYS)}"
+                    f"{name} has a header line {line.strip()[:40]!r}; an ASCII grid has {', '.join(_ASC_KEYS)}"
                 )
             given = {key, key.replace("corner", "center"), key.replace("center", "corner")} & header.keys()
             if given:
@@ -83,7 +91,7 @@ def _asc_header(text: str, name: str) -> tuple[dict[str, float], str]:
     missing += [f"{a}llcorner" for a in "xy" if not {f"{a}llcorner", f"{a}llcenter"} & header.keys()]
     if missing:
         raise InvalidTerrain(f"{name} is no complete ASCII grid: its header lacks {', '.join(missing)}")
-    return header, text[position:]
+    return header, position
 
 
 def write_asc(dem: Dem) -> bytes:
