@@ -1,13 +1,15 @@
 """Uploads: named files and one JSON member of a multipart form, checked as strictly as a JSON body."""
 
 import json
+import shutil
 from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from fastapi import Request, UploadFile
+from fastapi.concurrency import run_in_threadpool
 from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.datastructures import FormData
@@ -27,6 +29,13 @@ MOST_TEXTS = 20
 
 LONGEST_STEM, LONGEST_ENDING = 100, 20
 """Longest file name [bytes] and ending that are kept of an upload."""
+
+
+class Uploaded(NamedTuple):
+    """A file of a form, which is closed with the form: its name, and where its content is read."""
+
+    name: str
+    file: BinaryIO
 
 
 def is_multipart(request: Request) -> bool:
@@ -60,16 +69,16 @@ async def form_of(
         yield form
 
 
-async def file_of(form: FormData, name: str) -> tuple[str, bytes]:
-    """File name and content of the form's member ``name``."""
-    found = await files_of(form, name, most=1)
+def upload_of(form: FormData, name: str) -> Uploaded:
+    """The form's member ``name``, unread: while requests wait for their turn, what is large stays on the disk."""
+    found = uploads_of(form, name, most=1)
     if not found:
         raise InvalidInput(f"the form needs a file called {name!r}", members=sorted(form.keys()))
     return found[0]
 
 
-async def files_of(form: FormData, name: str, most: int, largest: int | None = None) -> list[tuple[str, bytes]]:
-    """File name and content of each of the form's members ``name``; none of more than ``largest`` bytes."""
+def uploads_of(form: FormData, name: str, most: int, largest: int | None = None) -> list[Uploaded]:
+    """Each of the form's members ``name``, unread; none of more than ``largest`` bytes."""
     found = form.getlist(name)
     if len(found) > most:
         raise InvalidInput(f"the form may have {most} files called {name!r}, not {len(found)}", limit=most)
@@ -81,8 +90,19 @@ async def files_of(form: FormData, name: str, most: int, largest: int | None = N
         file = PurePath((upload.filename or "").replace("\\", "/")).name
         if largest is not None and (upload.size or 0) > largest:
             raise InvalidInput(f"{file} is larger than {largest} bytes", file=file, limit=largest)
-        files.append((file, await upload.read()))
+        files.append(Uploaded(file, upload.file))
     return files
+
+
+async def file_of(form: FormData, name: str) -> tuple[str, bytes]:
+    """File name and content of the form's member ``name``."""
+    name, file = upload_of(form, name)
+    return name, await run_in_threadpool(file.read)
+
+
+async def files_of(form: FormData, name: str, most: int, largest: int | None = None) -> list[tuple[str, bytes]]:
+    """File name and content of each of the form's members ``name``; none of more than ``largest`` bytes."""
+    return [(one, await run_in_threadpool(file.read)) for one, file in uploads_of(form, name, most, largest)]
 
 
 def json_of(form: FormData, name: str, model: type[_M]) -> _M:
@@ -110,22 +130,29 @@ def parse(text: str | bytes, model: type[_M], where: str = "body") -> _M:
 
 
 @contextmanager
-def on_disk(name: str, content: bytes, beside: Sequence[tuple[str, bytes]] = ()) -> Iterator[Path]:
-    """The content as a file of that name in a folder of its own, for readers that want a path.
+def on_disk(upload: Uploaded, beside: Sequence[Uploaded] = ()) -> Iterator[Path]:
+    """The upload as a file of its name in a folder of its own, for readers that want a path.
 
-    A name that no file can have becomes a similar one with the same ending. beside: name and content of files to lie
-    there too; their names go with that of the first.
+    A name that no file can have becomes a similar one with the same ending. beside: files to lie there too; their
+    names go with that of the first.
     """
+    name = upload.name
     ending = PurePath(name).suffix
     stem = name.removesuffix(ending).replace("\0", "").strip(".").encode()[:LONGEST_STEM].decode(errors="ignore")
     with TemporaryDirectory(prefix="footfall-") as folder:
         path = Path(folder) / f"{stem or 'upload'}{ending if len(ending) < LONGEST_ENDING else ''}"
-        path.write_bytes(content)
-        for other, also in beside:
+        copied(upload.file, path)
+        for other, file in beside:
             stem = name if other.lower().startswith(name.lower()) else name.removesuffix(ending)
             kept = path.name if stem == name else path.stem
-            (Path(folder) / f"{kept}{other[len(stem) :]}").write_bytes(also)
+            copied(file, Path(folder) / f"{kept}{other[len(stem) :]}")
         yield path
+
+
+def copied(file: BinaryIO, path: Path) -> None:
+    """The rest of an upload as a file of its own."""
+    with path.open("wb") as copy:
+        shutil.copyfileobj(file, copy)
 
 
 def multipart_doc(

@@ -10,7 +10,7 @@ from footfall.api.access import OneSession, product, session_path
 from footfall.api.bodies.answers import Digested, DigestText, Url
 from footfall.api.bodies.schemas import Calibration, CameraModel, ImageRequest
 from footfall.api.door.in_turn import in_turn
-from footfall.api.door.multipart import file_of, form_of, json_of, multipart_doc
+from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import Conflict, NotFound
 from footfall.io.image_files import decode_image, encode_png
@@ -125,16 +125,16 @@ async def upload_pair(live: OneSession, request: Request) -> Digested:
     """A rectified stereo pair from elsewhere, with its calibration as JSON."""
     async with form_of(request, ("left", "right"), ("calibration",)) as form:
         calibration = json_of(form, "calibration", Calibration)
-        sides = [await file_of(form, "left"), await file_of(form, "right")]
-    return await in_turn(_take_pair, live, calibration, sides)
+        sides = [upload_of(form, "left"), upload_of(form, "right")]
+        return await in_turn(_take_pair, live, calibration, sides)
 
 
-def _take_pair(live: LiveSession, calibration: Calibration, sides: list[tuple[str, bytes]]) -> Digested:
+def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded]) -> Digested:
     if live.state.state is None and live.frame is None:
         raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
     digest = live.state.state if live.state.state is not None else live.snapshot_state()
     state = product(live, digest, RobotState)
-    left, right = (decode_image(content, name) for name, content in sides)
+    left, right = (decode_image(file.read(), name) for name, file in sides)
     pose = state.T_site_base if calibration.T_site_base is None else np.array(calibration.T_site_base, float)
     pair = ImagePair(
         name=calibration.name,

@@ -12,7 +12,7 @@ from footfall.api.bodies.answers import PhotographJob
 from footfall.api.bodies.schemas import PhotographOptions, settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import MAX_IMAGE_BYTES, MAX_IMAGES
-from footfall.api.door.multipart import files_of, form_of, json_of, multipart_doc
+from footfall.api.door.multipart import Uploaded, copied, form_of, json_of, multipart_doc, uploads_of
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.core.errors import InvalidImages
@@ -30,8 +30,6 @@ LONGEST_NAME = 200
 """Of a file [bytes]."""
 
 _NAME = re.compile(r"\w[\w .+-]*")
-
-File = tuple[str, bytes]
 
 
 @router.post(
@@ -54,18 +52,18 @@ async def build_from_photographs(live: OneSession, request: Request, response: R
     A pair that can't be used is left out: ``left_out`` here, and of the terrain, says which and why.
     """
     async with form_of(request, ("calibration", "images", "pairs"), ("options",), MAX_IMAGES + 3) as form:
-        calibration = await files_of(form, "calibration", 2, MAX_TEXT_BYTES)
-        images = await files_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
-        pairs = await files_of(form, "pairs", 1, MAX_TEXT_BYTES)
+        calibration = uploads_of(form, "calibration", 2, MAX_TEXT_BYTES)
+        images = uploads_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
+        pairs = uploads_of(form, "pairs", 1, MAX_TEXT_BYTES)
         options = json_of(form, "options", PhotographOptions)
-    return await in_turn(_build, live, calibration, images, pairs, options, response)
+        return await in_turn(_build, live, calibration, images, pairs, options, response)
 
 
 def _build(
     live: LiveSession,
-    calibration: list[File],
-    images: list[File],
-    pairs: list[File],
+    calibration: list[Uploaded],
+    images: list[Uploaded],
+    pairs: list[Uploaded],
     options: PhotographOptions,
     response: Response,
 ) -> PhotographJob:
@@ -81,26 +79,31 @@ def _build(
 
 
 def _read(
-    folder: Path, calibration: list[File], images: list[File], pairs: list[File], names: list[str] | None, pose: Any
+    folder: Path,
+    calibration: list[Uploaded],
+    images: list[Uploaded],
+    pairs: list[Uploaded],
+    names: list[str] | None,
+    pose: Any,
 ) -> Photographs:
     """The files on disk, under names that can do no harm, for the reader that the command line uses too."""
     written: set[str] = set()
-    for name, content in images:
+    for name, file in images:
         if not _harmless(name) or pair_and_side(name) is None:
             raise InvalidImages(f"{name!r} is no image of a pair: its name must be NAME_left.png or NAME_right.png")
         if name in written:
             raise InvalidImages(f"{name} was sent twice", file=name)
         written.add(name)
-        (folder / name).write_bytes(content)
-    for _, content in pairs:
-        (folder / PAIRS_FILE).write_bytes(content)
+        copied(file, folder / name)
+    for _, file in pairs:
+        copied(file, folder / PAIRS_FILE)
     files = []
-    for side, (name, content) in zip(("left", "right"), calibration, strict=False):
+    for side, (name, file) in zip(("left", "right"), calibration, strict=False):
         # what messages call them: the name that they came by, where a file can have it
         plain = name if _harmless(name) else f"{side}.yaml"
         path = folder / side / plain
         path.parent.mkdir()
-        path.write_bytes(content)
+        copied(file, path)
         files.append(path)
     if not images:
         raise InvalidImages("the form needs files called 'images': NAME_left.png and NAME_right.png of each pair")

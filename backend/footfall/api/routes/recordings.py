@@ -3,7 +3,8 @@
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NotRequired, TypedDict, cast
+from tempfile import SpooledTemporaryFile
+from typing import Any, BinaryIO, NotRequired, TypedDict, cast
 
 from fastapi import Request, Response
 from fastapi.concurrency import run_in_threadpool
@@ -14,16 +15,20 @@ from footfall.api.bodies.answers import SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, page
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import PAGE_ITEMS
-from footfall.api.door.multipart import file_of, form_of, is_multipart
+from footfall.api.door.multipart import form_of, is_multipart, upload_of
 from footfall.api.routing import BINARY, Routes, files
 from footfall.core.errors import InvalidInput
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.recovery import recover
 from footfall.io.ros2_messages import NS
+from footfall.session.live import LiveSession
+from footfall.session.registry import Sessions
 from footfall.session.rover.recorder import recording_name
 
 router = Routes(tags=["recordings"])
 MCAP = "application/octet-stream"
+SPOOLED = 1 << 20
+"""Of a larger bundle only what is being received is in memory, the rest on the disk, until it is its turn [bytes]."""
 
 
 class RecordedListed(SessionListed):
@@ -104,14 +109,22 @@ async def upload(request: Request, response: Response, sessions: AllSessions) ->
     """Take a session's zip into the working folder and open it. It becomes the current session."""
     if is_multipart(request):
         async with form_of(request, ("file",)) as form:
-            _, content = await file_of(form, "file")
+            live = await in_turn(_take_in, sessions, upload_of(form, "file").file)
     else:
-        content = await request.body()
-    if not content:
-        raise InvalidInput("the request is empty; send the zip of a session")
-    live = await in_turn(sessions.import_bundle, content)
+        with SpooledTemporaryFile(SPOOLED) as file:
+            async for part in request.stream():
+                await run_in_threadpool(file.write, part)
+            file.seek(0)
+            live = await in_turn(_take_in, sessions, cast(BinaryIO, file))
     response.headers["Location"] = session_path(live)
     return cast(SessionAnswer, await run_in_threadpool(live.summary))
+
+
+def _take_in(sessions: Sessions, file: BinaryIO) -> LiveSession:
+    content = file.read()
+    if not content:
+        raise InvalidInput("the request is empty; send the zip of a session")
+    return sessions.import_bundle(content)
 
 
 @router.get("/sessions/{session}/recordings")

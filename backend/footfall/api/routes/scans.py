@@ -1,13 +1,13 @@
 """Scans and depth images, uploaded with what they don't say themselves, become the session's terrain."""
 
 from fastapi import Request, Response
-from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import OneSession, session_path
 from footfall.api.bodies.answers import TerrainAnswer
 from footfall.api.bodies.scan_schemas import ScanOptions
 from footfall.api.bodies.schemas import settings_value
-from footfall.api.door.multipart import file_of, form_of, json_of, multipart_doc
+from footfall.api.door.in_turn import in_turn
+from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routes.terrains import about_terrain
 from footfall.api.routing import Routes
 from footfall.io.scan_terrain import terrain_from_scan
@@ -28,23 +28,22 @@ router = Routes(tags=["terrains"])
 async def load_scan(live: OneSession, request: Request, response: Response) -> TerrainAnswer:
     """Make the ground that a scan or a depth image shows the session's terrain. Formats: docs/terrain-files.md."""
     async with form_of(request, ("file",), ("options",)) as form:
-        name, content = await file_of(form, "file")
-        options = json_of(form, "options", ScanOptions)
-    about = await run_in_threadpool(_load, live, name, content, options)
+        file, options = upload_of(form, "file"), json_of(form, "options", ScanOptions)
+        about = await in_turn(_load, live, file, options)
     response.headers["Location"] = session_path(live, "terrains", about["digest"])
     return about
 
 
-def _load(live: LiveSession, name: str, content: bytes, options: ScanOptions) -> TerrainAnswer:
+def _load(live: LiveSession, file: Uploaded, options: ScanOptions) -> TerrainAnswer:
     calibration = None if options.calibration is None else options.calibration.members()
     dem = terrain_from_scan(
-        content,
-        name,
+        file.file.read(),
+        file.name,
         settings_value(ScanSettings, options.settings),
         unit=options.unit,
         up=options.up,
         pose=options.pose,
         calibration=calibration,
     )
-    live.load_terrain(dem, source=name)
+    live.load_terrain(dem, source=file.name)
     return about_terrain(dem)

@@ -16,7 +16,17 @@ from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.json_bodies import small_body
-from footfall.api.door.multipart import file_of, files_of, form_of, is_multipart, json_of, multipart_doc, on_disk, parse
+from footfall.api.door.multipart import (
+    Uploaded,
+    form_of,
+    is_multipart,
+    json_of,
+    multipart_doc,
+    on_disk,
+    parse,
+    upload_of,
+    uploads_of,
+)
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput
@@ -55,10 +65,9 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
     """JSON: rebuild from the session's images (202, a job). A form with a file: read that terrain (201)."""
     if is_multipart(request):
         async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
-            name, content = await file_of(form, "file")
-            beside = await _beside(form, name)
-            options = json_of(form, "options", TerrainOptions)
-        about = await in_turn(_load, live, name, content, beside, options)
+            file = upload_of(form, "file")
+            beside, options = _beside(form, file.name), json_of(form, "options", TerrainOptions)
+            about = await in_turn(_load, live, file, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await small_body(request), BuildTerrain)
@@ -66,9 +75,9 @@ async def make_terrain(live: OneSession, request: Request, response: Response) -
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 
 
-async def _beside(form: FormData, name: str) -> list[tuple[str, bytes]]:
+def _beside(form: FormData, name: str) -> list[Uploaded]:
     """Files that belong to the terrain file; others are refused, as nothing would read them."""
-    found = await files_of(form, "beside", MOST_BESIDE)
+    found = uploads_of(form, "beside", MOST_BESIDE)
     wanted = names_beside(name)
     for other, _ in found:
         if other.lower() not in wanted:
@@ -78,12 +87,10 @@ async def _beside(form: FormData, name: str) -> list[tuple[str, bytes]]:
     return found
 
 
-def _load(
-    live: LiveSession, name: str, content: bytes, beside: list[tuple[str, bytes]], options: TerrainOptions
-) -> TerrainAnswer:
-    with on_disk(name, content, beside) as path:
+def _load(live: LiveSession, file: Uploaded, beside: list[Uploaded], options: TerrainOptions) -> TerrainAnswer:
+    with on_disk(file, beside) as path:
         dem = read_terrain(path, **options.arguments())
-    live.load_terrain(dem, source=name)
+    live.load_terrain(dem, source=file.name)
     return about_terrain(dem)
 
 
@@ -125,16 +132,15 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
 async def blend(live: OneSession, request: Request, response: Response) -> JobAnswer:
     """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
     async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
-        name, content = await file_of(form, "file")
-        beside = await _beside(form, name)
-        options = json_of(form, "options", BlendOptions)
-    return accepted(await in_turn(_blend, live, name, content, beside, options), response)
+        file = upload_of(form, "file")
+        beside, options = _beside(form, file.name), json_of(form, "options", BlendOptions)
+        return accepted(await in_turn(_blend, live, file, beside, options), response)
 
 
-def _blend(live: LiveSession, name: str, content: bytes, beside: list[tuple[str, bytes]], options: BlendOptions) -> Job:
+def _blend(live: LiveSession, file: Uploaded, beside: list[Uploaded], options: BlendOptions) -> Job:
     settings = settings_value(BlendSettings, options.settings)
-    with on_disk(name, content, beside) as path:
-        return live.blend_terrain(read_terrain(path, **options.read.arguments()), settings, source=name)
+    with on_disk(file, beside) as path:
+        return live.blend_terrain(read_terrain(path, **options.read.arguments()), settings, source=file.name)
 
 
 @router.post("/sessions/{session}/terrains/undo")
