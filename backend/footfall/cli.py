@@ -13,6 +13,7 @@ import typer
 
 from footfall import terminal
 from footfall.accounts_commands import accounts_app
+from footfall.core.collector import none_while_loading
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.map_commands import make_map
@@ -123,10 +124,11 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
-    from footfall.logs import start_logging
-    from footfall.session.rover.light_time import LightTime
-    from footfall_ui.app import serve as run
-    from footfall_ui.listening import Tls
+    with none_while_loading():
+        from footfall.logs import start_logging
+        from footfall.session.rover.light_time import LightTime
+        from footfall_ui.app import serve as run
+        from footfall_ui.listening import Tls
 
     light_time = LightTime(telemetry=telemetry_delay, commands=command_delay)
     start_logging(data.expanduser())
