@@ -43,6 +43,7 @@ coverage: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 
 # Small mistakes in the modules where a wrong green is worst: how many their tests notice.
 mutants: $(VENV)/.dev
+	$(PIP) install --require-hashes -r locks/mutants.txt
 	$(BIN)/footfall compile
 	$(BIN)/python -m benchmarks.mutants
 
@@ -103,7 +104,8 @@ LOCK := $(BIN)/pip-compile --quiet --generate-hashes --allow-unsafe --strip-extr
 	--no-emit-index-url --no-emit-trusted-host --no-emit-find-links
 lock: $(VENV)/.dev
 	$(PIP) install pip-tools
-	$(LOCK) --all-extras --output-file locks/dev.txt pyproject.toml
+	$(LOCK) --extra dev,postgres,oidc,peers --output-file locks/dev.txt pyproject.toml
+	$(LOCK) --constraint locks/dev.txt --extra mutants --output-file locks/mutants.txt pyproject.toml
 	$(LOCK) --constraint locks/dev.txt --output-file locks/run.txt pyproject.toml
 	$(NPM) install --prefix tests/tools --package-lock-only --omit-lockfile-registry-resolved --ignore-scripts --no-audit --no-fund
 
