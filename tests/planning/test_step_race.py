@@ -56,7 +56,8 @@ def trap():
 
 @pytest.fixture(scope="module")
 def raced(trap):
-    return asked_of(*trap, "race")
+    problem, scene = trap
+    return asked_of(problem, scene, "race")
 
 
 class Entrants:
@@ -153,7 +154,8 @@ def test_it_finds_what_fast_does_not_and_says_who_failed_who_ran_out_and_who_won
 
 
 def test_the_winner_found_what_it_finds_alone(trap, raced):
-    alone = asked_of(*trap, raced.plan.planner).plan
+    problem, scene = trap
+    alone = asked_of(problem, scene, raced.plan.planner).plan
     assert alone is not None
     assert np.array_equal(alone.waypoints, raced.plan.waypoints)
 
@@ -165,7 +167,8 @@ def test_the_same_race_ends_the_same_again_and_in_another_process(trap, raced):
         "print(asked_of(problem, build(problem), 'race').plan.digest)"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
-    again = asked_of(*trap, "race").plan
+    problem, scene = trap
+    again = asked_of(problem, scene, "race").plan
     assert again is not None
     assert again.digest == out == raced.plan.digest
 
