@@ -183,7 +183,7 @@ def test_a_login_provider_is_asked(tmp_path):
         said = doctor.Finding("login provider", True, f"{issuing.issuer} answers, and signs with 1 key")
         assert looked("login provider", tmp_path) == said
         issuing.keys = []
-        assert "tells no key" in looked("login provider", tmp_path).text
+        assert "has to tell 1 to 100 keys" in looked("login provider", tmp_path).text
         issuing.claimed_issuer = "https://elsewhere.example"
         assert "says that it is 'https://elsewhere.example'" in looked("login provider", tmp_path).text
     gone = looked("login provider", tmp_path)

@@ -121,7 +121,7 @@ def test_groups_hold_every_frozen_body_once_and_their_balls_hold_what_belongs_to
 def test_where_nothing_is_below_it_a_leg_has_no_balls(athlete, posture):
     tables = checks(athlete, posture).tables
     assert (tables.balls.shape, tables.radii.shape, tables.ground.shape) == ((0, 5), (0,), (0,))
-    assert tables.ground_layout.shape == (0, 11)
+    assert tables.ground_layout.shape == (1, 11)
     assert tables.trees.shape == (2, len(PARTS), 2)
     assert not tables.trees.any()
 

@@ -35,7 +35,8 @@ from footfall.telemetry.state import RobotState, TelemetryFrame
 
 ROWS = 3
 JOINTS = tuple(f"joint{i}" for i in range(36))
-BODY: Any = SimpleNamespace(leg_count=6, lower=np.full(36, -4.0), upper=np.full(36, 4.0))
+NAMES = tuple(f"joint_{number}" for number in range(36))
+BODY: Any = SimpleNamespace(leg_count=6, lower=np.full(36, -4.0), upper=np.full(36, 4.0), joint_names=NAMES)
 MOVE = Command("LEG_MOVE", 0, np.zeros(6), 1.0)
 SEQUENCE = Sequence("r", (MOVE,) * ROWS, np.zeros(36), np.zeros((ROWS, 36)), np.eye(4), (), Provenance({}))
 IDLE = RobotState("r", 0.0, np.zeros(36), np.eye(4), np.zeros((6, 3)), np.zeros(36), "idle")
