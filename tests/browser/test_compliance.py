@@ -61,7 +61,7 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     rover.tell()
     live.send(live.arm()["token"])
     swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]
-    at = swings[3 * len(swings) // 4]  # over ground that cameras saw: of other ground nothing is measured
+    at = swings[len(swings) // 2]
     there = replace(
         rover.state, posture=done.predicted[at], T_site_base=done.Ts_site_base[at], wheel_forces=done.forces[at]
     )

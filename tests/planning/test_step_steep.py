@@ -52,7 +52,7 @@ def test_settings_of_before_keep_their_digest_and_their_meaning():
     assert unflatten(structure, arrays).steep_ground is False
     # what was stored before the setting came
     assert before.digest == DIGEST
-    now = StepSettings()
+    now = StepSettings(steep_ground=True)
     assert now.steep_ground
     assert now.digest != before.digest
     assert unflatten(*flatten(now)).digest == now.digest

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import LATER, Provenance, Value, before, value, value_enum
+from footfall.core.value import LATER, Provenance, Value, value, value_enum
 
 PLANNERS: Mapping[str, str] = {
     "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
@@ -71,7 +71,7 @@ class StepSettings(Value):
     goals: one of GOAL_ORDERS, which of the postures that stand on the footfall are tried first. Of clearances within
         1 mm the order is that of ``motion``.
     steep_ground: whether the compiled check looks at the wheel's own shape where the balls around it leave unsure
-        whether it keeps off the ground, as they mostly do where that is steep. Plans of before were made without.
+        whether it keeps off the ground, as they mostly do where that is steep.
     """
 
     planner: str = "auto"
@@ -89,7 +89,7 @@ class StepSettings(Value):
     time_limit: float = 30.0
     branch: int | None = field(default=None, metadata=LATER)
     goals: str = field(default="motion", metadata=LATER)
-    steep_ground: bool = field(default=True, metadata=before(False))
+    steep_ground: bool = field(default=False, metadata=LATER)
 
     def check(self) -> None:
         if self.planner not in PLANNERS:
