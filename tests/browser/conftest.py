@@ -36,7 +36,7 @@ def chromiums() -> Iterator[Browsers]:
 @pytest.fixture(autouse=True)
 def ends() -> Iterator[None]:
     """No test waits for ever: a Chromium that does not answer any more is killed, and the test fails by it."""
-    with else_after(2 * BOUND, kill_browsers):
+    with else_after(4 * BOUND, kill_browsers):
         yield
 
 
