@@ -8,7 +8,7 @@ proof has least to spare, so there it would be wrong first. On steep ground half
 
 import itertools
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numba
@@ -34,6 +34,7 @@ from footfall.terrain.generate import fractal
 from footfall.terrain.ground.triangulate import triangulate
 
 RAISED = 0.15
+Draw = Callable[[int, str], NDArray[np.float64]]
 _AT_ONCE = 2000
 """Joint vectors for one leg in one stance and one ground mode."""
 
@@ -132,27 +133,22 @@ def with_holes(dem: Dem, rng: np.random.Generator, holes: int = 40) -> Dem:
 
 def false_free(total: int) -> tuple[int, int, int]:
     """Joint vectors asked about, how many of them were certified, and how many of those the exact check refuses."""
-    asked = certified = wrong = 0
-    for case in cases():
-        if asked >= total:
-            break
-        for mode in GROUND_MODES:
-            qs = case.joints(_AT_ONCE, mode)
-            sure = qs[case.compiled.certified(qs, mode)]
-            asked += len(qs)
-            certified += len(sure)
-            wrong += sum(case.exact.collides(q, mode) for q in sure)
-    return asked, certified, wrong
+    return _tried(total, ((case, case.joints) for case in cases()), GROUND_MODES)
 
 
 def false_free_on_steep_ground(total: int) -> tuple[int, int, int]:
     """As :func:`false_free`, of the wheel near steep ground."""
+    return _tried(total, ((case, case.near_ground) for case in steep_cases()), ("true", "raised"))
+
+
+def _tried(total: int, drawn: Iterable[tuple[Case, Draw]], modes: Sequence[str]) -> tuple[int, int, int]:
+    """As :func:`false_free`, of cases, each with what draws its joint vectors."""
     asked = certified = wrong = 0
-    for case in steep_cases():
+    for case, draw in drawn:
         if asked >= total:
             break
-        for mode in ("true", "raised"):
-            qs = case.near_ground(_AT_ONCE, mode)
+        for mode in modes:
+            qs = draw(_AT_ONCE, mode)
             sure = qs[case.compiled.certified(qs, mode)]
             asked += len(qs)
             certified += len(sure)
