@@ -56,6 +56,15 @@ HOMES: dict[str, tuple[str, ...]] = {
         "BodyMoveResult",
         "BodyMoveSettings",
     ),
+    "footfall.planning.walk.problem": (
+        "Blocked",
+        "Place",
+        "Stance",
+        "WalkGoal",
+        "WalkPlan",
+        "WalkResult",
+        "WalkSettings",
+    ),
     "footfall.planning.step.problem": (
         "Check",
         "Decision",

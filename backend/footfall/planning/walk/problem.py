@@ -1,0 +1,223 @@
+"""One walk: what is asked, with which settings, and what comes back.
+
+Terms are those of Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006): a *step*
+places or removes one foot, a *foot move* is a removal and a placement. A walk of m foot moves has m + 1 stances, and
+before each foot move, and after the last one, the chassis moves over all its feet.
+"""
+
+from collections.abc import Mapping
+from dataclasses import field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.friction import FRICTION
+from footfall.core.bounds import require_above_zero, require_not_negative
+from footfall.core.errors import InvalidInput
+from footfall.core.value import Provenance, Value, value
+from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
+from footfall.planning.step.problem import Check, Status
+
+SUPPORTS: Mapping[str, str] = {
+    "required": "the feet that stand always have a conservative support polygon around the centre of mass",
+    "preferred": "stances and poses with a conservative support polygon first, others where there are none",
+    "ignored": "the support polygon of the feet that stand is enough",
+}
+"""What the conservative support polygon counts for."""
+
+BODY, LIFT, SWING, LOWER = "body", "lift", "swing", "lower"
+"""Phases of a foot move, in their order; ``body``: the chassis moves while all wheels stand."""
+
+
+@value
+class WalkGoal(Value):
+    """Where the chassis is to be: x, y [m] and yaw [rad] in site; yaw None: whichever way it faces.
+
+    within: how far its origin may be from there, seen from above [m]. turned: how far its heading may be off [rad].
+    """
+
+    x: float
+    y: float
+    yaw: float | None = None
+    within: float = 0.15
+    turned: float = 0.15
+
+    def check(self) -> None:
+        if not np.isfinite([self.x, self.y]).all() or (self.yaw is not None and not np.isfinite(self.yaw)):
+            raise InvalidInput("a goal needs finite x and y [m], and a finite yaw [rad] or none")
+        require_above_zero(within=self.within, turned=self.turned)
+
+
+@value
+class Place(Value):
+    """A place on the ground that the operator speaks about: x, y [m], as large as ``radius`` [m].
+
+    leg: whose; None: of every leg.
+    """
+
+    x: float
+    y: float
+    radius: float = 0.2
+    leg: int | None = None
+
+    def check(self) -> None:
+        if not np.isfinite([self.x, self.y]).all():
+            raise InvalidInput("a place needs finite x and y [m]")
+        require_above_zero(radius=self.radius)
+
+
+@value
+class WalkSettings(Value):
+    """spacing: between footfalls that are considered [m]. steepest: slope under a footfall, at most [rad].
+
+    support: one of SUPPORTS. least_margin: of the centre of mass to the support polygon of the feet that stand [m].
+    friction: between wheel and ground. most_torque: largest share of a joint's torque limit.
+    clearance: added to every clearance of the robot description [m].
+    reach_reserve: how far every leg on the ground stays from straight and from folded [m]; joint_reserve: how far
+    joints stay from their limits [rad]. What the start has less of is only not to get less.
+    lift: how high a wheel is lifted straight up and let down [m]. raise_terrain: the swing is checked against terrain
+    raised by this much [m].
+    longest: foot move, at most [m]. height: of the chassis above its feet that is preferred [m]; None: the planner's.
+    forbidden: ground on which no foot is put. pinned: places each of which a foot is put on, in any order.
+    seed: of all that is random. time_limit: wall clock [s].
+    """
+
+    spacing: float = 0.2
+    steepest: float = 0.9
+    support: str = "required"
+    least_margin: float = 0.05
+    friction: float = FRICTION
+    most_torque: float = 0.9
+    clearance: float = 0.01
+    reach_reserve: float = REACH_RESERVE
+    joint_reserve: float = JOINT_RESERVE
+    lift: float = 0.15
+    raise_terrain: float = 0.1
+    longest: float = 1.2
+    height: float | None = None
+    forbidden: tuple[Place, ...] = ()
+    pinned: tuple[Place, ...] = ()
+    seed: int = 0
+    time_limit: float = 60.0
+
+    def check(self) -> None:
+        if self.support not in SUPPORTS:
+            raise InvalidInput(f"support is one of {', '.join(SUPPORTS)}", support=self.support)
+        require_above_zero(
+            spacing=self.spacing,
+            steepest=self.steepest,
+            friction=self.friction,
+            most_torque=self.most_torque,
+            lift=self.lift,
+            longest=self.longest,
+            time_limit=self.time_limit,
+        )
+        require_not_negative(
+            least_margin=self.least_margin,
+            clearance=self.clearance,
+            reach_reserve=self.reach_reserve,
+            joint_reserve=self.joint_reserve,
+            raise_terrain=self.raise_terrain,
+        )
+        if self.seed < 0 or not self.most_torque <= 1.0:
+            raise InvalidInput("the seed must not be negative, and most_torque at most 1")
+
+
+@value
+class Stance(Value):
+    """Where the feet stand, all of them on the ground: one row a leg.
+
+    contacts: (legs, 3) site [m]; normals: (legs, 3) of the ground there, unit. Ts_site_wheel: (legs, 4, 4) where the
+    wheels are, which neither roll nor turn while they stand. branches: (legs,) of the inverse kinematics.
+    """
+
+    contacts: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    Ts_site_wheel: NDArray[np.float64]
+    branches: NDArray[np.int64]
+
+
+@value
+class WalkPlan(Value):
+    """A checked walk. Joints move in straight lines between waypoints.
+
+    stances: m + 1, of which each differs from the next by the foot of legs[i]; legs: (m,). waypoints: (n, legs × 6)
+    [rad]; Ts_site_base: (n, 4, 4), between them the chassis' origin is on a straight line and it turns about one
+    axis. moves: (n,) the number of the foot move, 0…m, that a waypoint's motion belongs to (m: the chassis' way
+    after the last one). phases: (n,) ``body``, ``lift``, ``swing`` or ``lower``: the phase whose motion ends at the
+    waypoint; of each foot move in this order, the chassis fixed in all but ``body``. The first waypoint is the
+    start.
+    margins: (n,) of the centre of mass to the polygon that the settings ask for, of the feet that stand [m].
+    torques: (n,) largest share of a joint's torque limit there.
+    """
+
+    goal: WalkGoal
+    legs: tuple[int, ...]
+    stances: tuple[Stance, ...]
+    waypoints: NDArray[np.float64]
+    Ts_site_base: NDArray[np.float64]
+    moves: NDArray[np.int64]
+    phases: tuple[str, ...]
+    margins: NDArray[np.float64]
+    torques: NDArray[np.float64]
+    provenance: Provenance
+
+    def check(self) -> None:
+        count = len(self.waypoints)
+        if {len(self.Ts_site_base), len(self.moves), len(self.phases), len(self.margins), len(self.torques)} != {count}:
+            raise InvalidInput("every waypoint of a walk needs a pose, a foot move, a phase, a margin and a torque")
+        if len(self.stances) != len(self.legs) + 1:
+            raise InvalidInput("a walk of m foot moves has m + 1 stances")
+
+    @property
+    def parents(self) -> dict[str, str]:
+        """name → digest of the values it was planned from."""
+        return dict(self.provenance.parents)
+
+    @property
+    def foot_moves(self) -> int:
+        """How many feet are removed and placed; in the paper's count that is twice as many steps."""
+        return len(self.legs)
+
+    @property
+    def chassis_way(self) -> float:
+        """How far the chassis' origin goes [m]."""
+        at = self.Ts_site_base[:, :3, 3]
+        return float(sum(np.linalg.norm(b - a) for a, b in pairwise(at)))
+
+
+@value
+class Blocked(Value):
+    """What stopped a search most often: the check that failed, where, and how often.
+
+    check: its name. leg: whose, or None. x, y: where on the ground [m], NaN where that has no place.
+    """
+
+    check_name: str
+    leg: int | None
+    x: float
+    y: float
+    count: int
+
+
+@value
+class WalkResult(Value):
+    """The answer to one request for a walk. ``reason`` says what failed, where, by how much, what to try.
+
+    plan: with status FOUND, and only then. partial: otherwise the walk that comes nearest to the goal, checked as far
+    as it goes, where there is one. blocked: what stopped the search, most often first.
+    """
+
+    status: Status
+    plan: WalkPlan | None
+    reason: str
+    checks: tuple[Check, ...]
+    goal: WalkGoal
+    provenance: Provenance
+    partial: WalkPlan | None = None
+    blocked: tuple[Blocked, ...] = field(default=())
+
+    def check(self) -> None:
+        if (self.status is Status.FOUND) != (self.plan is not None):
+            raise InvalidInput("a plan comes with status FOUND, and only then")
