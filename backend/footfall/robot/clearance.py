@@ -115,12 +115,27 @@ def clearance_ground(
     and where the ground is too large to be made whole.
     """
     require_distances(clearance=clearance)
-    radii = np.unique(np.concatenate(_required_radii(robot.description, clearance)))
-    classes = []
-    while len(radii):
-        classes.append(radii[-1])
-        radii = radii[radii < (1 - _SAME_TABLE) * radii[-1]]
-    return ground_tables(heights, geometry, classes, around, within)
+    radii = np.concatenate(_required_radii(robot.description, clearance))
+    return ground_tables(heights, geometry, radius_classes(radii), around, within)
+
+
+def radius_classes(radii: Array, same: float = _SAME_TABLE) -> Array:
+    """The fewest of some radii (k,) such that each has one that is no smaller, and larger by at most a share."""
+    left, classes = np.unique(radii), []
+    while len(left):
+        classes.append(left[-1])
+        left = left[left < (1 - same) * left[-1]]
+    return np.array(classes)
+
+
+def leg_covers(description: RobotDescription) -> dict[str, BallTree]:
+    """The covers of the leg's parts and of the touching wheel, by part."""
+    return _covers(_ByDigest(description))
+
+
+def link_shells(description: RobotDescription) -> tuple[Array, Array]:
+    """Shells of the leg's parts in order, then of the chassis and the payload; see shells.py."""
+    return _shells(_ByDigest(description))
 
 
 def leg_reach(robot: Robot) -> float:

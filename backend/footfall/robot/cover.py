@@ -54,9 +54,16 @@ class _Cell:
     children: "list[_Cell]"
 
 
-def ball_tree(mesh: Mesh) -> BallTree:
-    """Cover of a mesh's surface in three levels: one ball, thick slices, and small balls near the surface."""
-    cell = _drum(mesh) if _is_drum(mesh) else _box(mesh)
+EDGES = (0.2, 0.07)
+"""Longest edges of the cells of a link, level by level [m]."""
+
+
+def ball_tree(mesh: Mesh, edges: tuple[float, ...] = EDGES) -> BallTree:
+    """Cover of a mesh's surface in levels: one ball, thick slices, and small balls near the surface.
+
+    edges: longest edges of the cells of each further level of what is no wheel [m].
+    """
+    cell = _drum(mesh) if _is_drum(mesh) else _box(mesh, edges)
     centers: list[Array] = []
     radii: list[float] = []
     skip: list[int] = []
@@ -106,28 +113,31 @@ def _divided(pieces: Array, keys: NDArray[np.int64], center, children) -> list[_
 # Boxes and whatever else is not round
 
 
-def _box(mesh: Mesh, coarse: float = 0.2, fine: float = 0.07) -> _Cell:
-    """One ball, cells with edges ≤ ``coarse`` [m], and within those cells with edges ≤ ``fine``."""
+def _box(mesh: Mesh, edges: tuple[float, ...]) -> _Cell:
+    """One ball, and level by level cells whose edges are no longer than said [m]."""
     pieces = _corners(mesh)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    counts = np.maximum(np.ceil((high - low) / coarse).astype(int), 1)
-    parts = np.maximum(np.ceil((high - low) / counts / fine).astype(int), 1)
-    total = counts * parts
+    counts = [np.ones(3, int)]
+    for edge in edges:
+        counts.append(counts[-1] * np.maximum(np.ceil((high - low) / counts[-1] / edge).astype(int), 1))
     for axis in range(3):
-        for offset in np.linspace(low[axis], high[axis], total[axis] + 1)[1:-1]:
+        for offset in np.linspace(low[axis], high[axis], counts[-1][axis] + 1)[1:-1]:
             pieces = cut(pieces, np.eye(3)[axis], offset)
 
-    def keys(pieces: Array, number: Array) -> NDArray[np.int64]:
-        at = (pieces.mean(axis=1) - low) / (high - low) * number
-        return np.clip(np.floor(at), 0, number - 1).astype(np.int64)
+    def divided(pieces: Array, level: int) -> list[_Cell]:
+        if level == len(counts):
+            return []
+        count = counts[level]
+        at = (pieces.mean(axis=1) - low) / (high - low) * count
+        keys = np.clip(np.floor(at), 0, count - 1).astype(np.int64)
+        return _divided(
+            pieces,
+            keys,
+            lambda key: low + (key + 0.5) * (high - low) / count,
+            lambda _key, mine: divided(mine, level + 1),
+        )
 
-    def center(number: Array):
-        return lambda key: low + (key + 0.5) * (high - low) / number
-
-    def small(_key: Array, mine: Array) -> list[_Cell]:
-        return _divided(mine, keys(mine, total), center(total), lambda _k, _p: [])
-
-    return _Cell((low + high) / 2, pieces, _divided(pieces, keys(pieces, counts), center(counts), small))
+    return _Cell((low + high) / 2, pieces, divided(pieces, 1))
 
 
 # Wheels

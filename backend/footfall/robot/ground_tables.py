@@ -38,7 +38,7 @@ _FINE = 0.02
 """Cells of a table are the largest that are no larger than a ball's radius over _CELLS_PER_RADIUS, or where that is
 larger, than _FINE [m] or the grid's own cells; they are the grid's cells times a power of two."""
 
-_MOST_CELLS = 20_000_000
+MOST_CELLS = 20_000_000
 """Of all tables together (160 MB, of which the machine gives what was asked about): what makes more is refused."""
 
 _NOT_YET = 0.0
@@ -76,11 +76,12 @@ def ground_tables(
     radii: ArrayLike,
     around: ArrayLike | None = None,
     within: float = math.inf,
+    most_cells: int = MOST_CELLS,
 ) -> GroundTables:
     """Tables of the ground for balls of each radius.
 
     heights: (rows, cols) [m] of the cell centres, NaN where unknown. around: (x, y) and within [m]: a circle outside of
-    which nothing will be asked; the rest of the grid is left out. Raises InvalidInput where the heights are not of the
+    which nothing will be asked; the rest of the grid is left out. most_cells: of all tables. Raises InvalidInput where the heights are not of the
     geometry's shape, infinite or too many, where a radius is not above zero, and where the circle is none.
     """
     z = np.asarray(heights)
@@ -94,8 +95,9 @@ def ground_tables(
         raise InvalidInput("heights must be finite [m], or NaN where the ground is unknown")
     steps = [_pitch_step(float(radius), geometry.resolution) for radius in balls]
     near = _cut_out(_Patch(z, geometry.x0, geometry.y0, geometry.resolution), region, float(balls[-1]))
-    tops = _tops(near, steps, region, float(balls[-1]))
-    _require_few(sum(math.prod(n + 2 * _CELLS_PER_RADIUS for n in tops[step].values.shape) for step in steps))
+    tops = _tops(near, steps, region, float(balls[-1]), most_cells)
+    cells = sum(math.prod(n + 2 * _CELLS_PER_RADIUS for n in tops[step].values.shape) for step in steps)
+    _require_few(cells, most_cells)
     rises = [_rises(float(radius), geometry.resolution * 2.0**step) for radius, step in zip(balls, steps, strict=True)]
     layout = np.zeros((len(balls) + 1, PAD + 1))
     count = 0
@@ -160,7 +162,7 @@ def _pitch_step(radius: float, resolution: float) -> int:
     return math.floor(math.log2(max(radius / _CELLS_PER_RADIUS, min(_FINE, resolution)) / resolution))
 
 
-def _tops(ground: _Patch, steps: list[int], region: Array, radius: float) -> dict[int, _Patch]:
+def _tops(ground: _Patch, steps: list[int], region: Array, radius: float, most_cells: int) -> dict[int, _Patch]:
     """Highest point of the surface over each block of 2^step cells, by step; −inf over holes.
 
     ground: with the region cut out. That is done again each time that cells are halved: the blocks would be too many.
@@ -170,15 +172,15 @@ def _tops(ground: _Patch, steps: list[int], region: Array, radius: float) -> dic
         before = tops[step - 1]
         tops[step] = before._replace(values=_halved(before.values), pitch=2 * before.pitch)
     for step in range(-1, min(steps) - 1, -1):
-        _require_few(4 * ground.values.size)
+        _require_few(4 * ground.values.size, most_cells)
         halved = _Patch(_refined(ground.values), ground.x0, ground.y0, ground.pitch / 2)
         ground = _cut_out(halved, region, radius)
         tops[step] = _over_blocks(ground)
     return {step: tops[step] for step in set(steps)}
 
 
-def _require_few(cells: float) -> None:
-    if cells > _MOST_CELLS:
+def _require_few(cells: float, most: int) -> None:
+    if cells > most:
         raise InvalidInput("this ground is too large for tables; cut out what is needed of it", cells=int(cells))
 
 

@@ -1,0 +1,261 @@
+"""The compiled check of the whole rover in one configuration, for searches that ask it very often.
+
+What is called clear keeps every distance that :class:`~footfall.planning.stance.whole_body.WholeBody` measures. The
+proof is that of robot/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
+surfaces are covered by balls that the tables of the ground let pass. Chassis and payload are bodies like the links.
+What is not proven is told as too near, and may be free.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.compiled import njit
+from footfall.robot.ground_tables import needed_height
+from footfall.robot.leg_clearance_kernel import coordinate, place_leg, within
+from footfall.robot.leg_frames import PART_COUNT
+from footfall.robot.separation import SCRATCH, apart_by
+from footfall.robot.shells import CENTER, REACH
+
+Array = NDArray[np.float64]
+
+CLEAR = -1
+"""The code where nothing is too near; any other names two bodies, first · BODIES + second."""
+
+BODIES = 256
+CHASSIS, PAYLOAD, TERRAIN, BEYOND = 252, 253, 254, 255
+"""Numbers of bodies that are no links; a link is 7 · leg + part. BEYOND: where the ground was not cut out."""
+
+X, Y, Z, RADIUS = range(4)
+"""Columns of a ball around a body in site [m]."""
+
+
+class RoverTables(NamedTuple):
+    """A robot over some ground; positions in site [m].
+
+    Bodies of ``shells`` (see shells.py), ``balls`` and ``sizes``: the seven parts of a leg, the chassis, the payload if
+    there is one. hips: (legs, 3, 4) T_base_hip; lengths: (legs, 5), see leg_frames.py.
+    masses: (legs × 6 + 1, 4), of each joint's link, leg by leg, and of all that is fixed to the base: share of the
+    rover's mass, centre in the link's frame. own: (p, 3) two parts of a leg, and how far they must be apart. fixed:
+    (1 or 2, 7) how far each part must be from chassis and payload, negative where unchecked. between: (1,) how far
+    links of two legs must be apart.
+    balls: (b, 5) middle in the body's frame, number of its table of the ground, next ball when clear. trees: (bodies,
+    2) first ball and the one after the last. sizes: (bodies,) how far the middles of a body's balls get from its
+    shell's. ground, ground_layout: see ground_tables.py; region: (3,) x, y and radius of the circle that was cut out.
+    """
+
+    hips: Array
+    lengths: Array
+    masses: Array
+    shells: Array
+    points: Array
+    own: Array
+    fixed: Array
+    between: Array
+    balls: Array
+    trees: NDArray[np.int64]
+    sizes: Array
+    ground: Array
+    ground_layout: Array
+    region: Array
+
+
+@njit()
+def place_rover(q: Array, T_site_base: Array, tables: RoverTables, poses: Array) -> None:
+    """Write T_site_link, (legs × 7, 3, 4), of the legs' parts at q (legs × 6,) [rad]; T_site_base: (3, 4)."""
+    T = np.empty((3, 4))
+    for leg in range(tables.hips.shape[0]):
+        for row in range(3):
+            for k in range(4):
+                T[row, k] = T_site_base[row, 3] if k == 3 else 0.0
+                for m in range(3):
+                    T[row, k] += T_site_base[row, m] * tables.hips[leg, m, k]
+        first = PART_COUNT * leg
+        place_leg(q[6 * leg : 6 * leg + 6], T, tables.lengths[leg], poses[first : first + PART_COUNT])
+
+
+@njit()
+def center_of_mass(poses: Array, T_site_base: Array, tables: RoverTables) -> tuple[float, float, float]:
+    """Of rover and payload, in site [m]; poses: of :func:`place_rover`."""
+    x = y = z = 0.0
+    masses = tables.masses
+    last = masses.shape[0] - 1
+    for i in range(last):
+        # six of a leg's seven parts carry mass, the wheel's is its last joint's
+        link = i + i // 6
+        share = masses[i, 0]
+        x += share * coordinate(poses, link, masses, i, 1, 0)
+        y += share * coordinate(poses, link, masses, i, 1, 1)
+        z += share * coordinate(poses, link, masses, i, 1, 2)
+    base = T_site_base.reshape(1, 3, 4)
+    share = masses[last, 0]
+    x += share * coordinate(base, 0, masses, last, 1, 0)
+    y += share * coordinate(base, 0, masses, last, 1, 1)
+    z += share * coordinate(base, 0, masses, last, 1, 2)
+    return x, y, z
+
+
+@njit()
+def first_too_near(
+    poses: Array, T_site_base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+) -> tuple[int, float]:
+    """The first two bodies found that are not proven to be as far apart as they must: their code, and the spare room.
+
+    poses: of :func:`place_rover`; standing: (legs,). The ground is raised by ``raised`` [m] for legs that don't stand;
+    of those that do, wheel and ankle roll are not asked about the ground, as they don't move. The spare room is by how
+    much what is proven falls short [m], below zero; infinite where the code is CLEAR.
+    """
+    links, legs = poses.shape[0], standing.size
+    base = T_site_base.reshape(1, 3, 4)
+    around = np.empty((links, 4))
+    fixed = np.empty((tables.fixed.shape[0], 4))
+    for link in range(links):
+        part = link % PART_COUNT
+        _put_around(poses, link, tables.shells, part, around)
+        if not _inside(around, link, tables.sizes[part], tables.region):
+            return link * BODIES + BEYOND, -np.inf
+    for k in range(fixed.shape[0]):
+        _put_around(base, 0, tables.shells, PART_COUNT + k, fixed[k : k + 1])
+        if not _inside(fixed, k, tables.sizes[PART_COUNT + k], tables.region):
+            return (CHASSIS + k) * BODIES + BEYOND, -np.inf
+    for leg in range(legs):
+        lift = 0.0 if standing[leg] else raised
+        for part in range(PART_COUNT - 3 if standing[leg] else PART_COUNT - 1, -1, -1):
+            room = _room_above_ground(poses, PART_COUNT * leg + part, part, lift, tables)
+            if room < 0.0:
+                return (PART_COUNT * leg + part) * BODIES + TERRAIN, room
+    for k in range(fixed.shape[0]):
+        room = _room_above_ground(base, 0, PART_COUNT + k, 0.0, tables)
+        if room < 0.0:
+            return (CHASSIS + k) * BODIES + TERRAIN, room
+    scratch = np.empty((SCRATCH, 3))
+    for leg in range(legs):
+        code, spare = _near_itself(poses, around, base, fixed, leg, tables, scratch)
+        if code != CLEAR:
+            return code, spare
+    return _near_each_other(poses, around, tables, scratch)
+
+
+@njit()
+def rovers_are_clear(
+    qs: Array, Ts_site_base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+) -> NDArray[np.int64]:
+    """The code of each of n configurations, (n,): qs (n, legs × 6) [rad], Ts_site_base (n, 4, 4), standing (n, legs)."""
+    codes = np.empty(qs.shape[0], np.int64)
+    poses, T = np.empty((PART_COUNT * tables.hips.shape[0], 3, 4)), np.empty((3, 4))
+    for i in range(qs.shape[0]):
+        T[:] = Ts_site_base[i, :3]
+        place_rover(qs[i], T, tables, poses)
+        codes[i] = first_too_near(poses, T, standing[i], raised, tables)[0]
+    return codes
+
+
+@njit(inline="always")
+def _put_around(poses: Array, at: int, shells: Array, shell: int, around: Array) -> None:
+    """Write the ball around a body into the row of its pose."""
+    for axis in range(3):
+        around[at, axis] = coordinate(poses, at, shells, shell, CENTER, axis)
+    around[at, RADIUS] = shells[shell, REACH]
+
+
+@njit(inline="always")
+def _inside(around: Array, at: int, size: float, region: Array) -> bool:
+    """Whether all that is asked about the body is in the circle whose ground is known; NaN is not."""
+    x, y, room = around[at, X] - region[0], around[at, Y] - region[1], region[2] - size
+    return room >= 0.0 and x * x + y * y <= room * room and math.isfinite(x + y + around[at, Z])
+
+
+@njit()
+def _room_above_ground(poses: Array, at: int, body: int, lift: float, tables: RoverTables) -> float:
+    """By how much the first small ball that is not clear of the ground is too low [m], below zero; else infinite."""
+    balls, ball, end = tables.balls, tables.trees[body, 0], tables.trees[body, 1]
+    while ball < end:
+        x = coordinate(poses, at, balls, ball, 0, 0)
+        y = coordinate(poses, at, balls, ball, 0, 1)
+        z = coordinate(poses, at, balls, ball, 0, 2)
+        following = int(balls[ball, 4])
+        room = z - lift - needed_height(tables.ground, tables.ground_layout, int(balls[ball, 3]), x, y)
+        if room >= 0.0:
+            ball = following
+        elif following == ball + 1:
+            return room
+        else:
+            ball += 1
+    return np.inf
+
+
+@njit()
+def _near_itself(
+    poses: Array, around: Array, base: Array, fixed: Array, leg: int, tables: RoverTables, scratch: Array
+) -> tuple[int, float]:
+    """The first breach between parts of one leg, or of one with chassis or payload: see :func:`first_too_near`."""
+    shells, points, first = tables.shells, tables.points, PART_COUNT * leg
+    for k in range(fixed.shape[0]):
+        for part in range(PART_COUNT):
+            least = tables.fixed[k, part]
+            if least >= 0.0 and _near(around, first + part, fixed, k, least):
+                shell = PART_COUNT + k
+                spare = (
+                    apart_by(shells, points, part, poses, first + part, shell, base, 0, least, least, scratch) - least
+                )
+                if spare < 0.0:
+                    return (first + part) * BODIES + CHASSIS + k, spare
+    for k in range(tables.own.shape[0]):
+        a, b, least = int(tables.own[k, 0]), int(tables.own[k, 1]), tables.own[k, 2]
+        if _near(around, first + a, around, first + b, least):
+            spare = apart_by(shells, points, a, poses, first + a, b, poses, first + b, least, least, scratch) - least
+            if spare < 0.0:
+                return (first + a) * BODIES + first + b, spare
+    return CLEAR, np.inf
+
+
+@njit()
+def _near_each_other(poses: Array, around: Array, tables: RoverTables, scratch: Array) -> tuple[int, float]:
+    """The first breach between two legs: see :func:`first_too_near`."""
+    shells, points, least, legs = tables.shells, tables.points, tables.between[0], tables.hips.shape[0]
+    balls = np.empty((legs, 4))
+    for leg in range(legs):
+        _put_around_leg(around, leg, balls)
+    for one in range(legs):
+        for other in range(one + 1, legs):
+            if not _near(balls, one, balls, other, least):
+                continue
+            for a in range(PART_COUNT - 1, -1, -1):
+                i = PART_COUNT * one + a
+                if not _near(around, i, balls, other, least):
+                    continue
+                for b in range(PART_COUNT - 1, -1, -1):
+                    j = PART_COUNT * other + b
+                    if _near(around, i, around, j, least):
+                        spare = apart_by(shells, points, a, poses, i, b, poses, j, least, least, scratch) - least
+                        if spare < 0.0:
+                            return i * BODIES + j, spare
+    return CLEAR, np.inf
+
+
+@njit()
+def _put_around_leg(around: Array, leg: int, balls: Array) -> None:
+    """Write a ball around all parts of a leg."""
+    first = PART_COUNT * leg
+    for axis in range(3):
+        low = high = around[first, axis]
+        for link in range(first + 1, first + PART_COUNT):
+            low, high = min(low, around[link, axis]), max(high, around[link, axis])
+        balls[leg, axis] = 0.5 * (low + high)
+    farthest = 0.0
+    for link in range(first, first + PART_COUNT):
+        x, y, z = (
+            around[link, X] - balls[leg, X],
+            around[link, Y] - balls[leg, Y],
+            around[link, Z] - balls[leg, Z],
+        )
+        farthest = max(farthest, math.sqrt(x * x + y * y + z * z) + around[link, RADIUS])
+    balls[leg, RADIUS] = farthest
+
+
+@njit(inline="always")
+def _near(a: Array, i: int, b: Array, j: int, least: float) -> bool:
+    """Whether two balls are nearer than ``least``."""
+    return within(a[i, X], a[i, Y], a[i, Z], b, j, 0, a[i, RADIUS] + least)
