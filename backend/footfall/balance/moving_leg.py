@@ -55,7 +55,7 @@ def _placements(robot: Robot, leg: int) -> Array:
 
 
 @lru_cache(maxsize=_KEPT)
-def _bodies(robot: Robot, leg: int) -> tuple[Array, Array]:
+def leg_bodies(robot: Robot, leg: int) -> tuple[Array, Array]:
     """Mass (6,) [kg] and centre (6, 3) [m], in the link's frame, of each of the leg's links."""
     # the wheel is fixed to the last joint's body, which carries its mass
     bodies = [robot.model.inertias[6 * leg + i + 1] for i in range(6)]
@@ -72,11 +72,11 @@ def gravity_torques(robot: Robot, leg: int, qs: Array, up_base: Array, gravity: 
 
     up_base: (3,) unit, against gravity; gravity [m/s²].
     """
-    placements, (masses, centers) = _placements(robot, leg), _bodies(robot, leg)
+    placements, (masses, centers) = _placements(robot, leg), leg_bodies(robot, leg)
     up = np.ascontiguousarray(up_base)
     return chain_gravity_torques(placements, _AXES, masses, centers, up, gravity, np.ascontiguousarray(qs, float))
 
 
 def _first_moments(robot: Robot, leg: int, qs: Array) -> Array:
     """Σ mass × position of the leg's bodies in base, (n, 3) [kg·m]."""
-    return chain_moments(_placements(robot, leg), _AXES, *_bodies(robot, leg), np.ascontiguousarray(qs, float))
+    return chain_moments(_placements(robot, leg), _AXES, *leg_bodies(robot, leg), np.ascontiguousarray(qs, float))

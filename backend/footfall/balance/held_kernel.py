@@ -1,0 +1,311 @@
+"""Whether the motors and the ground hold a rover that stands still, compiled: for loops over very many postures.
+
+The question is that of torques.py: are there contact forces inside friction that balance the weight and keep every
+joint within a share of its torque limit? A few forces are tried, and a proof that there are none
+(trial_forces_kernel.py); only what they leave open is asked of the program of torque_kernel.py. Forces are tried in the
+cones inside the friction pyramids, and refused by those around them.
+
+Contacts are thought fixed to the legs' last links, as the wheels are locked. Ground whose normal does not point up,
+against gravity, carries nothing: a rover that counts on it is not held. Nor is one with numbers that are not finite.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.cones import fill_facets
+from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.torque_kernel import least_ratio
+from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, refused, smallest_forces, spread_of
+from footfall.compiled import njit
+from footfall.robot.leg_frames import PART_COUNT
+
+Array = NDArray[np.float64]
+
+GRAVITY, FRICTION, INSIDE, SIDES = range(4)
+"""Entries of ``HeldTables.about``."""
+
+
+class HeldTables(NamedTuple):
+    """A loaded rover and what it is judged by.
+
+    parts: (legs, 6, 4) centre in the link's frame [m] and mass [kg] of the links that joints move, the wheel with the
+    last. limits: (legs, 6) torques [N·m]. chassis: (4,) centre in base and mass, payload and all. R_level_site: (3, 3),
+    see BalanceSettings. about: (4,) gravity [m/s²], friction, friction of the cones inside the pyramids, their sides.
+    """
+
+    parts: Array
+    limits: Array
+    chassis: Array
+    R_level_site: Array
+    about: Array
+
+
+class _Room(NamedTuple):
+    """What one answer is worked out in; rows of feet in the order of the legs.
+
+    beyond: (legs, 6, 4) first moment in site [kg·m] and mass of what each joint moves. effect, constant: see
+    least_ratio. The others: see trial_forces_kernel.py.
+    """
+
+    beyond: Array
+    arms: Array
+    unit: Array
+    forces: Array
+    past: Array
+    spread: Array
+    effect: Array
+    constant: Array
+
+
+@njit()
+def held_ratio(
+    poses: Array,
+    T_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+) -> tuple[float, bool]:
+    """A share of the torque limits that the rover is held with, and whether that is sure; the program is not asked.
+
+    poses: (legs × 7, 3, 4) of the links in site, see ``place_leg``; T_site_base: (3 or 4, 4). contacts [m], normals:
+    (legs, 3) in site, read where ``standing`` (legs,). The ratio bounds the least one from above, over all joints, of
+    hanging legs too; inf and sure where no forces inside friction hold the rover, inf and unsure where none were found.
+    """
+    room = _room(standing.size)
+    feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
+    if feet == 0:
+        return np.inf, True
+    arms, unit, forces, past = room.arms[:feet], room.unit[:feet], room.forces[:feet], room.past[:feet]
+    inside, around = tables.about[INSIDE], tables.about[FRICTION]
+    if not spread_of(arms, room.spread):
+        return np.inf, False
+    smallest_forces(arms, room.spread, forces)
+    if not inside_cones(unit, inside, forces):
+        if refused(arms, unit, room.spread, around, forces, past):
+            return np.inf, True
+        if not approach_bounds(arms, unit, room.spread, inside, room.effect[:0], room.constant[:0], 0.0, forces, past):
+            return np.inf, False
+    return _largest(poses, contacts, standing, tables, room, weight), True
+
+
+@njit()
+def least_held_ratio(
+    poses: Array,
+    T_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+) -> float:
+    """The least ratio of :func:`held_ratio`, by the program; inf where no forces hold the rover, NaN where unsolved."""
+    room = _room(standing.size)
+    feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
+    if feet == 0:
+        return np.inf
+    _fill_effects(poses, contacts, standing, tables, room, weight)
+    return max(_least(tables, room, feet), _hanging(poses, contacts, standing, tables, room))
+
+
+@njit()
+def held_within(
+    poses: Array,
+    T_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+    most: float,
+) -> bool:
+    """Whether the least ratio is at most ``most``; arguments as of :func:`held_ratio`. An unsolved program: False."""
+    room = _room(standing.size)
+    feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
+    if feet == 0 or not _hanging(poses, contacts, standing, tables, room) <= most:
+        return False
+    arms, unit, forces, past = room.arms[:feet], room.unit[:feet], room.forces[:feet], room.past[:feet]
+    inside, around = tables.about[INSIDE], tables.about[FRICTION]
+    spread = spread_of(arms, room.spread)
+    if spread:
+        smallest_forces(arms, room.spread, forces)
+        if inside_cones(unit, inside, forces):
+            if _largest(poses, contacts, standing, tables, room, weight) <= most:
+                return True
+        elif refused(arms, unit, room.spread, around, forces, past):
+            return False
+    _fill_effects(poses, contacts, standing, tables, room, weight)
+    effect, constant = room.effect[:feet], room.constant[:feet]
+    if spread and approach_bounds(arms, unit, room.spread, inside, effect, constant, most, forces, past):
+        return True
+    return _least(tables, room, feet) <= most
+
+
+@njit()
+def all_held_within(
+    poses: Array,
+    Ts_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+    most: float,
+) -> NDArray[np.bool_]:
+    """:func:`held_within` of each of n postures, (n,); n in front of every argument but the last two."""
+    out = np.empty(poses.shape[0], np.bool_)
+    for i in range(out.size):
+        out[i] = held_within(poses[i], Ts_site_base[i], contacts[i], normals[i], standing[i], tables, most)
+    return out
+
+
+@njit()
+def _room(legs):
+    feet = np.empty((4, legs, 3))
+    return _Room(
+        np.empty((legs, 6, 4)),
+        feet[0],
+        feet[1],
+        feet[2],
+        feet[3],
+        np.empty((4, 3)),
+        np.empty((legs, 6, 3)),
+        np.empty((legs, 6)),
+    )
+
+
+@njit()
+def _lay_out(poses, T_site_base, contacts, normals, standing, tables, room):
+    """Number of feet, 0 where they can't carry, and the weight [N]; fills beyond, arms and unit."""
+    parts, chassis, beyond = tables.parts, tables.chassis, room.beyond
+    mass = chassis[3]
+    x = mass * (_row(T_site_base, 0, chassis[0], chassis[1], chassis[2]) + T_site_base[0, 3])
+    y = mass * (_row(T_site_base, 1, chassis[0], chassis[1], chassis[2]) + T_site_base[1, 3])
+    z = mass * (_row(T_site_base, 2, chassis[0], chassis[1], chassis[2]) + T_site_base[2, 3])
+    for leg in range(standing.size):
+        mx, my, mz, m = 0.0, 0.0, 0.0, 0.0
+        for joint in range(5, -1, -1):
+            pose = poses[PART_COUNT * leg + joint]
+            cx, cy, cz, own = parts[leg, joint, 0], parts[leg, joint, 1], parts[leg, joint, 2], parts[leg, joint, 3]
+            mx += own * (_row(pose, 0, cx, cy, cz) + pose[0, 3])
+            my += own * (_row(pose, 1, cx, cy, cz) + pose[1, 3])
+            mz += own * (_row(pose, 2, cx, cy, cz) + pose[2, 3])
+            m += own
+            beyond[leg, joint, 0], beyond[leg, joint, 1], beyond[leg, joint, 2] = mx, my, mz
+            beyond[leg, joint, 3] = m
+        x, y, z, mass = x + mx, y + my, z + mz, mass + m
+    x, y, z = x / mass, y / mass, z / mass
+    feet, R = 0, tables.R_level_site
+    for leg in range(standing.size):
+        if not standing[leg]:
+            continue
+        ax, ay, az = contacts[leg, 0] - x, contacts[leg, 1] - y, contacts[leg, 2] - z
+        nx, ny, nz = normals[leg, 0], normals[leg, 1], normals[leg, 2]
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        if not (_row(R, 2, nx, ny, nz) > 0.0 and length < np.inf and math.isfinite(ax + ay + az)):
+            return 0, 0.0
+        for row in range(3):
+            room.arms[feet, row] = _row(R, row, ax, ay, az)
+            room.unit[feet, row] = _row(R, row, nx, ny, nz) / length
+        feet += 1
+    return feet, mass * tables.about[GRAVITY]
+
+
+@njit()
+def _row(R, row, x, y, z):
+    return R[row, 0] * x + R[row, 1] * y + R[row, 2] * z
+
+
+@njit()
+def axis_of(joint: int) -> int:
+    """Which column of its link's rotation a joint's axis is: z, y, y, x, y, x."""
+    return 2 if joint == 0 else (0 if joint == 3 or joint == 5 else 1)
+
+
+@njit()
+def _largest(poses, contacts, standing, tables, room, weight):
+    """Largest share of a torque limit over all joints with the forces on the feet."""
+    R, forces, largest, foot = tables.R_level_site, room.forces, 0.0, 0
+    for leg in range(standing.size):
+        fx = fy = fz = 0.0
+        if standing[leg]:
+            x, y, z = weight * forces[foot, 0], weight * forces[foot, 1], weight * forces[foot, 2]
+            fx = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z
+            fy = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z
+            fz = R[0, 2] * x + R[1, 2] * y + R[2, 2] * z
+            foot += 1
+        largest = max(largest, _share(leg, poses, contacts, standing, tables, room.beyond, fx, fy, fz))
+    return largest
+
+
+@njit()
+def _hanging(poses, contacts, standing, tables, room):
+    """Largest share of a torque limit over the joints of legs in the air."""
+    largest = 0.0
+    for leg in range(standing.size):
+        if not standing[leg]:
+            largest = max(largest, _share(leg, poses, contacts, standing, tables, room.beyond, 0.0, 0.0, 0.0))
+    return largest
+
+
+@njit()
+def _share(leg, poses, contacts, standing, tables, beyond, fx, fy, fz):
+    """Largest share of a torque limit over the joints of a leg with the force (fx, fy, fz) [N] in site on its foot.
+
+    By virtual work, see torques.py: the moment of the weight beyond a joint, less that of the force, along its axis.
+    """
+    limits, R, gravity = tables.limits, tables.R_level_site, tables.about[GRAVITY]
+    ux, uy, uz = gravity * R[2, 0], gravity * R[2, 1], gravity * R[2, 2]
+    largest = 0.0
+    for joint in range(6):
+        pose = poses[PART_COUNT * leg + joint]
+        x, y, z, m = pose[0, 3], pose[1, 3], pose[2, 3], beyond[leg, joint, 3]
+        gx, gy, gz = beyond[leg, joint, 0] - m * x, beyond[leg, joint, 1] - m * y, beyond[leg, joint, 2] - m * z
+        mx, my, mz = gy * uz - gz * uy, gz * ux - gx * uz, gx * uy - gy * ux
+        if standing[leg]:
+            px, py, pz = contacts[leg, 0] - x, contacts[leg, 1] - y, contacts[leg, 2] - z
+            mx, my, mz = mx - (py * fz - pz * fy), my - (pz * fx - px * fz), mz - (px * fy - py * fx)
+        axis = axis_of(joint)
+        torque = pose[0, axis] * mx + pose[1, axis] * my + pose[2, axis] * mz
+        largest = max(largest, abs(torque) / limits[leg, joint])
+    return largest
+
+
+@njit()
+def _fill_effects(poses, contacts, standing, tables, room, weight):
+    """What a weight on a foot and what hangs on its leg do to the ratios of the leg's joints."""
+    R, limits, gravity, beyond = tables.R_level_site, tables.limits, tables.about[GRAVITY], room.beyond
+    ux, uy, uz = gravity * R[2, 0], gravity * R[2, 1], gravity * R[2, 2]
+    foot = 0
+    for leg in range(standing.size):
+        if not standing[leg]:
+            continue
+        for joint in range(6):
+            pose, axis = poses[PART_COUNT * leg + joint], axis_of(joint)
+            ax, ay, az = pose[0, axis], pose[1, axis], pose[2, axis]
+            x, y, z, m = pose[0, 3], pose[1, 3], pose[2, 3], beyond[leg, joint, 3]
+            gx, gy, gz = beyond[leg, joint, 0] - m * x, beyond[leg, joint, 1] - m * y, beyond[leg, joint, 2] - m * z
+            moment = ax * (gy * uz - gz * uy) + ay * (gz * ux - gx * uz) + az * (gx * uy - gy * ux)
+            room.constant[foot, joint] = moment / limits[leg, joint]
+            px, py, pz = contacts[leg, 0] - x, contacts[leg, 1] - y, contacts[leg, 2] - z
+            jx, jy, jz = ay * pz - az * py, az * px - ax * pz, ax * py - ay * px
+            for row in range(3):
+                room.effect[foot, joint, row] = -weight * _row(R, row, jx, jy, jz) / limits[leg, joint]
+        foot += 1
+
+
+@njit()
+def _least(tables: HeldTables, room: _Room, feet: int) -> float:
+    """The least ratio of the standing legs' joints by the program; inf where no forces hold, NaN where unsolved."""
+    about = tables.about
+    faces = np.empty((feet, int(about[SIDES]), 3))
+    fill_facets(room.unit[:feet], about[FRICTION], faces)
+    size = 1e-6
+    for foot in range(feet):
+        for row in range(3):
+            size = max(size, abs(room.arms[foot, row]))
+    arms, effect, constant = room.arms[:feet] / size, room.effect[:feet], room.constant[:feet]
+    status, ratio = least_ratio(arms, faces, effect, constant, room.forces[:feet])
+    if status == INFEASIBLE:
+        return np.inf
+    return float(ratio) if status == OPTIMAL else np.nan
