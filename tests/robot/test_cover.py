@@ -62,6 +62,20 @@ def test_every_walk_ends_on_a_cover(athlete, rng, name):
     assert walk(tree, np.ones(len(tree.radii), bool)) == [0]
 
 
+def test_a_cover_in_more_levels_is_one(athlete, rng):
+    mesh, edges = robot_meshes(athlete.description)["base"], (0.7, 0.3, (0.1, 0.1, 0.25))
+    tree = ball_tree(mesh, edges)
+    points = surface_samples(mesh, 3000, rng)
+    for share in (0.0, 0.3, 0.7):
+        used = walk(tree, rng.uniform(size=len(tree.radii)) < share)
+        assert covered(points, tree.centers[used], tree.radii[used]).all()
+    # a ball of each level holds a cell with edges no longer than was said
+    cells = [np.linalg.norm(np.broadcast_to(edge, 3)) / 2 for edge in edges]
+    assert tree.radii[1:].max() <= cells[0] + 1e-5
+    assert tree.radii[tree.leaves].max() <= cells[-1] + 1e-5
+    assert tree.leaves.sum() > 0.7 * len(tree.radii) > 400
+
+
 def test_a_cover_is_as_tight_as_its_pieces(athlete):
     # a ball that could be smaller would be no error, but it would be no computed radius either
     mesh = robot_meshes(athlete.description)["wheel"]

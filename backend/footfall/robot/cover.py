@@ -54,11 +54,14 @@ class _Cell:
     children: "list[_Cell]"
 
 
-EDGES = (0.2, 0.07)
-"""Longest edges of the cells of a link, level by level [m]."""
+Edges = tuple[float | tuple[float, float, float], ...]
+"""Longest edges of cells, level by level, the same along x, y and z or of each [m]."""
+
+EDGES: Edges = (0.2, 0.07)
+"""Of a link."""
 
 
-def ball_tree(mesh: Mesh, edges: tuple[float, ...] = EDGES) -> BallTree:
+def ball_tree(mesh: Mesh, edges: Edges = EDGES) -> BallTree:
     """Cover of a mesh's surface in levels: one ball, thick slices, and small balls near the surface.
 
     edges: longest edges of the cells of each further level of what is no wheel [m].
@@ -113,13 +116,13 @@ def _divided(pieces: Array, keys: NDArray[np.int64], center, children) -> list[_
 # Boxes and whatever else is not round
 
 
-def _box(mesh: Mesh, edges: tuple[float, ...]) -> _Cell:
+def _box(mesh: Mesh, edges: Edges) -> _Cell:
     """One ball, and level by level cells whose edges are no longer than said [m]."""
     pieces = _corners(mesh)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     counts = [np.ones(3, int)]
     for edge in edges:
-        counts.append(counts[-1] * np.maximum(np.ceil((high - low) / counts[-1] / edge).astype(int), 1))
+        counts.append(counts[-1] * np.maximum(np.ceil((high - low) / counts[-1] / np.asarray(edge)).astype(int), 1))
     for axis in range(3):
         for offset in np.linspace(low[axis], high[axis], counts[-1][axis] + 1)[1:-1]:
             pieces = cut(pieces, np.eye(3)[axis], offset)

@@ -81,8 +81,9 @@ def ground_tables(
     """Tables of the ground for balls of each radius.
 
     heights: (rows, cols) [m] of the cell centres, NaN where unknown. around: (x, y) and within [m]: a circle outside of
-    which nothing will be asked; the rest of the grid is left out. most_cells: of all tables. Raises InvalidInput where the heights are not of the
-    geometry's shape, infinite or too many, where a radius is not above zero, and where the circle is none.
+    which nothing will be asked; the rest of the grid is left out. most_cells: that are made, of all tables together.
+    Raises InvalidInput where the heights are not of the geometry's shape, infinite or too many, where a radius is not
+    above zero, and where the circle is none.
     """
     z = np.asarray(heights)
     if z.shape != geometry.shape:
@@ -99,8 +100,7 @@ def ground_tables(
     cells = sum(math.prod(n + 2 * _CELLS_PER_RADIUS for n in tops[step].values.shape) for step in steps)
     _require_few(cells, most_cells)
     rises = [_rises(float(radius), geometry.resolution * 2.0**step) for radius, step in zip(balls, steps, strict=True)]
-    layout = np.zeros((len(balls) + 1, PAD + 1))
-    count = 0
+    layout, count = np.zeros((len(balls) + 1, PAD + 1)), 0
     for row, step, rise in zip(layout[:-1], steps, rises, strict=True):
         pitch, pad = geometry.resolution * 2.0**step, len(rise) // 2
         blocks = tops[step]
@@ -108,22 +108,21 @@ def ground_tables(
         row[: START + 1] = blocks.x0 - pad * pitch, blocks.y0 - pad * pitch, 1 / pitch, rows, cols, count
         row[TOP_ROWS], row[TOP_COLUMNS], row[PAD] = *blocks.values.shape, pad
         count += rows * cols
-    known: list[Array] = []
+    known: list[tuple[int, NDArray]] = []
     for step, blocks in tops.items():
         layout[:-1][[other == step for other in steps], TOPS] = count
-        known.append(blocks.values.ravel())
+        known.append((count, blocks.values))
         count += blocks.values.size
     for row, rise in zip(layout[:-1], rises, strict=True):
         row[RISES] = count
-        known.append(rise.ravel())
+        known.append((count, rise))
         count += rise.size
     layout[-1, : START + 1] = near.x0, near.y0, 1 / near.pitch, *near.values.shape, count
-    known.append(near.values.astype(float).ravel())
-    count += near.values.size
-    told = np.concatenate(known)
+    known.append((count, near.values))
     # memory that the machine gives when it is first touched; zeros of numpy may be written beforehand
-    table = np.frombuffer(mmap(-1, 8 * count))
-    table[count - len(told) :] = told
+    table = np.frombuffer(mmap(-1, 8 * (count + near.values.size)))
+    for start, values in known:
+        table[start : start + values.size].reshape(values.shape)[:] = values
     return GroundTables(balls, table, layout, region)
 
 
@@ -211,16 +210,23 @@ def _halved(tops: Array) -> Array:
     return out
 
 
-def _refined(heights: NDArray) -> NDArray:
+@njit()
+def _refined(heights: NDArray) -> Array:
     """The same surface on a grid of half the spacing."""
     rows, cols = heights.shape
-    z, out = heights.astype(float), np.empty((2 * rows - 1, 2 * cols - 1))
-    out[::2, ::2] = z
-    out[::2, 1::2] = (z[:, :-1] + z[:, 1:]) / 2
-    out[1::2, ::2] = (z[:-1] + z[1:]) / 2
-    # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
-    diagonal, other = (z[:-1, :-1] + z[1:, 1:]) / 2, z[1:, :-1] + z[:-1, 1:]
-    out[1::2, 1::2] = np.where(np.isnan(other), np.nan, diagonal)
+    out = np.empty((2 * rows - 1, 2 * cols - 1))
+    for i in range(rows):
+        for j in range(cols):
+            out[2 * i, 2 * j] = heights[i, j]
+            if j + 1 < cols:
+                out[2 * i, 2 * j + 1] = (out[2 * i, 2 * j] + heights[i, j + 1]) / 2
+            if i + 1 < rows:
+                out[2 * i + 1, 2 * j] = (out[2 * i, 2 * j] + heights[i + 1, j]) / 2
+                if j + 1 < cols:
+                    # a block with one unknown corner is a hole as a whole; the middle makes all four smaller ones holes
+                    other = heights[i + 1, j] + heights[i, j + 1]
+                    diagonal = (out[2 * i, 2 * j] + heights[i + 1, j + 1]) / 2
+                    out[2 * i + 1, 2 * j + 1] = np.nan if np.isnan(other) else diagonal
     return out
 
 

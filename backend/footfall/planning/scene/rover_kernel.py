@@ -4,6 +4,11 @@ What is called clear keeps every distance that :class:`~footfall.planning.stance
 proof is that of robot/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
 surfaces are covered by balls that the tables of the ground let pass. Chassis and payload are bodies like the links.
 What is not proven is told as too near, and may be free.
+
+Most parts are far above the ground. A part whose middle is at z, with h its shell's half height, lies above z − h; its
+points are within its reach r of the middle. Let no ground within r + δ of the middle, seen from above, be higher than
+z − h − δ. Then all ground nearer than r + δ is at least δ below the part, the rest is at least δ beside it, and none
+is above it. That is asked first, of a table small enough to stay in the processor's cache.
 """
 
 import math
@@ -17,7 +22,7 @@ from footfall.robot.ground_tables import needed_height
 from footfall.robot.leg_clearance_kernel import coordinate, place_leg, within
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.separation import SCRATCH, apart_by
-from footfall.robot.shells import CENTER, REACH
+from footfall.robot.shells import CENTER, EXTENT, REACH
 
 Array = NDArray[np.float64]
 
@@ -44,6 +49,9 @@ class RoverTables(NamedTuple):
     balls: (b, 5) middle in the body's frame, number of its table of the ground, next ball when clear. trees: (bodies,
     2) first ball and the one after the last. sizes: (bodies,) how far the middles of a body's balls get from its
     shell's. ground, ground_layout: see ground_tables.py; region: (3,) x, y and radius of the circle that was cut out.
+    deltas: (7,) how far each part must be from the ground. highest: (rows, cols) of squares, what no ground is above
+    that is nearer to the square, seen from above, than a part with its δ reaches from its middle; highest_at: (3,) x,
+    y of its south-west corner, squares in a metre.
     """
 
     hips: Array
@@ -57,6 +65,9 @@ class RoverTables(NamedTuple):
     balls: Array
     trees: NDArray[np.int64]
     sizes: Array
+    deltas: Array
+    highest: Array
+    highest_at: Array
     ground: Array
     ground_layout: Array
     region: Array
@@ -120,16 +131,9 @@ def first_too_near(
         _put_around(base, 0, tables.shells, PART_COUNT + k, fixed[k : k + 1])
         if not _inside(fixed, k, tables.sizes[PART_COUNT + k], tables.region):
             return (CHASSIS + k) * BODIES + BEYOND, -np.inf
-    for leg in range(legs):
-        lift = 0.0 if standing[leg] else raised
-        for part in range(PART_COUNT - 3 if standing[leg] else PART_COUNT - 1, -1, -1):
-            room = _room_above_ground(poses, PART_COUNT * leg + part, part, lift, tables)
-            if room < 0.0:
-                return (PART_COUNT * leg + part) * BODIES + TERRAIN, room
-    for k in range(fixed.shape[0]):
-        room = _room_above_ground(base, 0, PART_COUNT + k, 0.0, tables)
-        if room < 0.0:
-            return (CHASSIS + k) * BODIES + TERRAIN, room
+    code, spare = _near_ground(poses, around, base, standing, raised, tables)
+    if code != CLEAR:
+        return code, spare
     scratch = np.empty((SCRATCH, 3))
     for leg in range(legs):
         code, spare = _near_itself(poses, around, base, fixed, leg, tables, scratch)
@@ -142,7 +146,7 @@ def first_too_near(
 def rovers_are_clear(
     qs: Array, Ts_site_base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
 ) -> NDArray[np.int64]:
-    """The code of each of n configurations, (n,): qs (n, legs × 6) [rad], Ts_site_base (n, 4, 4), standing (n, legs)."""
+    """The codes (n,) of configurations: qs (n, legs × 6) [rad], Ts_site_base (n, 4, 4), standing (n, legs)."""
     codes = np.empty(qs.shape[0], np.int64)
     poses, T = np.empty((PART_COUNT * tables.hips.shape[0], 3, 4)), np.empty((3, 4))
     for i in range(qs.shape[0]):
@@ -168,22 +172,68 @@ def _inside(around: Array, at: int, size: float, region: Array) -> bool:
 
 
 @njit()
-def _room_above_ground(poses: Array, at: int, body: int, lift: float, tables: RoverTables) -> float:
+def _near_ground(
+    poses: Array, around: Array, base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+) -> tuple[int, float]:
+    """The first body found that is not clear of the ground: see :func:`first_too_near`."""
+    balls, trees, cells, layout = tables.balls, tables.trees, tables.ground, tables.ground_layout
+    shells, highest, place, deltas = tables.shells, tables.highest, tables.highest_at, tables.deltas
+    for leg in range(standing.size):
+        lift = 0.0 if standing[leg] else raised
+        for part in range(PART_COUNT - 3 if standing[leg] else PART_COUNT - 1, -1, -1):
+            link = PART_COUNT * leg + part
+            top = _highest_near(around[link, X], around[link, Y], highest, place) + lift
+            if around[link, Z] - _half_height(poses, link, shells, part) - top >= deltas[part]:
+                continue
+            room = _room_above_ground(poses, link, part, lift, balls, trees, cells, layout)
+            if room < 0.0:
+                return link * BODIES + TERRAIN, room
+    for body in range(PART_COUNT, trees.shape[0]):
+        room = _room_above_ground(base, 0, body, 0.0, balls, trees, cells, layout)
+        if room < 0.0:
+            return (CHASSIS + body - PART_COUNT) * BODIES + TERRAIN, room
+    return CLEAR, np.inf
+
+
+@njit(inline="always")
+def _half_height(poses: Array, at: int, shells: Array, shell: int) -> float:
+    """Of the box around a shell [m]."""
+    return (
+        abs(poses[at, 2, 0]) * shells[shell, EXTENT]
+        + abs(poses[at, 2, 1]) * shells[shell, EXTENT + 1]
+        + abs(poses[at, 2, 2]) * shells[shell, EXTENT + 2]
+    )
+
+
+@njit(inline="always")
+def _highest_near(x: float, y: float, highest: Array, place: Array) -> float:
+    """What no ground near (x, y) is above [m]; infinite where that was not worked out."""
+    column, row = (x - place[0]) * place[2], (y - place[1]) * place[2]
+    if column >= 0.0 and row >= 0.0 and column < highest.shape[1] and row < highest.shape[0]:
+        return highest[int(row), int(column)]
+    return np.inf
+
+
+@njit(inline="always")
+def _room_above_ground(
+    poses: Array, at: int, body: int, lift: float, balls: Array, trees: NDArray[np.int64], cells: Array, layout: Array
+) -> float:
     """By how much the first small ball that is not clear of the ground is too low [m], below zero; else infinite."""
-    balls, ball, end = tables.balls, tables.trees[body, 0], tables.trees[body, 1]
+    ball, end, lacks = trees[body, 0], trees[body, 1], np.inf
     while ball < end:
         x = coordinate(poses, at, balls, ball, 0, 0)
         y = coordinate(poses, at, balls, ball, 0, 1)
         z = coordinate(poses, at, balls, ball, 0, 2)
         following = int(balls[ball, 4])
-        room = z - lift - needed_height(tables.ground, tables.ground_layout, int(balls[ball, 3]), x, y)
+        room = z - lift - needed_height(cells, layout, int(balls[ball, 3]), x, y)
         if room >= 0.0:
             ball = following
         elif following == ball + 1:
-            return room
+            lacks = room
+            break
         else:
             ball += 1
-    return np.inf
+    return lacks
 
 
 @njit()

@@ -15,18 +15,22 @@ from footfall.robot.description import PARTS, RobotDescription
 from footfall.robot.ground_tables import ground_tables
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
 from footfall.robot.model import Robot
-from footfall.robot.shells import CENTER
+from footfall.robot.shells import CENTER, REACH
 
 Array = NDArray[np.float64]
 
-_EDGES = (0.7, 0.2, 0.1)
-"""Longest edges of the cells that chassis and payload are covered in, level by level [m]."""
+_EDGES = (0.7, 0.25, (0.1, 0.1, 0.25))
+"""Longest edges of the cells that chassis and payload are covered in, level by level [m]. A ball around a column that
+reaches through a plate stands out of its faces by less than one around a cube."""
 
 _SAME_TABLE = 0.05
 """Balls share a table of the ground where their radii differ by no more than this share."""
 
 _MOST_CELLS = 100_000_000
 """Of all tables of the ground (800 MB, of which the machine gives what was asked about)."""
+
+_SQUARE = 0.4
+"""Side of the squares of which it is known how high the ground near them is [m]."""
 
 _WORDS = ("hip", "thigh", "knee", "shank", "ankle", "foot", "wheel")
 _OTHERS = {CHASSIS: "chassis", PAYLOAD: "payload", TERRAIN: "the terrain", BEYOND: "ground that was not cut out"}
@@ -43,8 +47,8 @@ def rover_tables(
     """What the functions of rover_kernel.py take.
 
     heights: (rows, cols) [m], NaN where unknown, which is no obstacle. clearance: added to every δ [m]. around,
-    within: (x, y) and radius [m] of a circle outside of which nothing is called clear. Raises InvalidInput where heights
-    and geometry don't fit together, and where the ground is too large for tables.
+    within: (x, y) and radius [m] of a circle outside of which nothing is called clear. Raises InvalidInput where
+    heights and geometry don't fit together, and where the ground is too large for tables.
     """
     require_distances(clearance=clearance)
     description = robot.description
@@ -56,6 +60,8 @@ def rover_tables(
         heights, geometry, radius_classes(np.concatenate(radii), _SAME_TABLE), around, within, _MOST_CELLS
     )
     fixed = [[deltas.chassis.get(part) for part in PARTS], [deltas.payload] * PART_COUNT][: len(covers) - PART_COUNT]
+    reach = float((shells[:PART_COUNT, REACH] + on_ground[:PART_COUNT]).max()) + clearance + SLACK
+    highest, highest_at = _highest(np.asarray(heights), geometry, reach, ground.region)
     ends = np.cumsum([len(one) for one in radii])
     starts = ends - [len(one) for one in radii]
     return RoverTables(
@@ -75,17 +81,42 @@ def rover_tables(
                 for cover, radii_of, start in zip(covers, radii, starts, strict=True)
             ]
         ).astype(float),
-        trees=np.column_stack([starts, ends]),
+        trees=np.column_stack([starts, ends]).astype(np.int64),
         sizes=np.array(
             [
                 np.linalg.norm(cover.centers - shell[CENTER : CENTER + 3], axis=1).max()
                 for cover, shell in zip(covers, shells, strict=True)
             ]
         ),
+        deltas=np.array(on_ground[:PART_COUNT]) + clearance + SLACK,
+        highest=highest,
+        highest_at=highest_at,
         ground=ground.cells,
         ground_layout=ground.layout,
         region=ground.region,
     )
+
+
+def _highest(heights: NDArray, geometry: GridGeometry, reach: float, region: Array) -> tuple[Array, Array]:
+    """``highest`` and ``highest_at`` of RoverTables, for parts that reach so far with their δ [m]."""
+    first = np.array(geometry.bounds[:2])
+    corner = np.maximum(first, region[:2] - region[2])
+    opposite = np.minimum(geometry.bounds[2:], region[:2] + region[2])
+    windows = []
+    for axis in (1, 0):
+        squares = np.arange(corner[axis], max(opposite[axis], corner[axis] + _SQUARE), _SQUARE) - first[axis]
+        # a block of ground that comes so near has corners that are farther by its own size
+        begin = np.floor((squares - reach) / geometry.resolution) - 1
+        end = np.ceil((squares + _SQUARE + reach) / geometry.resolution) + 2
+        windows.append(np.maximum(np.column_stack([begin, end]), 0).astype(int))
+    rows, cols = windows
+    west = cols[0, 0]
+    near = heights[:, west : cols[-1, 1]]
+    tops = np.array([np.fmax.reduce(near[one:other], axis=0, initial=-np.inf) for one, other in rows])
+    tops = np.array(
+        [np.fmax.reduce(tops[:, one - west : other - west], axis=1, initial=-np.inf) for one, other in cols]
+    )
+    return np.ascontiguousarray(tops.T, float), np.array([*corner, 1 / _SQUARE])
 
 
 def named(code: int) -> str:
