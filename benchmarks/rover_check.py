@@ -20,7 +20,7 @@ from benchmarks.scenes import robot, rocks, standing
 from benchmarks.timing import SEED, Figure, machine
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import rotation
-from footfall.planning.scene.rover_kernel import CLEAR, RoverTables, rovers_are_clear
+from footfall.planning.scene.rover_kernel import CLEAR, LIFTED, STANDING, TOUCHING, RoverTables, rovers_are_clear
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.stance.move_checks import LOCKED
 from footfall.planning.stance.whole_body import WholeBody
@@ -33,6 +33,7 @@ from footfall.terrain.generate import fractal
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Feet = NDArray[np.int64]
 
 RAISED = 0.1
 _AT_ONCE = 90
@@ -41,20 +42,20 @@ _AT_ONCE = 90
 
 @dataclass(frozen=True)
 class Rovers:
-    """n configurations: joints (n, legs × 6), chassis poses (n, 4, 4), which legs stand (n, legs)."""
+    """n configurations: joints (n, legs × 6), chassis poses (n, 4, 4), how the feet are (n, legs)."""
 
     qs: Array
     Ts_site_base: Array
-    standing: Mask
+    feet: Feet
 
     def __getitem__(self, rows: Mask | NDArray[np.int64] | slice) -> "Rovers":
-        return Rovers(self.qs[rows], self.Ts_site_base[rows], self.standing[rows])
+        return Rovers(self.qs[rows], self.Ts_site_base[rows], self.feet[rows])
 
     def __len__(self) -> int:
         return len(self.qs)
 
     def clear(self, tables: RoverTables) -> Mask:
-        return rovers_are_clear(self.qs, self.Ts_site_base, self.standing, RAISED, tables) == CLEAR
+        return rovers_are_clear(self.qs, self.Ts_site_base, self.feet, RAISED, tables) == CLEAR
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,8 @@ class Case:
             tilt = rotation("x", self.rng.normal(0.0, 0.08)) @ rotation("y", self.rng.normal(0.0, 0.08))
             T[:3, :3] = rotation("z", self.rng.uniform(-0.5, 0.5)) @ T[:3, :3] @ tilt
         Ts[:, :3, 3] += self.rng.uniform(-rise, rise, (count, 3))
-        stands = self.rng.random((count, self.robot.leg_count)) < 0.8
-        return Rovers(np.clip(q, self.robot.lower, self.robot.upper), Ts, stands)
+        feet = self.rng.choice([STANDING, TOUCHING, LIFTED], (count, self.robot.leg_count), p=[0.8, 0.1, 0.1])
+        return Rovers(np.clip(q, self.robot.lower, self.robot.upper), Ts, feet)
 
     def _edge(self, pool: Rovers, count: int) -> Rovers:
         clear = pool.clear(self.tables)
@@ -93,7 +94,7 @@ class Case:
         def between(share: Array) -> Rovers:
             Ts = yes.Ts_site_base.copy()
             Ts[:, :3, 3] += share[:, None] * (no.Ts_site_base - yes.Ts_site_base)[:, :3, 3]
-            return Rovers(yes.qs + share[:, None] * (no.qs - yes.qs), Ts, yes.standing)
+            return Rovers(yes.qs + share[:, None] * (no.qs - yes.qs), Ts, yes.feet)
 
         inside, outside = np.zeros(count), np.ones(count)
         for _ in range(30):
@@ -107,7 +108,7 @@ def joined(*parts: Rovers) -> Rovers:
     return Rovers(
         np.concatenate([part.qs for part in parts]),
         np.concatenate([part.Ts_site_base for part in parts]),
-        np.concatenate([part.standing for part in parts]),
+        np.concatenate([part.feet for part in parts]),
     )
 
 
@@ -116,22 +117,24 @@ def on_known_ground(dem: Dem) -> Nearby:
     return Nearby(dem, np.zeros(dem.heights.shape, bool))
 
 
-def asked_of_ground(robot: Robot, standing: Mask) -> tuple[list[str], list[str]]:
+def asked_of_ground(robot: Robot, feet: Feet | Mask) -> tuple[list[str], list[str]]:
     """Links that are held against the ground as it is, and against the raised ground."""
-    fixed = ["base"] if robot.description.payload is None else ["base", "payload"]
-    still = [link_name(leg, part) for leg in robot.legs if standing[leg] for part in PARTS if part not in LOCKED]
-    moving = [link_name(leg, part) for leg in robot.legs if not standing[leg] for part in PARTS]
-    return fixed + still, moving
+    true = ["base"] if robot.description.payload is None else ["base", "payload"]
+    raised = []
+    for leg in robot.legs:
+        links = raised if feet[leg] == LIFTED else true
+        links += [link_name(leg, part) for part in PARTS if feet[leg] != STANDING or part not in LOCKED]
+    return true, raised
 
 
-def least_spare(body: WholeBody, q: Array, T_site_base: Array, standing: Mask, raised: float) -> tuple[float, float]:
+def least_spare(body: WholeBody, q: Array, T_site_base: Array, feet: Feet | Mask, raised: float) -> tuple[float, float]:
     """By the meshes: least spare distance between parts of the rover, and to the ground [m]."""
     Ts_base_link = body.poses(q[None])
     Ts_site_link = T_site_base @ Ts_base_link
-    still, moving = asked_of_ground(body.robot, standing)
-    ground = body.ground_gap(Ts_site_link, still).gap.spare
-    if moving:
-        ground = min(ground, body.ground_gap(Ts_site_link, moving, raised).gap.spare)
+    on_true, on_raised = asked_of_ground(body.robot, feet)
+    ground = body.ground_gap(Ts_site_link, on_true, touching=np.flatnonzero(feet == TOUCHING).tolist()).gap.spare
+    if on_raised:
+        ground = min(ground, body.ground_gap(Ts_site_link, on_raised, raised).gap.spare)
     return body.own_gap(Ts_base_link).gap.spare, ground
 
 
@@ -171,7 +174,7 @@ def judged(total: int) -> tuple[int, int, int, int]:
         is_free = np.array(
             [
                 min(least_spare(case.body, *one, RAISED)) >= 0.0
-                for one in zip(rovers.qs, rovers.Ts_site_base, rovers.standing, strict=True)
+                for one in zip(rovers.qs, rovers.Ts_site_base, rovers.feet, strict=True)
             ]
         )
         drawn = np.arange(len(rovers)) < 2 * (min(_AT_ONCE, total - asked) // 3)

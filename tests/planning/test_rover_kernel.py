@@ -13,6 +13,9 @@ from footfall.planning.scene.rover_kernel import (
     BEYOND,
     BODIES,
     CLEAR,
+    LIFTED,
+    STANDING,
+    TOUCHING,
     center_of_mass,
     first_too_near,
     place_rover,
@@ -70,7 +73,7 @@ def drawn(scene, rng, count, spread, rise, turned=STANCE):
         T[:3, :3] = rotation("z", rng.uniform(-3.0, 3.0)) @ T[:3, :3]
     Ts[:, :2, 3] += rng.uniform(-0.3, 0.3, (count, 2))
     Ts[:, 2, 3] += rng.uniform(*rise, count)
-    return qs, Ts, rng.random((count, robot.leg_count)) < 0.7
+    return qs, Ts, rng.choice([STANDING, TOUCHING, LIFTED], (count, robot.leg_count), p=[0.6, 0.2, 0.2])
 
 
 DRAWS = {
@@ -154,7 +157,8 @@ def exact_breaches(scene, q, T, standing):
     Ts = T @ scene.body.poses(q[None])
     for links, raised in zip(asked_of_ground(scene.robot, standing), (0.0, RAISED), strict=True):
         for link in links:
-            if scene.body.ground_gap(Ts, [link], raised).gap.spare < 0:
+            touching = np.flatnonzero(standing == TOUCHING).tolist()
+            if scene.body.ground_gap(Ts, [link], raised, touching).gap.spare < 0:
                 found.add(frozenset((in_words(link), "the terrain")))
     return found
 
@@ -203,7 +207,7 @@ def test_each_kind_of_breach_is_seen_and_named(rock, steep, rng):
 def first_of(scene, q, T, standing, raised=0.0):
     poses, base = np.empty((42, 3, 4)), np.ascontiguousarray(T[:3])
     place_rover(q, base, scene.tables, poses)
-    return first_too_near(poses, base, np.asarray(standing, bool), raised, scene.tables)
+    return first_too_near(poses, base, np.asarray(standing, np.int64), raised, scene.tables)
 
 
 def test_wheels_that_stand_may_touch_and_others_not(rock):
@@ -214,6 +218,21 @@ def test_wheels_that_stand_may_touch_and_others_not(rock):
         code, spare = first_of(rock, q, T, standing & (np.arange(6) != leg))
         assert named(code) == f"leg {leg} wheel and the terrain"
         assert -0.1 < spare < 0.0
+        # on its way up or down it may, but not sink in
+        touching = np.where(np.arange(6) == leg, TOUCHING, STANDING)
+        assert first_of(rock, q, T, touching, 0.5)[0] == CLEAR
+        sunk = np.array(T)
+        sunk[2, 3] -= rock.robot.description.clearances.wheel_sink + 0.005
+        assert named(first_of(rock, q, sunk, touching, 0.5)[0]) == f"leg {leg} wheel and the terrain"
+
+
+def test_feet_as_whole_numbers_say_the_same_as_those_that_stand(rock, rng):
+    qs, Ts, _ = drawn(rock, rng, 200, *DRAWS["ground"])
+    standing = rng.random((200, 6)) < 0.7
+    numbers = np.where(standing, STANDING, LIFTED)
+    codes = rovers_are_clear(qs, Ts, standing, RAISED, rock.tables)
+    assert np.array_equal(codes, rovers_are_clear(qs, Ts, numbers, RAISED, rock.tables))
+    assert len(np.unique(codes)) > 3
 
 
 def test_ground_is_raised_for_legs_that_do_not_stand(rock):

@@ -191,7 +191,9 @@ class LegClearance:
             balls=balls,
             trees=trees,
             lift=np.array([0.0, raise_terrain]),
-            drums=_drums(description, ground, clearance) if drum and ground is not None else np.zeros((2, MOST + 1)),
+            drums=wheel_drums(description, ground, clearance)
+            if drum and ground is not None
+            else np.zeros((2, MOST + 1)),
             reach=_reaches(description, shell_table),
             radii=ground.radii if ground is not None else np.zeros(0),
             ground=ground.cells if ground is not None else np.zeros(0),
@@ -268,7 +270,7 @@ def _balls(
     return np.concatenate(rows).astype(float), trees
 
 
-def _drums(description: RobotDescription, ground: GroundTables, clearance: float) -> Array:
+def wheel_drums(description: RobotDescription, ground: GroundTables, clearance: float) -> Array:
     """Rows of ``LegTables.drums``; zeros where the wheel is no drum, or larger than what the ground was cut out for."""
     meshes = robot_meshes(description)
     deltas = {TRUE_GROUND: 0.0, RAISED_GROUND: description.clearances.terrain["wheel"] + clearance}

@@ -2,8 +2,8 @@
 
 What is called clear keeps every distance that :class:`~footfall.planning.stance.whole_body.WholeBody` measures. The
 proof is that of robot/clearance.py, with nothing frozen: links are inside convex shells that a direction separates,
-surfaces are covered by balls that the tables of the ground let pass. Chassis and payload are bodies like the links.
-What is not proven is told as too near, and may be free.
+surfaces are covered by balls that the tables of the ground let pass, or the wheel is a drum above it. Chassis and
+payload are bodies like the links. What is not proven is told as too near, and may be free.
 
 Most parts are far above the ground. A part whose middle is at z, with h its shell's half height, lies above z − h; its
 points are within its reach r of the middle. Let no ground within r + δ of the middle, seen from above, be higher than
@@ -18,20 +18,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
+from footfall.robot.drum_kernel import RADIUS as DRUM_RADIUS
+from footfall.robot.drum_kernel import REQUIRED, drum_above
 from footfall.robot.ground_tables import needed_height
-from footfall.robot.leg_clearance_kernel import coordinate, place_leg, within
+from footfall.robot.leg_clearance_kernel import RAISED_GROUND, TRUE_GROUND, coordinate, place_leg, within
 from footfall.robot.leg_frames import PART_COUNT
 from footfall.robot.separation import SCRATCH, apart_by
 from footfall.robot.shells import CENTER, EXTENT, REACH
 
 Array = NDArray[np.float64]
+Feet = NDArray[np.bool_] | NDArray[np.int64]
 
 CLEAR = -1
 """The code where nothing is too near; any other names two bodies, first · BODIES + second."""
 
+WHEEL = PART_COUNT - 1
+
 BODIES = 256
 CHASSIS, PAYLOAD, TERRAIN, BEYOND = 252, 253, 254, 255
 """Numbers of bodies that are no links; a link is 7 · leg + part. BEYOND: where the ground was not cut out."""
+
+LIFTED, STANDING, TOUCHING = 0, 1, 2
+"""How a foot is, in an array of whole numbers in place of one that only says which feet stand. TOUCHING: on its way up
+or down, so that the wheel may touch the ground and sink in by ``wheel_sink``; the ground is not raised for that leg."""
 
 X, Y, Z, RADIUS = range(4)
 """Columns of a ball around a body in site [m]."""
@@ -46,8 +55,9 @@ class RoverTables(NamedTuple):
     rover's mass, centre in the link's frame. own: (p, 3) two parts of a leg, and how far they must be apart. fixed:
     (1 or 2, 7) how far each part must be from chassis and payload, negative where unchecked. between: (1,) how far
     links of two legs must be apart.
-    balls: (b, 5) middle in the body's frame, number of its table of the ground, next ball when clear. trees: (bodies,
-    2) first ball and the one after the last. sizes: (bodies,) how far the middles of a body's balls get from its
+    balls: (b, 5) middle in the body's frame, number of its table of the ground, next ball when clear. trees: (bodies
+    + 1, 2) first ball and the one after the last, in the last row of the touching wheel; drums: (2, 7) the wheel by
+    ground mode, see drum_kernel.py. sizes: (bodies,) how far the middles of a body's balls get from its
     shell's. ground, ground_layout: see ground_tables.py; region: (3,) x, y and radius of the circle that was cut out.
     deltas: (7,) how far each part must be from the ground. highest: (rows, cols) of squares, what no ground is above
     that is nearer to the square, seen from above, than a part with its δ reaches from its middle; highest_at: (3,) x,
@@ -64,6 +74,7 @@ class RoverTables(NamedTuple):
     between: Array
     balls: Array
     trees: NDArray[np.int64]
+    drums: Array
     sizes: Array
     deltas: Array
     highest: Array
@@ -110,13 +121,14 @@ def center_of_mass(poses: Array, T_site_base: Array, tables: RoverTables) -> tup
 
 @njit()
 def first_too_near(
-    poses: Array, T_site_base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+    poses: Array, T_site_base: Array, standing: Feet, raised: float, tables: RoverTables
 ) -> tuple[int, float]:
     """The first two bodies found that are not proven to be as far apart as they must: their code, and the spare room.
 
-    poses: of :func:`place_rover`; standing: (legs,). The ground is raised by ``raised`` [m] for legs that don't stand;
-    of those that do, wheel and ankle roll are not asked about the ground, as they don't move. The spare room is by how
-    much what is proven falls short [m], below zero; infinite where the code is CLEAR.
+    poses: of :func:`place_rover`; standing: (legs,), or how each foot is, see LIFTED. The ground is raised by
+    ``raised`` [m] for legs that are lifted; of those that stand, wheel and ankle roll are not asked about the ground,
+    as they don't move. The spare room is by how much what is proven falls short [m], below zero; infinite where the
+    code is CLEAR.
     """
     links, legs = poses.shape[0], standing.size
     base = T_site_base.reshape(1, 3, 4)
@@ -144,7 +156,7 @@ def first_too_near(
 
 @njit()
 def rovers_are_clear(
-    qs: Array, Ts_site_base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+    qs: Array, Ts_site_base: Array, standing: Feet, raised: float, tables: RoverTables
 ) -> NDArray[np.int64]:
     """The codes (n,) of configurations: qs (n, legs × 6) [rad], Ts_site_base (n, 4, 4), standing (n, legs)."""
     codes = np.empty(qs.shape[0], np.int64)
@@ -173,22 +185,30 @@ def _inside(around: Array, at: int, size: float, region: Array) -> bool:
 
 @njit()
 def _near_ground(
-    poses: Array, around: Array, base: Array, standing: NDArray[np.bool_], raised: float, tables: RoverTables
+    poses: Array, around: Array, base: Array, standing: Feet, raised: float, tables: RoverTables
 ) -> tuple[int, float]:
     """The first body found that is not clear of the ground: see :func:`first_too_near`."""
     balls, trees, cells, layout = tables.balls, tables.trees, tables.ground, tables.ground_layout
     shells, highest, place, deltas = tables.shells, tables.highest, tables.highest_at, tables.deltas
+    drums, touching = tables.drums, trees.shape[0] - 1
     for leg in range(standing.size):
-        lift = 0.0 if standing[leg] else raised
-        for part in range(PART_COUNT - 3 if standing[leg] else PART_COUNT - 1, -1, -1):
+        lift = raised if standing[leg] == LIFTED else 0.0
+        for part in range(PART_COUNT - 3 if standing[leg] == STANDING else WHEEL, -1, -1):
             link = PART_COUNT * leg + part
             top = _highest_near(around[link, X], around[link, Y], highest, place) + lift
             if around[link, Z] - _half_height(poses, link, shells, part) - top >= deltas[part]:
                 continue
-            room = _room_above_ground(poses, link, part, lift, balls, trees, cells, layout)
+            body, mode = part, RAISED_GROUND
+            if part == WHEEL and standing[leg] == TOUCHING:
+                body, mode = touching, TRUE_GROUND
+            room = _room_above_ground(poses, link, body, lift, balls, trees, cells, layout)
+            if room < 0.0 and part == WHEEL and drums[mode, DRUM_RADIUS] > 0.0:
+                least = drums[mode, REQUIRED]
+                if drum_above(poses, link, drums, mode, least, least, lift, cells, layout) >= least:
+                    continue
             if room < 0.0:
                 return link * BODIES + TERRAIN, room
-    for body in range(PART_COUNT, trees.shape[0]):
+    for body in range(PART_COUNT, touching):
         room = _room_above_ground(base, 0, body, 0.0, balls, trees, cells, layout)
         if room < 0.0:
             return (CHASSIS + body - PART_COUNT) * BODIES + TERRAIN, room

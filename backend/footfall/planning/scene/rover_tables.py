@@ -9,7 +9,7 @@ from footfall.core.bounds import require_distances
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.rover_kernel import BEYOND, BODIES, CHASSIS, CLEAR, PAYLOAD, TERRAIN, RoverTables
 from footfall.robot import bvh
-from footfall.robot.clearance import SLACK, leg_covers, link_shells, radius_classes
+from footfall.robot.clearance import SLACK, leg_covers, link_shells, radius_classes, wheel_drums
 from footfall.robot.cover import BallTree, ball_tree
 from footfall.robot.description import PARTS, RobotDescription
 from footfall.robot.ground_tables import ground_tables
@@ -53,14 +53,16 @@ def rover_tables(
     require_distances(clearance=clearance)
     description = robot.description
     deltas, shells, points = description.clearances, *link_shells(description)
-    covers = _covers(robot)
-    on_ground = [*(deltas.terrain[part] for part in PARTS), *[deltas.chassis_terrain] * (len(covers) - PART_COUNT)]
-    radii = [cover.radii + delta + clearance + SLACK for cover, delta in zip(covers, on_ground, strict=True)]
+    covers, fixed = _covers(robot), [[deltas.chassis.get(part) for part in PARTS]]
+    if description.payload is not None:
+        fixed.append([deltas.payload] * PART_COUNT)
+    on_ground = [*(deltas.terrain[part] for part in PARTS), *[deltas.chassis_terrain] * len(fixed)]
+    required = np.array([*(delta + clearance for delta in on_ground), 0.0]) + SLACK
+    radii = [cover.radii + least for cover, least in zip(covers, required, strict=True)]
     ground = ground_tables(
         heights, geometry, radius_classes(np.concatenate(radii), _SAME_TABLE), around, within, _MOST_CELLS
     )
-    fixed = [[deltas.chassis.get(part) for part in PARTS], [deltas.payload] * PART_COUNT][: len(covers) - PART_COUNT]
-    reach = float((shells[:PART_COUNT, REACH] + on_ground[:PART_COUNT]).max()) + clearance + SLACK
+    reach = float((shells[:PART_COUNT, REACH] + required[:PART_COUNT]).max())
     highest, highest_at = _highest(np.asarray(heights), geometry, reach, ground.region)
     ends = np.cumsum([len(one) for one in radii])
     starts = ends - [len(one) for one in radii]
@@ -82,13 +84,14 @@ def rover_tables(
             ]
         ).astype(float),
         trees=np.column_stack([starts, ends]).astype(np.int64),
+        drums=wheel_drums(description, ground, clearance),
         sizes=np.array(
             [
                 np.linalg.norm(cover.centers - shell[CENTER : CENTER + 3], axis=1).max()
-                for cover, shell in zip(covers, shells, strict=True)
+                for cover, shell in zip(covers, shells, strict=False)
             ]
         ),
-        deltas=np.array(on_ground[:PART_COUNT]) + clearance + SLACK,
+        deltas=required[:PART_COUNT],
         highest=highest,
         highest_at=highest_at,
         ground=ground.cells,
@@ -132,10 +135,10 @@ def _named(body: int) -> str:
 
 @lru_cache(maxsize=8)
 def _covers(robot: Robot) -> list[BallTree]:
-    """Covers of the leg's parts in order, of the chassis and the payload, if there is one."""
+    """Covers of the leg's parts in order, of the chassis, the payload if there is one, and the touching wheel."""
     meshes, legs = bvh.robot_meshes(robot.description), leg_covers(robot.description)
     solids = [meshes[name] for name in ("base", bvh.PAYLOAD) if name in meshes]
-    return [*(legs[part] for part in PARTS), *(ball_tree(mesh, _EDGES) for mesh in solids)]
+    return [*(legs[part] for part in PARTS), *(ball_tree(mesh, _EDGES) for mesh in solids), legs[bvh.TOUCHING_WHEEL]]
 
 
 def _masses(robot: Robot) -> Array:
