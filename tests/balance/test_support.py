@@ -21,6 +21,7 @@ from footfall.balance.support import (
     support_margin,
     support_polygon,
 )
+from footfall.balance.support_kernel import margin_of_feet
 from footfall.core.errors import InvalidInput
 
 HEXAGON = 2.3 * np.stack([np.cos(np.pi / 3 * np.arange(6)), np.sin(np.pi / 3 * np.arange(6))], axis=1)
@@ -146,6 +147,31 @@ def test_candidates_agree_on_random_stances(rng):
             found = margins_for_candidates(fixed, moved, coms, conservative)
             expected = [margin(np.vstack([fixed, m]), c, conservative) for m, c in zip(moved, coms, strict=True)]
             assert np.allclose(found, expected, atol=1e-12)
+
+
+@given(stances, points, st.booleans())
+def test_a_compiled_loop_gets_the_same_margin(feet, com, conservative):
+    # sixteenths, which no sum with a power of two rounds
+    feet, com = np.round(16 * feet) / 16, np.round(16 * com) / 16
+    for away in (0.0, 2.0**30):
+        x, y = np.ascontiguousarray(feet.T + away)
+        found = margin_of_feet(x, y, com[0] + away, com[1] + away, int(conservative))
+        assert found == pytest.approx(margin(feet, com, conservative), abs=1e-9)
+
+
+def test_a_compiled_loop_is_told_what_has_no_margin():
+    x, y = np.ascontiguousarray(HEXAGON.T)
+    assert margin_of_feet(x, y, 0.0, 0.0, 1) > 0
+    for few in (0, 1, 2):
+        assert margin_of_feet(x[:few], y[:few], 0.0, 0.0, 0) == -np.inf
+    assert margin_of_feet(x[:3], y[:3], 0.0, 0.0, 1) == -np.inf
+    for bad in (np.nan, np.inf):
+        assert np.isnan(margin_of_feet(x, y, bad, 0.0, 0))
+        for foot in range(6):
+            broken = x.copy()
+            broken[foot] = bad
+            assert np.isnan(margin_of_feet(broken, y, 0.0, 0.0, 0))
+            assert np.isnan(margin_of_feet(x, broken, 0.0, 0.0, 1))
 
 
 def test_the_feet_that_bind_carry_the_edge_nearest_to_the_centre_of_mass(rng):

@@ -2,9 +2,12 @@
 
 import numpy as np
 from numba import prange
+from numpy.typing import NDArray
 
 from footfall.balance.foot_pairs import MOST_FEET, NONE
 from footfall.compiled import njit
+
+Array = NDArray[np.float64]
 
 COINCIDENT = 1e-9
 """Feet nearer to each other than this share of the stance's size count as one place."""
@@ -35,6 +38,23 @@ def candidate_margins(fixed, candidates, coms, allowed, margins, pairs, lost):
         for i in range(part * _AT_ONCE, min(count, (part + 1) * _AT_ONCE)):
             x[feet - 1], y[feet - 1] = candidates[i, 0], candidates[i, 1]
             margins[i], pairs[i], lost[i] = _margin(x, y, coms[i, 0], coms[i, 1], allowed)
+
+
+@njit()
+def margin_of_feet(x: Array, y: Array, com_x: float, com_y: float, allowed: int) -> float:
+    """Margin [m] of one centre of mass to the polygon of feet x, y (k,) [m], as support.py's ``margin``.
+
+    allowed: how many feet may lie beyond an edge, 0 or 1: the conservative polygon. −inf where there is no polygon; NaN
+    where a number is not finite.
+    """
+    # from the centre of mass, as far from the origin of the site differences of products would lose digits
+    from_x, from_y = x - com_x, y - com_y
+    for foot in range(x.size):
+        if not (np.isfinite(from_x[foot]) and np.isfinite(from_y[foot])):
+            return np.nan
+    if x.size == 0:
+        return -np.inf
+    return _margin(from_x, from_y, 0.0, 0.0, allowed)[0]
 
 
 @njit()
