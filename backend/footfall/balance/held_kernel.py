@@ -1,9 +1,9 @@
 """Whether the motors and the ground hold a rover that stands still, compiled: for loops over very many postures.
 
 The question is that of torques.py: are there contact forces inside friction that balance the weight and keep every
-joint within a share of its torque limit? A few forces are tried, and a proof that there are none
-(trial_forces_kernel.py); only what they leave open is asked of the program of torque_kernel.py. Forces are tried in the
-cones inside the friction pyramids, and refused by those around them.
+joint within a share of its torque limit? Forces are tried (trial_forces_kernel.py) in the cones inside the friction
+pyramids, and a proof that there are none (refusal_kernel.py) with those around them. Only what both leave open is asked
+of the program of torque_kernel.py.
 
 Contacts are thought fixed to the legs' last links, as the wheels are locked. Ground whose normal does not point up,
 against gravity, carries nothing: a rover that counts on it is not held. Nor is one with numbers that are not finite.
@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.cones import fill_facets
+from footfall.balance.refusal_kernel import refused
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
 from footfall.balance.torque_kernel import least_ratio
-from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, refused, smallest_forces, spread_of
+from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, smallest_forces, spread_of
 from footfall.compiled import njit
 from footfall.robot.leg_frames import PART_COUNT
 
@@ -26,6 +27,9 @@ Array = NDArray[np.float64]
 
 GRAVITY, FRICTION, INSIDE, SIDES = range(4)
 """Entries of ``HeldTables.about``."""
+
+_FEW_ROUNDS, _MOST_ROUNDS = 4, 24
+"""Approaches to the bounds before a refusal is sought, and before the program is asked."""
 
 
 class HeldTables(NamedTuple):
@@ -85,10 +89,12 @@ def held_ratio(
         return np.inf, False
     smallest_forces(arms, room.spread, forces)
     if not inside_cones(unit, inside, forces):
-        if refused(arms, unit, room.spread, around, forces, past):
-            return np.inf, True
-        if not approach_bounds(arms, unit, room.spread, inside, room.effect[:0], room.constant[:0], 0.0, forces, past):
-            return np.inf, False
+        none, spread = (room.effect[:0], room.constant[:0]), room.spread
+        if not approach_bounds(arms, unit, spread, inside, *none, 0.0, _FEW_ROUNDS, forces, past):
+            if refused(arms, unit, around):
+                return np.inf, True
+            if not approach_bounds(arms, unit, spread, inside, *none, 0.0, _MOST_ROUNDS, forces, past):
+                return np.inf, False
     return _largest(poses, contacts, standing, tables, room, weight), True
 
 
@@ -122,24 +128,48 @@ def held_within(
 ) -> bool:
     """Whether the least ratio is at most ``most``; arguments as of :func:`held_ratio`. An unsolved program: False."""
     room = _room(standing.size)
+    held, sure, feet = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, room)
+    return held if sure else _least(tables, room, feet) <= most
+
+
+@njit()
+def held_at_once(
+    poses: Array,
+    T_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+    most: float,
+) -> tuple[bool, bool]:
+    """:func:`held_within` without the program: the answer, and whether it is sure."""
+    held, sure, _ = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, _room(standing.size))
+    return held, sure
+
+
+@njit()
+def _at_once(poses, T_site_base, contacts, normals, standing, tables, most, room):
+    """The answer, whether it is sure, and the number of feet; where not sure, the room is ready for the program."""
     feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
     if feet == 0 or not _hanging(poses, contacts, standing, tables, room) <= most:
-        return False
+        return False, True, feet
     arms, unit, forces, past = room.arms[:feet], room.unit[:feet], room.forces[:feet], room.past[:feet]
     inside, around = tables.about[INSIDE], tables.about[FRICTION]
-    spread = spread_of(arms, room.spread)
-    if spread:
-        smallest_forces(arms, room.spread, forces)
-        if inside_cones(unit, inside, forces):
-            if _largest(poses, contacts, standing, tables, room, weight) <= most:
-                return True
-        elif refused(arms, unit, room.spread, around, forces, past):
-            return False
+    if not spread_of(arms, room.spread):
+        _fill_effects(poses, contacts, standing, tables, room, weight)
+        return False, False, feet
+    smallest_forces(arms, room.spread, forces)
+    within = inside_cones(unit, inside, forces)
+    if within and _largest(poses, contacts, standing, tables, room, weight) <= most:
+        return True, True, feet
     _fill_effects(poses, contacts, standing, tables, room, weight)
-    effect, constant = room.effect[:feet], room.constant[:feet]
-    if spread and approach_bounds(arms, unit, room.spread, inside, effect, constant, most, forces, past):
-        return True
-    return _least(tables, room, feet) <= most
+    effect, constant, spread = room.effect[:feet], room.constant[:feet], room.spread
+    if approach_bounds(arms, unit, spread, inside, effect, constant, most, _FEW_ROUNDS, forces, past):
+        return True, True, feet
+    if not within and refused(arms, unit, around):
+        return False, True, feet
+    held = approach_bounds(arms, unit, spread, inside, effect, constant, most, _MOST_ROUNDS, forces, past)
+    return held, held, feet
 
 
 @njit()

@@ -3,8 +3,7 @@
 The smallest forces that balance the weight, Σ |f|² least, are f_i = a + b × d_i, with d_i the contacts from their
 centre: a and b in closed form. Where one is past its friction cone or asks too much of a motor, forces in equilibrium
 and forces within bounds are approached in turn (*alternating projections*), which ends at a common point if there is
-one. What an approach changes for the balance is itself a force and a moment, a + b × d_i at every contact. Where no
-force of any cone does work along it but the weight would, no forces inside friction balance the weight (Farkas' lemma).
+one.
 
 Arrays over the k feet: arms (k, 3), contacts from the centre of mass [m]; unit (k, 3), normals; forces (k, 3)
 [weights]; past (k, 3), what they are past their bounds; all level, z against gravity. spread: (4, 3), the inverse of
@@ -19,23 +18,14 @@ import math
 
 from footfall.compiled import njit
 
-_MOST_ROUNDS = 16
-"""Approaches before the program is asked."""
-
-_BEYOND = 1.5
+_BEYOND = 1.9
 """How far each approach goes on along its step, which below 2 only makes it faster."""
 
 _DEEPER = 0.97
 """Share of the bounds that is aimed at, so that the bounds themselves are reached after finitely many rounds."""
 
-_WIDER = 1.03
-"""Friction that a refusal is sought with over that which is refused, so that the proof is reached likewise."""
-
 _SLACK = 1e-9
 """By how much forces must be inside [weights], that it is not rounding that puts them there."""
-
-_CLEARLY = 1e-6
-"""What the weight's work along a refusing step must be over the step's largest force."""
 
 _FLAT = 1e-6
 """Contacts with a determinant of second moments this small, in units of their size, are as good as on a line."""
@@ -90,33 +80,12 @@ def inside_cones(unit, friction, forces):
 
 
 @njit()
-def refused(arms, unit, spread, friction, forces, past):
-    """Whether it is proven that no forces inside cones balance the weight; forces, in equilibrium, come nearer to some.
-
-    False is no answer.
-    """
-    for _ in range(_MOST_ROUNDS):
-        past[:] = 0.0
-        if not _past_cones(unit, _WIDER * friction, forces, past):
-            return False
-        work = _approach(arms, spread, forces, past)
-        longest, opposed = 0.0, True
-        for foot in range(unit.shape[0]):
-            along, across = _parts(unit, foot, past)
-            opposed = opposed and along + friction * across <= 0.0
-            longest = max(longest, abs(along) + across)
-        if opposed and work > _CLEARLY * longest:
-            return True
-    return False
-
-
-@njit()
-def approach_bounds(arms, unit, spread, friction, effect, constant, most, forces, past):
+def approach_bounds(arms, unit, spread, friction, effect, constant, most, rounds, forces, past):
     """Whether forces in equilibrium could be brought inside their cones and to a ratio of at most ``most``.
 
     effect (k, 6, 3) and constant (k, 6) of the ratios of the feet's joints, see least_ratio; no rows: no ratio.
     """
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(rounds):
         past[:] = 0.0
         above = effect.shape[0] > 0 and _past_ratio(effect, constant, most, forces, past)
         _past_cones(unit, _DEEPER * friction, forces, past)
@@ -137,8 +106,7 @@ def _parts(unit, foot, forces):
 
 @njit()
 def _past_cones(unit, friction, forces, past):
-    """Whether any force less what it is past is outside its cone; how far that is from the nearest inside is added."""
-    outside = False
+    """Add how far forces, less what they are past, are from the nearest ones inside their cones."""
     for foot in range(unit.shape[0]):
         nx, ny, nz = unit[foot, 0], unit[foot, 1], unit[foot, 2]
         fx, fy, fz = forces[foot, 0] - past[foot, 0], forces[foot, 1] - past[foot, 1], forces[foot, 2] - past[foot, 2]
@@ -147,13 +115,11 @@ def _past_cones(unit, friction, forces, past):
         across = math.sqrt(gx * gx + gy * gy + gz * gz)
         if across <= friction * along:
             continue
-        outside = True
         kept = max(0.0, (along + friction * across) / (1.0 + friction * friction))
         lost = 1.0 - friction * kept / across if across > 0.0 else 0.0
         past[foot, 0] += (along - kept) * nx + lost * gx
         past[foot, 1] += (along - kept) * ny + lost * gy
         past[foot, 2] += (along - kept) * nz + lost * gz
-    return outside
 
 
 @njit()
@@ -179,10 +145,7 @@ def _past_ratio(effect, constant, most, forces, past):
 
 @njit()
 def _approach(arms, spread, forces, past):
-    """Take what forces are past their bounds away, as far as the balance allows.
-
-    What was left for the balance is then in past; returns the weight's work along that.
-    """
+    """Take what forces are past their bounds away, less the force and moment a + b × d_i that this has in all."""
     feet = arms.shape[0]
     cx, cy, cz = spread[3, 0], spread[3, 1], spread[3, 2]
     ax = ay = az = tx = ty = tz = 0.0
@@ -201,6 +164,3 @@ def _approach(arms, spread, forces, past):
         forces[foot, 0] += _BEYOND * (gx - past[foot, 0])
         forces[foot, 1] += _BEYOND * (gy - past[foot, 1])
         forces[foot, 2] += _BEYOND * (gz - past[foot, 2])
-        past[foot, 0], past[foot, 1], past[foot, 2] = gx, gy, gz
-    # at the centre of mass, c before the contacts' centre
-    return az - (bx * cy - by * cx)
