@@ -69,7 +69,7 @@ from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, robot_meshes
 from footfall.robot.cover import BallTree, ball_tree
 from footfall.robot.description import PARTS, RobotDescription, link_name
 from footfall.robot.drum_kernel import MOST
-from footfall.robot.ground_tables import GroundTables, ground_tables
+from footfall.robot.ground_tables import MOST_CELLS, GroundTables, ground_tables
 from footfall.robot.kinematics import leg_link_poses
 from footfall.robot.leg_clearance_kernel import (
     NO_GROUND,
@@ -106,17 +106,18 @@ def clearance_ground(
     clearance: float = 0.0,
     around: ArrayLike | None = None,
     within: float = np.inf,
+    most_cells: int = MOST_CELLS,
 ) -> GroundTables:
     """The ground as LegClearance needs it: made once for a terrain, it serves every leg and stance.
 
     heights: (rows, cols) [m], NaN where unknown. clearance: the largest that a LegClearance will use it with [m].
     around, within: (x, y) and radius [m] of the part that is needed, where the whole would be too much: one leg
-    needs its hip's x, y and :func:`leg_reach`. Raises InvalidInput where heights and geometry don't fit together
-    and where the ground is too large to be made whole.
+    needs its hip's x, y and :func:`leg_reach`. most_cells: of all tables. Raises InvalidInput where heights and
+    geometry don't fit together and where the ground is too large for that.
     """
     require_distances(clearance=clearance)
     radii = np.concatenate(_required_radii(robot.description, clearance))
-    return ground_tables(heights, geometry, radius_classes(radii), around, within)
+    return ground_tables(heights, geometry, radius_classes(radii), around, within, most_cells)
 
 
 def radius_classes(radii: Array, same: float = _SAME_TABLE) -> Array:

@@ -155,6 +155,29 @@ def first_too_near(
 
 
 @njit()
+def leg_too_near_itself(q: Array, leg: int, T_site_base: Array, tables: RoverTables, poses: Array) -> float:
+    """What parts of one leg at q (6,), or it and the chassis or payload, lack for sure [m], below zero; else infinite.
+
+    poses: (legs × 7, 3, 4), of which the leg's are written.
+    """
+    T = np.empty((3, 4))
+    for row in range(3):
+        for k in range(4):
+            T[row, k] = T_site_base[row, 3] if k == 3 else 0.0
+            for m in range(3):
+                T[row, k] += T_site_base[row, m] * tables.hips[leg, m, k]
+    first = PART_COUNT * leg
+    place_leg(q, T, tables.lengths[leg], poses[first : first + PART_COUNT])
+    base, around = T_site_base.reshape(1, 3, 4), np.empty((len(poses), 4))
+    fixed = np.empty((tables.fixed.shape[0], 4))
+    for part in range(PART_COUNT):
+        _put_around(poses, first + part, tables.shells, part, around)
+    for k in range(len(fixed)):
+        _put_around(base, 0, tables.shells, PART_COUNT + k, fixed[k : k + 1])
+    return _near_itself(poses, around, base, fixed, leg, tables, np.empty((SCRATCH, 3)))[1]
+
+
+@njit()
 def rovers_are_clear(
     qs: Array, Ts_site_base: Array, standing: Feet, raised: float, tables: RoverTables
 ) -> NDArray[np.int64]:

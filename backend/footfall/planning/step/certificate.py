@@ -51,7 +51,9 @@ class Certificate:
         tables = _tables(robot, T_site_base, leg, world, ground, settings.clearance)
         asked = settings.clearance, settings.raise_terrain, settings.steep_ground
         self.clearance = LegClearance(robot, state.posture, leg, T_site_base, tables, *asked).tables
-        self.body = _body(robot, state, leg, normals, offsets, settings.least_margin)
+        self.body = body_tables(
+            robot, np.asarray(state.posture), T_site_base, leg, normals, offsets, settings.least_margin
+        )
 
     def first_unsure(self, qs: Array, terrain: str) -> int:
         """The first of n postures (n, 6) that is not surely allowed, or n; terrain: "none", "true" or "raised"."""
@@ -67,7 +69,10 @@ class Certificate:
         return path_is_clear(np.ascontiguousarray(qs), self.clearance, MODES[terrain])
 
 
-def _body(robot: Robot, state: RobotState, leg: int, normals: Array, offsets: Array, least_margin: float) -> BodyTables:
+def body_tables(
+    robot: Robot, posture: Array, T_site_base: Array, leg: int, normals: Array, offsets: Array, least_margin: float
+) -> BodyTables:
+    """What decides, besides clearance, of one leg that moves while the rover else keeps its posture (legs × 6,)."""
     own = slice(6 * leg, 6 * leg + 6)
     moments = np.zeros((PART_COUNT, 4))
     for i in range(6):
@@ -84,20 +89,19 @@ def _body(robot: Robot, state: RobotState, leg: int, normals: Array, offsets: Ar
         offsets=np.array(offsets, float),
         least=float(least_margin),
     )
-    return tables._replace(rest=_rest(robot, state, leg, tables.moments))
+    return tables._replace(rest=_rest(robot, posture, T_site_base, leg, tables.moments))
 
 
-def _rest(robot: Robot, state: RobotState, leg: int, moments: Array) -> Array:
+def _rest(robot: Robot, posture: Array, T_site_base: Array, leg: int, moments: Array) -> Array:
     """Where the centre of mass is in x and y, less the leg's share of it."""
-    poses = leg_link_poses(robot, np.asarray(state.leg(leg)), leg)
+    poses = leg_link_poses(robot, posture[6 * leg : 6 * leg + 6], leg)
     own = sum(
         (poses[link_name(leg, part)] @ np.append(moment[:3], moment[3]))[:3]
         for part, moment in zip(PARTS, moments, strict=True)
     )
     share = moments[:, 3].sum()
-    T = np.asarray(state.T_site_base)
-    com = center_of_mass(robot, np.asarray(state.posture))
-    return (T[:3, :3] @ (com - own) + (1.0 - share) * T[:3, 3])[:2]
+    com = center_of_mass(robot, posture)
+    return (T_site_base[:3, :3] @ (com - own) + (1.0 - share) * T_site_base[:3, 3])[:2]
 
 
 def _tables(robot: Robot, T_site_base: Array, leg: int, world: Dem, ground: Nearby, clearance: float) -> GroundTables:

@@ -85,7 +85,7 @@ class WalkSettings(Value):
 
     spacing: float = 0.2
     steepest: float = 0.9
-    support: str = "required"
+    support: str = "preferred"
     least_margin: float = 0.05
     friction: float = FRICTION
     most_torque: float = 0.9

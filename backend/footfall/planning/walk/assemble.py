@@ -1,0 +1,95 @@
+"""A walk as a value: what a search found, joined to one row of waypoints."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.value import Provenance
+from footfall.planning.step.problem import Check
+from footfall.planning.walk.foot_move import At, BodyWay, Moved
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings
+
+Array = NDArray[np.float64]
+
+
+class _Rows:
+    """Waypoints as they are joined."""
+
+    def __init__(self) -> None:
+        self.postures: list[Array] = []
+        self.poses: list[Array] = []
+        self.moves: list[int] = []
+        self.phases: list[str] = []
+        self.margins: list[float] = []
+        self.torques: list[float] = []
+
+    def body(self, way: BodyWay, number: int, first: int) -> None:
+        """A chassis' way; first: the row it begins with, 1 where that is already there."""
+        for row in range(first, len(way.postures)):
+            self._add(way.postures[row], way.Ts_site_base[row], number, BODY, way.margins[row], way.torques[row])
+
+    def swing(self, moved: Moved, number: int) -> None:
+        over, leg = moved.swing, moved.leg
+        for row in range(1, len(over.waypoints)):
+            posture = self.postures[-1].copy()
+            posture[6 * leg : 6 * leg + 6] = over.waypoints[row]
+            phase = LIFT if row <= over.up else SWING if row <= over.down else LOWER
+            self._add(posture, moved.to.T_site_base, number, phase, moved.margins[row], moved.torques[row])
+
+    def _add(self, posture: Array, T: Array, number: int, phase: str, margin: float, torque: float) -> None:
+        self.postures.append(posture)
+        self.poses.append(T)
+        self.moves.append(number)
+        self.phases.append(phase)
+        self.margins.append(float(margin))
+        self.torques.append(float(torque))
+
+
+def walk_of(goal: WalkGoal, start: At, way: list[Moved], closing: BodyWay | None, provenance: Provenance) -> WalkPlan:
+    """The walk of some foot moves; closing: the chassis' way after the last, None for a walk that ends there."""
+    rows = _Rows()
+    for number, moved in enumerate(way):
+        rows.body(moved.body, number, 1 if number else 0)
+        rows.swing(moved, number)
+    if closing is not None:
+        rows.body(closing, len(way), 1 if way else 0)
+    return WalkPlan(
+        goal=goal,
+        legs=tuple(moved.leg for moved in way),
+        stances=(start.stance, *(moved.to.stance for moved in way)),
+        waypoints=np.array(rows.postures),
+        Ts_site_base=np.array(rows.poses),
+        moves=np.array(rows.moves, np.int64),
+        phases=tuple(rows.phases),
+        margins=np.array(rows.margins),
+        torques=np.array(rows.torques),
+        provenance=provenance,
+    )
+
+
+def checks_of(plan: WalkPlan, settings: WalkSettings) -> tuple[Check, ...]:
+    """What a plan was checked for, each where it has least to spare; what it fails is never planned."""
+    margin, torque = int(np.argmin(plan.margins)), int(np.argmax(plan.torques))
+    kind = "conservative polygon" if settings.support == "required" else "support polygon"
+    found = [
+        Check(
+            f"balance ({kind})",
+            True,
+            float(plan.margins[margin]) - settings.least_margin,
+            "m",
+            _where(plan, margin),
+        ),
+        Check(
+            "torque",
+            True,
+            settings.most_torque - float(plan.torques[torque]),
+            "of the limit",
+            _where(plan, torque),
+        ),
+    ]
+    for name in ("joint limits", "self collision", "terrain collision"):
+        found.append(Check(name, True, float("nan"), "", "sure all the way, sizes are not told"))
+    return tuple(found)
+
+
+def _where(plan: WalkPlan, at: int) -> str:
+    return f"foot move {int(plan.moves[at])}, {plan.phases[at]}, waypoint {at}"

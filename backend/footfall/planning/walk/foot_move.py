@@ -1,0 +1,223 @@
+"""One foot move, whole: a chassis pose for it, the chassis' way there, and the swing. Everything is checked."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.support import half_planes
+from footfall.planning.scene.rover_tables import named
+from footfall.planning.step.certificate import body_tables
+from footfall.planning.walk.body_kernel import (
+    COARSE,
+    HOLDS,
+    LEG,
+    MARGIN,
+    NEAR,
+    TORQUE,
+    Checks,
+    body_path,
+    configuration_fails,
+    held_without,
+    waypoints_of,
+)
+from footfall.planning.walk.legs_kernel import Feet, leg_at, legs_at, pose_of
+from footfall.planning.walk.problem import Stance
+from footfall.planning.walk.swing import Swing, swing
+from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
+from footfall.planning.walk.world import World
+from footfall.robot.clearance import LegClearance
+from footfall.robot.ground_tables import GroundTables
+
+Array = NDArray[np.float64]
+
+LOOKS = 90
+"""Chassis poses that are looked at for one foot move."""
+BODY_STEP, BODY_TURN = 0.006, 0.004
+"""From one sample of the chassis' way to the next [m, rad]; halved as often as anything moves too far between."""
+FARTHEST = 8
+"""Samples from one waypoint to the next, at most."""
+NAMES = {LEG: "reach", MARGIN: "balance", TORQUE: "torque", NEAR: "collision", COARSE: "sampling"}
+SWING_TURN = 0.1
+"""Of a joint between two looks at forces and torques on a swing [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class At:
+    """The rover on all its feet: T_site_base (4, 4), posture (legs × 6,)."""
+
+    stance: Stance
+    T_site_base: Array
+    posture: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BodyWay:
+    """Waypoints of a chassis' way, the first where it begins: postures (n, legs × 6), Ts_site_base (n, 4, 4)."""
+
+    postures: Array
+    Ts_site_base: Array
+    margins: Array
+    torques: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A foot move: where it ends, the chassis' way before it, the swing with margins and torques at its waypoints."""
+
+    to: At
+    leg: int
+    body: BodyWay
+    swing: Swing
+    margins: Array
+    torques: Array
+
+
+@dataclass(frozen=True)
+class Fails:
+    """Why there is no foot move: the check, and of which leg, or −1."""
+
+    check: str
+    leg: int = -1
+
+
+def feet_of(stance: Stance) -> Feet:
+    """A stance as kernels take it."""
+    return Feet(np.ascontiguousarray(stance.Ts_site_wheel[:, :3]), np.array(stance.branches))
+
+
+def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.random.Generator) -> Moved | Fails:
+    """Move the foot of a leg so that the feet stand as in ``to``; aim: (6,) the chassis pose to be near.
+
+    The chassis goes first to where all feet but that one hold it before and after, and stays while the leg swings.
+    """
+    piece = world.around(at.T_site_base)
+    checks = piece.checks
+    feet = feet_of(at.stance)
+    wheel, branch = np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg])
+    move = Move(leg, wheel, branch, world.settings.lift, np.array(at.stance.contacts))
+    now = vector_of(np.ascontiguousarray(at.T_site_base[:3]))
+    guesses, best = np.array([aim, now, 0.5 * (aim + now)]), np.empty(6)
+    lacks = find_pose(guesses, aim, feet, move, checks.legs, checks.rover, checks.balance, rng, LOOKS, best)
+    if lacks > 0.0:
+        return Fails("transition", leg)
+    T, q, spares = np.empty((3, 4)), np.empty_like(at.posture), np.empty(len(feet.branches))
+    pose_of(best, T)
+    legs_at(T, feet, checks.legs, q, spares)
+    after, q_leg = q.copy(), np.empty(6)
+    leg_at(T, wheel, branch, leg, checks.legs, q_leg)
+    after[6 * leg : 6 * leg + 6] = q_leg
+    poses = np.empty((7 * len(spares), 3, 4))
+    for stance, posture in ((at.stance, q), (to, after)):
+        failed, code, _ = configuration_fails(posture, T, stance.contacts, stance.normals, leg, checks, poses)
+        if failed != HOLDS:
+            return Fails(_told(failed, code), leg)
+    T_site_base = np.vstack([T, (0.0, 0.0, 0.0, 1.0)])
+    body = body_way(checks, at, T_site_base)
+    if isinstance(body, Fails):
+        return body
+    over = _swing(world, piece.ground, at.stance, to, T_site_base, q, q_leg, leg, rng)
+    if isinstance(over, str):
+        return Fails(over, leg)
+    margins, torques = _along(checks, over, q, T, at.stance, leg)
+    if not (np.isfinite(torques).all() and torques.max() <= checks.most_torque):
+        return Fails(NAMES[TORQUE], leg)
+    return Moved(At(to, T_site_base, after), leg, body, over, margins, torques)
+
+
+def _told(failed: int, code: int) -> str:
+    return f"{NAMES[failed]} of {named(code)}" if failed == NEAR else NAMES[failed]
+
+
+def body_way(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
+    """The chassis' straight way over all its feet to a pose (4, 4), every check of it holding, or what fails."""
+    feet, legs = feet_of(at.stance), len(at.stance.branches)
+    spares, q = np.empty(legs), np.empty(6 * legs)
+    T_from, T_to = np.ascontiguousarray(at.T_site_base[:3]), np.ascontiguousarray(T_site_base[:3])
+    lacking = legs_at(T_from, feet, checks.legs, q, spares)
+    away = float(np.linalg.norm(T_to[:, 3] - T_from[:, 3]))
+    turn = float(np.arccos(np.clip(0.5 * (np.trace(T_from[:, :3].T @ T_to[:, :3]) - 1.0), -1.0, 1.0)))
+    count = 2 + int(max(away / BODY_STEP, turn / BODY_TURN))
+    while True:
+        Ts, qs = np.empty((count, 3, 4)), np.empty((count, 6 * legs))
+        margins, torques = np.empty(count), np.empty(count)
+        failed, what, _, _ = body_path(
+            T_from,
+            T_to,
+            feet,
+            at.stance.contacts,
+            at.stance.normals,
+            lacking,
+            checks,
+            Ts,
+            qs,
+            margins,
+            torques,
+        )
+        if failed == COARSE:
+            count = 2 * count
+            continue
+        if failed != HOLDS:
+            return Fails(f"{_told(failed, what)} on the body's way", what if failed == LEG else -1)
+        # bit for bit where it is
+        qs[0] = at.posture
+        rows = waypoints_of(qs, FARTHEST)
+        poses = np.tile(np.eye(4), (len(rows), 1, 1))
+        poses[:, :3] = Ts[rows]
+        poses[0], poses[-1] = at.T_site_base, T_site_base
+        return BodyWay(qs[rows], poses, margins[rows], _filled(torques)[rows])
+
+
+def _filled(torques: Array) -> Array:
+    """Torques (n,) with those not asked for as large as the larger of their neighbours that were."""
+    known = np.flatnonzero(np.isfinite(torques))
+    rows = np.arange(len(torques))
+    before = known[np.searchsorted(known, rows, side="right") - 1]
+    following = known[np.minimum(np.searchsorted(known, rows), len(known) - 1)]
+    return np.maximum(torques[before], torques[following])
+
+
+def _swing(
+    world: World,
+    ground: GroundTables,
+    stance: Stance,
+    to: Stance,
+    T_site_base: Array,
+    q: Array,
+    q_leg: Array,
+    leg: int,
+    rng: np.random.Generator,
+) -> Swing | str:
+    settings = world.settings
+    clearance = LegClearance(
+        world.robot, q, leg, T_site_base, ground, settings.clearance, settings.raise_terrain, drum=True
+    ).tables
+    others = np.delete(np.array(stance.contacts), leg, axis=0)
+    normals, offsets = half_planes(others, settings.support == "required")
+    body = body_tables(world.robot, q, T_site_base, leg, normals, offsets, settings.least_margin)
+    T = np.ascontiguousarray(T_site_base[:3])
+    wheels = (
+        np.ascontiguousarray(stance.Ts_site_wheel[leg, :3]),
+        np.ascontiguousarray(to.Ts_site_wheel[leg, :3]),
+    )
+    branches = int(stance.branches[leg]), int(to.branches[leg])
+    ends = q[6 * leg : 6 * leg + 6].copy(), q_leg
+    return swing(T, ends, wheels, branches, leg, settings.lift, world.legs, clearance, body, rng)
+
+
+def _along(checks: Checks, over: Swing, q: Array, T: Array, stance: Stance, leg: int) -> tuple[Array, Array]:
+    """Margins and torques (n,) at a swing's waypoints, each the worst since the one before it."""
+    margins, torques = [], []
+    last = over.waypoints[0]
+    for waypoint in over.waypoints:
+        parts = max(1, int(np.ceil(np.abs(waypoint - last).max() / SWING_TURN)))
+        worst = [np.inf, 0.0]
+        for i in range(1, parts + 1):
+            posture = q.copy()
+            posture[6 * leg : 6 * leg + 6] = last + (i / parts) * (waypoint - last)
+            margin, torque = held_without(posture, T, stance.contacts, stance.normals, leg, checks)
+            worst = [min(worst[0], margin), max(worst[1], torque)]
+        margins.append(worst[0])
+        torques.append(worst[1])
+        last = waypoint
+    return np.array(margins), np.array(torques)

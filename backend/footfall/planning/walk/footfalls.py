@@ -1,0 +1,113 @@
+"""Places where a foot may be put: a jittered lattice over the ground, less what is unknown, steep, rough or forbidden.
+
+Every cell of the lattice has its one place, drawn from the seed and the cell's number alone. So the places do not
+depend on how much of the ground is looked at.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial import KDTree
+
+from footfall.maps.wheel_seat import wheel_seat
+from footfall.planning.walk.problem import Place, WalkSettings
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at, normal_at
+
+Array = NDArray[np.float64]
+
+LEAST_SUPPORT = 0.2
+"""Share of a wheel's footprint that carries, at least."""
+_JITTER = 0.4
+"""How far from the middle of its cell a place is at most, as a share of the cell."""
+
+
+@dataclass(frozen=True, eq=False)
+class Footfalls:
+    """contacts: (n, 3) site [m]; normals: (n, 3) unit; pinned: (n,) which of the pinned places each is, or −1."""
+
+    contacts: Array
+    normals: Array
+    pinned: NDArray[np.int64]
+    tree: KDTree
+
+
+def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSettings) -> Footfalls:
+    """The places between two corners (2,) [m] where a wheel may stand upright."""
+    spacing = settings.spacing
+    first, last = np.floor(low / spacing).astype(int), np.ceil(high / spacing).astype(int)
+    columns, rows = np.meshgrid(np.arange(first[0], last[0]), np.arange(first[1], last[1]))
+    cells = np.column_stack([columns.ravel(), rows.ravel()])
+    jitter = _JITTER * (2.0 * _drawn(cells, settings.seed) - 1.0)
+    xy = (cells + 0.5 + jitter) * spacing
+    pins = np.array([(place.x, place.y) for place in settings.pinned], float).reshape(-1, 2)
+    pinned = np.concatenate([np.arange(len(pins)), np.full(len(xy), -1)])
+    xy = np.concatenate([pins, xy])
+    good = _known(dem, xy, robot.wheel_radius) & ~_forbidden(xy, settings.forbidden)
+    xy, pinned = xy[good], pinned[good]
+    contacts = np.column_stack([xy, height_at(dem, xy[:, 0], xy[:, 1])])
+    normals = normal_at(dem, xy[:, 0], xy[:, 1], robot.wheel_radius)
+    good = np.isfinite(contacts[:, 2]) & np.isfinite(normals).all(axis=1)
+    good &= normals[:, 2] >= math.cos(settings.steepest)
+    contacts, normals, pinned = contacts[good], normals[good], pinned[good]
+    good = _seated(robot, dem, contacts, normals)
+    contacts, normals, pinned = contacts[good], normals[good], pinned[good]
+    return Footfalls(contacts, normals, pinned, KDTree(contacts[:, :2]))
+
+
+def _drawn(cells: NDArray[np.int64], seed: int) -> Array:
+    """Two numbers 0…1 for each cell (n, 2), of nothing but the cell and the seed.
+
+    They are mixed as in SplitMix64 (Steele, Lea & Flood, "Fast splittable pseudorandom number generators", 2014).
+    """
+    out = np.empty(cells.shape)
+    with np.errstate(over="ignore"):
+        for axis in range(2):
+            z = cells[:, 0].astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+            z += cells[:, 1].astype(np.uint64) * np.uint64(0xC2B2AE3D27D4EB4F)
+            z += np.uint64(2 * seed + axis + 1) * np.uint64(0x165667B19E3779F9)
+            z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+            out[:, axis] = ((z ^ (z >> np.uint64(31))) >> np.uint64(11)).astype(float) / 2.0**53
+    return out
+
+
+def _known(dem: Dem, xy: Array, radius: float) -> NDArray[np.bool_]:
+    """Whether all cells within ``radius`` [m] of places (n, 2) are known."""
+    grid = dem.geometry
+    # beyond the map all is unknown
+    known = np.pad(np.isfinite(dem.heights), 1)
+    away = np.asarray(distance_transform_edt(known))[1:-1, 1:-1] * grid.resolution
+    columns = np.rint((xy[:, 0] - grid.x0) / grid.resolution).astype(int)
+    rows = np.rint((xy[:, 1] - grid.y0) / grid.resolution).astype(int)
+    inside = (rows >= 0) & (rows < grid.rows) & (columns >= 0) & (columns < grid.cols)
+    out = np.zeros(len(xy), bool)
+    # the place is up to half a cell's diagonal from its cell's middle
+    out[inside] = away[rows[inside], columns[inside]] > radius + math.sqrt(0.5) * grid.resolution
+    return out
+
+
+def _forbidden(xy: Array, places: tuple[Place, ...]) -> NDArray[np.bool_]:
+    """Whether places (n, 2) are forbidden to every leg."""
+    out = np.zeros(len(xy), bool)
+    for place in places:
+        if place.leg is None:
+            out |= np.hypot(xy[:, 0] - place.x, xy[:, 1] - place.y) <= place.radius
+    return out
+
+
+def _seated(robot: Robot, dem: Dem, contacts: Array, normals: Array) -> NDArray[np.bool_]:
+    """Whether a wheel that stands upright on contacts (n, 3) cuts no deeper than it may, rolling one way or across."""
+    good = np.zeros(len(contacts), bool)
+    sink = robot.description.clearances.wheel_sink
+    for across in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        axles = np.cross(normals, across)
+        axles /= np.linalg.norm(axles, axis=1, keepdims=True)
+        seat, support = wheel_seat(robot, dem, contacts, normals, axles)
+        with np.errstate(invalid="ignore"):
+            good |= (np.abs(seat) <= sink) & (support >= LEAST_SUPPORT)
+    return good

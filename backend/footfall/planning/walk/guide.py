@@ -1,0 +1,64 @@
+"""The way that the chassis would go if only the ground's height mattered: a guide for the search, checked for nothing.
+
+It leads straight from where the chassis is to the goal, at the height and with a share of the slope of the ground under
+the feet. A leg reaches a footfall from a *span* of it.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.walk.footprint import FOLLOWS_SLOPE, Footprint
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
+
+STEP = 0.05
+"""From one pose of the guide to the next [m]."""
+METRES_A_RADIAN = 1.2
+"""A turn by so much counts as so many metres of the way."""
+_AROUND = 48
+"""Places that the ground is looked at under each pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guide:
+    """vectors: (n, 6) x, y, z [m], roll, pitch, yaw [rad]; ways: (n,) how far along each is [m], the first at 0."""
+
+    vectors: Array
+    ways: Array
+
+    @property
+    def length(self) -> float:
+        return float(self.ways[-1])
+
+    def at(self, way: float) -> Array:
+        """The pose (6,) so far along [m]."""
+        return np.array([np.interp(way, self.ways, column) for column in self.vectors.T])
+
+
+def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint) -> Guide:
+    """From x, y, yaw (3,) to x, y, yaw; dem: without holes."""
+    turn = (end[2] - begin[2] + math.pi) % (2 * math.pi) - math.pi
+    length = math.hypot(end[0] - begin[0], end[1] - begin[1], METRES_A_RADIAN * turn)
+    count = max(2, 1 + math.ceil(length / STEP))
+    share = np.linspace(0.0, 1.0, count)
+    x, y = begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1])
+    yaw = begin[2] + share * turn
+    # places spread evenly over a disc, after Vogel's sunflower
+    number = np.arange(_AROUND) + 0.5
+    radius = np.hypot(footprint.feet[:, 0], footprint.feet[:, 1]).max() * np.sqrt(number / _AROUND)
+    angle = number * math.pi * (3.0 - math.sqrt(5.0))
+    dx, dy = radius * np.cos(angle), radius * np.sin(angle)
+    z = height_at(dem, x[:, None] + dx, y[:, None] + dy)
+    z = np.where(np.isfinite(z), z, np.nanmean(z))
+    middle = z.mean(axis=1)
+    east = ((z - middle[:, None]) * dx).sum(axis=1) / (dx**2).sum()
+    north = ((z - middle[:, None]) * dy).sum(axis=1) / (dy**2).sum()
+    c, s = np.cos(yaw), np.sin(yaw)
+    rise, bank = c * east + s * north, c * north - s * east
+    roll, pitch = np.arctan(FOLLOWS_SLOPE * bank), -np.arctan(FOLLOWS_SLOPE * rise)
+    return Guide(np.column_stack([x, y, middle + footprint.height, roll, pitch, yaw]), share * length)

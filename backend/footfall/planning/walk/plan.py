@@ -1,0 +1,217 @@
+"""Plan a walk from where the rover stands to a goal; check everything; say no with a reason.
+
+The method is that of Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006): a search
+of stances, for each foot move a transition, and motions that stay feasible all the way.
+"""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import Progress, no_progress
+from footfall.core.value import Provenance
+from footfall.planning.step.problem import Check, Status
+from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.walk.assemble import checks_of, walk_of
+from footfall.planning.walk.footfalls import Footfalls, footfalls
+from footfall.planning.walk.footprint import Footprint, footprint
+from footfall.planning.walk.guide import guide
+from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.search import Search
+from footfall.planning.walk.start import start_of
+from footfall.planning.walk.transition_kernel import vector_of
+from footfall.planning.walk.world import World
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+from footfall.terrain.ground.unseen import without_holes
+
+Array = NDArray[np.float64]
+
+BESIDE = 4.5
+"""Ground that is looked at beyond start and goal [m]."""
+ATTEMPTS = 8
+"""Searches that are begun, each with more to try: most succeed at once or hardly ever."""
+MOST_TOLD = 8
+"""Kinds of failures that are told."""
+FARTHEST = 60.0
+"""A goal is at most so far away [m]."""
+TRY = "choose another goal, raise the time limit, or allow less clearance, margin or reserve"
+
+Goal = WalkGoal | tuple[float, float] | tuple[float, float, float]
+
+
+def plan_walk(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    goal: Goal,
+    seed: int | None = None,
+    settings: WalkSettings | None = None,
+    progress: Progress = no_progress,
+) -> WalkResult:
+    """Plan a walk to ``goal``: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site.
+
+    seed: replaces that of ``settings`` unless None. progress: may raise Cancelled. Returns a result; a walk that is
+    not found is a result with a reason, and with the walk that comes nearest. Raises InvalidInput where goal or
+    settings make no sense or the state is of another robot. The same arguments give the same walk in any process,
+    unless the time limit cuts the search short.
+    """
+    settings = settings or WalkSettings()
+    if not isinstance(settings, WalkSettings):
+        raise InvalidInput("a walk takes WalkSettings")
+    if seed is not None:
+        settings = replace(settings, seed=seed)
+    if state.robot != robot.name or state.leg_count != robot.leg_count:
+        raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
+    asked = goal if isinstance(goal, WalkGoal) else _goal(goal)
+    provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings, settings.seed)
+    return _Attempt(robot, dem, state, asked, settings, provenance, progress).run()
+
+
+def _goal(numbers: tuple[float, ...]) -> WalkGoal:
+    if len(numbers) not in (2, 3):
+        raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(numbers))
+    return WalkGoal(*(float(number) for number in numbers))
+
+
+class _Attempt:
+    def __init__(
+        self,
+        robot: Robot,
+        dem: Dem,
+        state: RobotState,
+        goal: WalkGoal,
+        settings: WalkSettings,
+        provenance: Provenance,
+        progress: Progress,
+    ) -> None:
+        self.robot, self.dem, self.state = robot, dem, state
+        self.goal, self.settings, self.provenance = goal, settings, provenance
+        self.watch = Watch(progress, settings.time_limit)
+
+    def run(self) -> WalkResult:
+        self.watch.phase(0.0, "looking at the ground")
+        refusal = self._goal_refused()
+        if refusal is not None:
+            return self._no(*refusal)
+        start = start_of(self.robot, self.dem, self.state)
+        if isinstance(start, str):
+            return self._no(Status.START_INVALID, start)
+        here, there = start.T_site_base[:2, 3], np.array([self.goal.x, self.goal.y])
+        away = float(np.linalg.norm(there - here))
+        if away > FARTHEST:
+            reason = f"the goal is {away:.1f} m away, a walk covers at most {FARTHEST:g} m; choose a nearer one"
+            return self._no(Status.GOAL_INVALID, reason)
+        whole = without_holes(self.dem, 0.5 * (here + there), 0.5 * away + 2 * BESIDE, np.array(start.stance.contacts))
+        if whole is None:
+            return self._no(Status.UNKNOWN_GROUND, "no ground at all is known between start and goal; build a terrain")
+        low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
+        places = footfalls(self.robot, self.dem, low, high, self.settings)
+        ease = footprint(self.robot, self.settings.height)
+        refusal = self._places_refused(places, ease)
+        if refusal:
+            return self._no(Status.GOAL_INVALID, refusal)
+        with self.watch.uncounted():
+            world = World(self.robot, whole.dem, self.settings, start.T_site_base)
+        here = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
+        there = np.array([self.goal.x, self.goal.y, here[2] if self.goal.yaw is None else self.goal.yaw])
+        way = guide(whole.dem, here, there, ease)
+        self.watch.phase(0.05, "searching for foot moves")
+        searches: list[Search] = []
+        for attempt in range(ATTEMPTS):
+            search = Search(world, places, way, self.goal, start, self.watch, attempt)
+            searches.append(search)
+            try:
+                found = search.run()
+            except OutOfTime:
+                return self._not_found(searches, Status.TIME_LIMIT)
+            if found is not None:
+                self.watch.phase(1.0, "done")
+                plan = walk_of(self.goal, start, found[0].way(), found[1], self.provenance)
+                return WalkResult(Status.FOUND, plan, "", checks_of(plan, self.settings), self.goal, self.provenance)
+        return self._not_found(searches, Status.NO_PATH)
+
+    def _goal_refused(self) -> tuple[Status, str] | None:
+        """Why no walk can end there, whatever is between."""
+        west, south, east, north = self.dem.geometry.bounds
+        x, y = self.goal.x, self.goal.y
+        if not (west <= x <= east and south <= y <= north):
+            outside = max(west - x, x - east, south - y, y - north)
+            spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+            reason = f"the goal ({x:g}, {y:g}) lies {outside:.2g} m off the map; {spans}; choose one inside"
+            return Status.OFF_MAP, reason
+        if not np.isfinite(height_at(self.dem, x, y)):
+            return (
+                Status.UNKNOWN_GROUND,
+                f"the ground at the goal ({x:g}, {y:g}) is unknown; take images that show it, or choose another goal",
+            )
+        return None
+
+    def _places_refused(self, places: Footfalls, ease: Footprint) -> str:
+        """Why no stance can be at the goal; empty where there may be one."""
+        if not len(places.contacts):
+            return "no foot can be put anywhere between start and goal: all ground is unknown, too steep or too rough"
+        for pin in range(len(self.settings.pinned)):
+            if not (places.pinned == pin).any():
+                place = self.settings.pinned[pin]
+                return (
+                    f"no foot can stand on the pinned place ({place.x:g}, {place.y:g}): it is unknown, too steep, too "
+                    "rough, forbidden or too far; pin another place"
+                )
+        if self.goal.yaw is None:
+            return ""
+        feet = ease.at(self.goal.x, self.goal.y, self.goal.yaw)
+        away, _ = places.tree.query(feet)
+        leg = int(np.argmax(away))
+        if away[leg] <= self.settings.longest:
+            return ""
+        return (
+            f"leg {leg} would have no place to stand at the goal: the nearest is {away[leg]:.2f} m from where it would "
+            f"be, ({feet[leg, 0]:.2f}, {feet[leg, 1]:.2f}); choose another goal or heading"
+        )
+
+    def _not_found(self, searches: list[Search], status: Status) -> WalkResult:
+        best = min(searches, key=lambda search: search.nearest.left)
+        nearest = best.nearest
+        way = nearest.way()
+        partial = walk_of(self.goal, best.start, way, None, self.provenance) if way else None
+        at = nearest.at.T_site_base[:2, 3]
+        short = float(np.hypot(self.goal.x - at[0], self.goal.y - at[1]))
+        failures: Counter[tuple[str, int, float, float]] = Counter()
+        for search in searches:
+            failures.update(search.failures)
+        failed = failures.most_common(MOST_TOLD)
+        tried = sum(search.tried for search in searches)
+        why = f"{self.settings.time_limit:g} s passed"
+        if status is not Status.TIME_LIMIT:
+            why = "nothing more was left to try"
+        stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
+        reason = (
+            f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
+            f"{short:.2f} m with {len(way)} foot moves; what failed most: {stopped or 'nothing'}; {TRY}"
+        )
+        blocked = tuple(Blocked(check, leg if leg >= 0 else None, x, y, count) for (check, leg, x, y), count in failed)
+        return self._no(status, reason, partial, blocked)
+
+    def _no(
+        self, status: Status, reason: str, partial: WalkPlan | None = None, blocked: tuple[Blocked, ...] = ()
+    ) -> WalkResult:
+        checks: tuple[Check, ...] = ()
+        return WalkResult(status, None, reason, checks, self.goal, self.provenance, partial, blocked)
+
+
+def _of(check: str, leg: int) -> str:
+    return f"{check} of leg {leg}" if leg >= 0 else check
+
+
+def _summed(failed: list[tuple[tuple[str, int, float, float], int]]) -> list[tuple[str, int, int]]:
+    """Check, leg and count, wherever it was."""
+    counts: dict[tuple[str, int], int] = {}
+    for (check, leg, _, _), count in failed:
+        counts[check, leg] = counts.get((check, leg), 0) + count
+    return [(check, leg, count) for (check, leg), count in sorted(counts.items(), key=lambda one: -one[1])]

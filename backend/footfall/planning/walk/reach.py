@@ -1,0 +1,75 @@
+"""Which footfalls each leg reaches, and from which part of the guide."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.guide import Guide
+from footfall.planning.walk.problem import Stance, WalkSettings
+from footfall.planning.walk.spans_kernel import poses_of, spans
+from footfall.planning.walk.world import World
+from footfall.robot.ik import wheel_pose_for_contact
+
+Array = NDArray[np.float64]
+
+HEADING = math.radians(15.0)
+"""Wheels head in whole multiples of this [rad]."""
+LEAST = -0.02
+"""What a leg may lack with the chassis on the guide: where it stands in the end is found by a search [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Of one leg and m footfalls: Ts_site_wheel (m, 4, 4), its wheel on each; low, high: (m,) the span [m].
+
+    low is inf and high −inf where the leg never reaches it. best: (m,) most that it has to spare [m, rad].
+    """
+
+    Ts_site_wheel: Array
+    low: Array
+    high: Array
+    best: Array
+
+
+def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
+    """Of every leg and all places; its wheel heads outward from the chassis beside the place."""
+    xy = places.contacts[:, :2]
+    along = way.vectors[-1, :2] - way.vectors[0, :2]
+    square = max(float(along @ along), 1e-9)
+    share = np.clip((xy - way.vectors[0, :2]) @ along / square, 0.0, 1.0)
+    yaws = np.interp(share * way.length, way.ways, way.vectors[:, 5])
+    found = []
+    for leg, spec in enumerate(world.robot.description.legs):
+        headings = HEADING * np.rint((yaws + math.atan2(spec.T_base_hip[1, 0], spec.T_base_hip[0, 0])) / HEADING)
+        wheels = wheel_pose_for_contact(world.robot, places.contacts, places.normals, headings, np.eye(4))
+        found.append(_reach(world, way, leg, wheels, np.zeros(len(wheels), np.int64)))
+    return tuple(found)
+
+
+def reach_of(world: World, way: Guide, stance: Stance) -> tuple[Array, Array]:
+    """Low and high of the spans (legs,) from which each leg reaches where it stands at the guide's beginning [m]."""
+    found = [
+        _reach(world, way, leg, stance.Ts_site_wheel[leg : leg + 1], stance.branches[leg : leg + 1])
+        for leg in world.robot.legs
+    ]
+    # where the guide begins it does stand there, with the chassis somewhere else
+    high = [one.high[0] if one.low[0] == 0.0 else 0.0 for one in found]
+    return np.zeros(len(found)), np.array(high)
+
+
+def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: NDArray[np.int64]) -> Reach:
+    settings: WalkSettings = world.settings
+    Ts = np.empty((len(way.ways), 3, 4))
+    poses_of(way.vectors, Ts)
+    count = len(Ts_site_wheel)
+    first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    wheels = np.ascontiguousarray(Ts_site_wheel[:, :3])
+    far, rover = world.robot.leg_length(leg), world.first.checks.rover
+    spans(Ts, wheels, np.array(branches), leg, settings.lift, far, LEAST, world.legs, rover, first, last, best)
+    reached = last >= 0
+    low = np.where(reached, way.ways[np.minimum(first, len(way.ways) - 1)], np.inf)
+    high = np.where(reached, way.ways[np.maximum(last, 0)], -np.inf)
+    return Reach(np.array(Ts_site_wheel), low, high, best)

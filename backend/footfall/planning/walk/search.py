@@ -1,0 +1,289 @@
+"""The search of stances: best first, each foot move tried only when its turn comes.
+
+After Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006), §4: a stance is worth
+more the nearer its feet are to where they stand at the goal and the more they are as the rover stands at ease; what
+was tried and not found gets dearer, and is tried again later. Unlike there, a foot move is planned whole, with its
+motion, as soon as its turn comes: that takes milliseconds.
+"""
+
+import heapq
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.step.watch import Watch
+from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move
+from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.guide import Guide
+from footfall.planning.walk.legs_kernel import pose_of
+from footfall.planning.walk.problem import Place, Stance, WalkGoal
+from footfall.planning.walk.reach import reach_of, reaches
+from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
+from footfall.planning.walk.world import World
+
+Array = NDArray[np.float64]
+
+LEFT = 2.0
+STRIDE = 0.5
+"""How far a foot gets in one foot move, for the estimate of what is left [m]."""
+STRIDE = 0.4
+"""How far a foot's span gets in one foot move, for the estimate of what is left [m]."""
+DONE, LEFT = 0.4, 1.0
+"""Weights of what was done and of what is left: the first walk counts, better ones come of smoothing."""
+BEHIND = 3.0
+"""The foot that is farthest behind counts for so many more."""
+LACKING = 6.0
+"""Cost of each metre by which the spans of a stance miss each other."""
+EASE, ENOUGH = 8.0, 0.2
+"""Cost of each metre or radian that a leg has less than ENOUGH to spare, at its best."""
+PLACES = 8
+"""Places that wait for each leg."""
+LEAST_MOVE = 0.12
+"""A foot that goes less far stays [m]."""
+FEET_APART = 0.5
+"""Contacts are at least so far apart [m]: wheels of two legs would touch."""
+DEARER, TRIES = 1.0, 3
+"""What a foot move that was not found costs more when it is tried again; how often it is tried."""
+FIRST_TRIED = 80
+"""Foot moves that the first attempt may try; each later one may try twice as many as the one before."""
+NOISE = 0.5
+"""Mean of what is added to the costs of later attempts."""
+STUCK = 0.1
+"""What it costs that a leg could not be moved from where it stands, each time."""
+FORWARD = 0.7
+"""Where in the part of the guide that suits a foot move the chassis is to be, as a share of it."""
+CLOSE = 0.1
+"""How far the spans of a stance may be from the goal, and the chassis is still tried to get there [m]."""
+CLOSING_LOOKS = 160
+PINNED = 3.0
+"""What it is worth to put a foot onto a pinned place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """A stance that was reached, and how: ``moved`` from ``before``; pins: which pinned places have had a foot.
+
+    places: (legs,) the number of the footfall under each foot, −1 where it has not moved yet; low, high: (legs,) the
+    span of each foot [m]; left: what is estimated to be left.
+    """
+
+    at: At
+    cost: float
+    places: NDArray[np.int64]
+    low: Array
+    high: Array
+    left: float
+    before: "Reached | None" = None
+    moved: Moved | None = None
+    pins: frozenset[int] = frozenset()
+
+    def way(self) -> list[Moved]:
+        """The foot moves from the start to here."""
+        moves, one = [], self
+        while one.before is not None and one.moved is not None:
+            moves.append(one.moved)
+            one = one.before
+        return moves[::-1]
+
+
+@dataclass(order=True)
+class _Open:
+    """A foot move that waits for its turn; begin, end: the part of the guide that suits it [m]."""
+
+    priority: float
+    number: int
+    before: Reached = field(compare=False)
+    leg: int = field(compare=False)
+    place: int = field(compare=False)
+    begin: float = field(compare=False)
+    end: float = field(compare=False)
+    tries: int = field(compare=False, default=0)
+
+
+@dataclass
+class Search:
+    """One search for a walk. attempt: its number; a later one ranks foot moves otherwise, at random, and may try more.
+
+    nearest: the best stance so far; failures: check, leg, x, y and how often; tried: how many foot moves.
+    """
+
+    world: World
+    places: Footfalls
+    guide: Guide
+    goal: WalkGoal
+    start: At
+    watch: Watch
+    attempt: int = 0
+    nearest: Reached = field(init=False)
+    failures: Counter[tuple[str, int, float, float]] = field(default_factory=Counter)
+    tried: int = 0
+
+    def __post_init__(self) -> None:
+        settings = self.world.settings
+        self._rng = np.random.Generator(np.random.PCG64([settings.seed, self.attempt]))
+        self._noise = NOISE if self.attempt else 0.0
+        self._open: list[_Open] = []
+        self._seen: set[bytes] = set()
+        self._stuck: Counter[tuple[int, int]] = Counter()
+        self._number = 0
+        self._reaches = reaches(self.world, self.guide, self.places)
+        self._barred = [self._barred_to(leg) for leg in self.world.robot.legs]
+        low, high = reach_of(self.world, self.guide, self.start.stance)
+        nobody = np.full(len(low), -1, np.int64)
+        left = float(self._left(low[None], high[None])[0])
+        self.nearest = Reached(self.start, 0.0, nobody, low, high, left)
+
+    def run(self) -> tuple[Reached, BodyWay] | None:
+        """Search until the chassis is at the goal; None where there is nothing more to try in this attempt."""
+        first = self.nearest
+        found = self._closed(first)
+        if found is not None:
+            return first, found
+        self._expand(first)
+        while self._open and self.tried < FIRST_TRIED * 2**self.attempt:
+            self.watch.tick()
+            reached = self._tried(heapq.heappop(self._open))
+            if reached is None:
+                continue
+            if reached.left < self.nearest.left:
+                self.nearest = reached
+                share = 1.0 - reached.left / max(first.left, 1e-9)
+                self.watch.phase(min(0.05 + 0.9 * share, 0.95), f"{len(reached.way())} foot moves planned")
+            found = self._closed(reached)
+            if found is not None:
+                return reached, found
+            self._expand(reached)
+        return None
+
+    def _tried(self, chosen: _Open) -> Reached | None:
+        before, leg, place = chosen.before, chosen.leg, chosen.place
+        under = before.places.copy()
+        under[leg] = place
+        key = under.tobytes()
+        if key in self._seen:
+            return None
+        self.tried += 1
+        to = self._stance(before.at.stance, leg, place)
+        share = FORWARD if chosen.tries == 0 else float(self._rng.uniform())
+        aim = self.guide.at(chosen.begin + share * (chosen.end - chosen.begin))
+        moved = foot_move(self.world, before.at, leg, to, aim, self._rng)
+        if isinstance(moved, Fails):
+            x, y = np.round(to.contacts[leg, :2], 1)
+            self.failures[moved.check, moved.leg, float(x), float(y)] += 1
+            self._stuck[leg, int(before.places[leg])] += 1
+            if chosen.tries + 1 < TRIES:
+                chosen.tries += 1
+                chosen.priority += DEARER * chosen.tries
+                heapq.heappush(self._open, chosen)
+            return None
+        self._seen.add(key)
+        pin = int(self.places.pinned[place])
+        pins = before.pins | {pin} if pin >= 0 else before.pins
+        low, high = before.low.copy(), before.high.copy()
+        low[leg], high[leg] = self._reaches[leg].low[place], self._reaches[leg].high[place]
+        left = float(self._left(low[None], high[None])[0])
+        return Reached(moved.to, before.cost + 1.0 + _way_cost(moved), under, low, high, left, before, moved, pins)
+
+    def _stance(self, stance: Stance, leg: int, place: int) -> Stance:
+        """The stance with a foot on a place."""
+        contacts, normals = np.array(stance.contacts), np.array(stance.normals)
+        contacts[leg], normals[leg] = self.places.contacts[place], self.places.normals[place]
+        Ts_site_wheel, branches = np.array(stance.Ts_site_wheel), np.array(stance.branches)
+        Ts_site_wheel[leg], branches[leg] = self._reaches[leg].Ts_site_wheel[place], 0
+        return Stance(contacts, normals, Ts_site_wheel, branches)
+
+    def _left(self, low: Array, high: Array) -> Array:
+        """What is left to do over stances with spans (n, legs), (n,)."""
+        end = self.guide.length
+        short = np.maximum(end - np.maximum(high, 0.0), 0.0) + np.maximum(np.minimum(low, 2.0 * end + 1.0) - end, 0.0)
+        return (short.sum(axis=1) + BEHIND * short.max(axis=1)) / STRIDE
+
+    def _expand(self, reached: Reached) -> None:
+        """Let the foot moves from a stance that are worth most wait for their turn."""
+        contacts = np.array(reached.at.stance.contacts)
+        for leg in range(len(contacts)):
+            others = np.arange(len(contacts)) != leg
+            reach, own = self._reaches[leg], self.places.contacts
+            away = np.hypot(own[:, 0] - contacts[leg, 0], own[:, 1] - contacts[leg, 1])
+            good = (away >= LEAST_MOVE) & (away <= self.world.settings.longest)
+            good &= np.isfinite(reach.low) & ~self._barred[leg]
+            rows = np.flatnonzero(good)
+            apart = np.linalg.norm(own[rows, None, :2] - contacts[None, others, :2], axis=2).min(axis=1)
+            rows = rows[apart >= FEET_APART]
+            begin = np.maximum(max(reached.low.max(), 0.0), reach.low[rows])
+            end = np.minimum(min(reached.high.min(), self.guide.length), reach.high[rows])
+            low, high = np.tile(reached.low, (len(rows), 1)), np.tile(reached.high, (len(rows), 1))
+            low[:, leg], high[:, leg] = reach.low[rows], reach.high[rows]
+            pins = self.places.pinned[rows]
+            bonus = np.array([pin >= 0 and pin not in reached.pins for pin in pins.tolist()], bool) * PINNED
+            priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high) - bonus
+            priority += LACKING * np.clip(begin - end, 0.0, 1.0) + EASE * np.maximum(ENOUGH - reach.best[rows], 0.0)
+            priority += self._noise * self._rng.exponential(size=len(rows))
+            priority += STUCK * self._stuck[leg, int(reached.places[leg])]
+            for i in np.argsort(priority, kind="stable")[:PLACES]:
+                self._number += 1
+                waits = (reached, leg, int(rows[i]), float(begin[i]), float(end[i]))
+                heapq.heappush(self._open, _Open(float(priority[i]), self._number, *waits))
+
+    def _barred_to(self, leg: int) -> NDArray[np.bool_]:
+        """Which places are forbidden to a leg."""
+        out = np.zeros(len(self.places.contacts), bool)
+        for place in self.world.settings.forbidden:
+            if place.leg == leg:
+                out |= _inside(self.places.contacts, place)
+        return out
+
+    def _closed(self, reached: Reached) -> BodyWay | None:
+        """The chassis' way to the goal over a stance, where there is one."""
+        contacts, end = np.array(reached.at.stance.contacts), self.guide.length
+        if reached.low.max() > end + CLOSE or reached.high.min() < end - CLOSE:
+            return None
+        if len(reached.pins) < len(self.world.settings.pinned):
+            return None
+        aim = self.guide.vectors[-1]
+        checks = self.world.around(reached.at.T_site_base).checks
+        best = np.empty(6)
+        now = vector_of(np.ascontiguousarray(reached.at.T_site_base[:3]))
+        nobody = Move(-1, np.zeros((3, 4)), 0, 0.0, contacts)
+        lacks = find_pose(
+            np.array([aim, now]),
+            aim,
+            feet_of(reached.at.stance),
+            nobody,
+            checks.legs,
+            checks.rover,
+            checks.balance,
+            self._rng,
+            CLOSING_LOOKS,
+            best,
+        )
+        if lacks > 0.0 or math.hypot(best[0] - self.goal.x, best[1] - self.goal.y) > self.goal.within:
+            return None
+        if self.goal.yaw is not None and abs(_angle(best[5] - self.goal.yaw)) > self.goal.turned:
+            return None
+        T = np.eye(4)
+        pose_of(best, T[:3])
+        found = body_way(checks, reached.at, T)
+        if isinstance(found, Fails):
+            self.failures[found.check, found.leg, round(self.goal.x, 1), round(self.goal.y, 1)] += 1
+            return None
+        return found
+
+
+def _inside(contacts: Array, place: Place) -> NDArray[np.bool_]:
+    return np.hypot(contacts[:, 0] - place.x, contacts[:, 1] - place.y) <= place.radius
+
+
+def _angle(angle: float) -> float:
+    """The same angle in [−π, π)."""
+    return (angle + math.pi) % (2 * math.pi) - math.pi
+
+
+def _way_cost(moved: Moved) -> float:
+    """What a foot move costs besides being one: the chassis' way, and torque near its limit."""
+    at = moved.body.Ts_site_base[:, :3, 3]
+    way = float(np.linalg.norm(np.diff(at, axis=0), axis=1).sum())
+    return 0.3 * way + 0.2 * float(moved.torques.max()) ** 2

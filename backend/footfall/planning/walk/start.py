@@ -1,0 +1,35 @@
+"""How the rover stands before a walk: on all its feet, or why it can't begin."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.maps.standing import contacts, standing
+from footfall.planning.step.lift import branch_of
+from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.problem import Stance
+from footfall.robot.kinematics import wheel_pose
+from footfall.robot.model import Robot
+from footfall.robot.tolerance import outside_told, state_inside
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+ADVICE = "correct the state or the terrain, or put the legs down first"
+
+
+def start_of(robot: Robot, dem: Dem, state: RobotState) -> At | str:
+    """The stance of a rover that stands on all its feet, or why it does not."""
+    state = state_inside(robot, state)
+    q, T_site_base = np.array(state.posture), np.array(state.T_site_base)
+    outside = outside_told(robot, q)
+    if outside:
+        return f"the rover can't stand as its state says: {outside}; {ADVICE}"
+    down = standing(robot, dem, q, T_site_base, robot.legs)
+    up = [str(leg) for leg in robot.legs if leg not in down]
+    if up:
+        return f"a walk begins with all wheels on the ground; those of legs {', '.join(up)} are not; {ADVICE}"
+    feet = contacts(robot, dem, q, T_site_base, robot.legs)
+    Ts_site_wheel = np.array([T_site_base @ wheel_pose(robot, q, leg) for leg in robot.legs])
+    branches = np.array([branch_of(robot, leg, q[6 * leg : 6 * leg + 6]) for leg in robot.legs], np.int64)
+    return At(Stance(feet.points, feet.normals, Ts_site_wheel, branches), T_site_base, q)

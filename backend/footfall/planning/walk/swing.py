@@ -1,0 +1,92 @@
+"""The motion of one leg from a footfall to the next while the chassis stays: up, over, down; sure all the way.
+
+The swing is a straight line in joint space where that is surely free, else the compiled SBL finds it (Sánchez &
+Latombe, "A single-query bi-directional probabilistic roadmap planner with lazy collision checking", 2001).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edge_is_sure, edges_are_sure, first_unsure
+from footfall.planning.step.sbl_kernel import GROWING, JOINED, grow, planted, route
+from footfall.planning.step.shortcut_kernel import shortened
+from footfall.planning.walk.legs_kernel import LegsTables, leg_at
+from footfall.robot.leg_clearance_kernel import RAISED_GROUND, TRUE_GROUND, LegTables
+
+Array = NDArray[np.float64]
+
+EPSILON = 0.01
+"""Resolution of edges where they are not proven as a whole [rad]."""
+RISES = 8
+"""Waypoints of a lift after the first."""
+LARGEST_TURN = 0.2
+"""Of a joint from one waypoint of a lift to the next [rad]; more is a jump."""
+MILESTONES, PICKS, RADIUS = 400, 64, 0.4
+TRIES = 60
+"""Places for shortcuts that are drawn."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """waypoints: (n, 6) from footfall to footfall; the last of the lift and of the swing are at ``up`` and ``down``."""
+
+    waypoints: Array
+    up: int
+    down: int
+
+
+def swing(
+    T_site_base: Array,
+    ends: tuple[Array, Array],
+    wheels: tuple[Array, Array],
+    branches: tuple[int, int],
+    leg: int,
+    lift: float,
+    legs: LegsTables,
+    clearance: LegTables,
+    body: BodyTables,
+    rng: np.random.Generator,
+) -> Swing | str:
+    """The motion between two postures of a leg (6,) on the ground, or the phase that was not found.
+
+    wheels: T_site_wheel (3, 4) at both ends.
+    """
+    rises = []
+    for name, q, T_site_wheel, branch in zip(("lift", "lower"), ends, wheels, branches, strict=True):
+        up = risen(T_site_base, q, T_site_wheel, branch, leg, lift, legs)
+        if up is None or first_unsure(up, clearance, body, TRUE_GROUND) != SURE:
+            return name
+        if not edges_are_sure(up, EPSILON, clearance, body, TRUE_GROUND):
+            return name
+        if first_unsure(up[-1:], clearance, body, RAISED_GROUND) != SURE:
+            return name
+        rises.append(up)
+    start, goal = rises[0][-1], rises[1][-1]
+    if edge_is_sure(start, goal, EPSILON, clearance, body, RAISED_GROUND):
+        over = np.array([start, goal])
+    else:
+        trees, outcome = planted(start, goal, MILESTONES), GROWING
+        while outcome == GROWING:
+            outcome = grow(trees, rng, RADIUS, EPSILON, PICKS, clearance, body, RAISED_GROUND)
+        if outcome != JOINED:
+            return "swing"
+        over = shortened(route(trees), rng, TRIES, EPSILON, clearance, body, RAISED_GROUND)
+    waypoints = np.concatenate([rises[0], over[1:], rises[1][-2::-1]])
+    return Swing(waypoints, RISES, RISES + len(over) - 1)
+
+
+def risen(
+    T_site_base: Array, q: Array, T_site_wheel: Array, branch: int, leg: int, lift: float, legs: LegsTables
+) -> Array | None:
+    """Postures (RISES + 1, 6) from q with the wheel going straight up by ``lift`` [m], or None where it can't."""
+    out = np.empty((RISES + 1, 6))
+    out[0] = q
+    T = T_site_wheel.copy()
+    for i in range(1, RISES + 1):
+        T[2, 3] = T_site_wheel[2, 3] + lift * i / RISES
+        leg_at(T_site_base, T, branch, leg, legs, out[i])
+        if not np.abs(out[i] - out[i - 1]).max() <= LARGEST_TURN:
+            return None
+    return out

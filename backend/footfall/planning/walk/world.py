@@ -1,0 +1,91 @@
+"""What a search for a walk asks again and again: tables of the rover, and of the ground where the search is."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.held import held_tables
+from footfall.balance.held_kernel import HeldTables
+from footfall.balance.settings import BalanceSettings
+from footfall.planning.scene.rover_tables import rover_tables
+from footfall.planning.step.kept import Kept
+from footfall.planning.walk.body_kernel import Checks
+from footfall.planning.walk.legs_kernel import LegsTables
+from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, Balance
+from footfall.robot.bvh import robot_meshes
+from footfall.robot.clearance import clearance_ground, leg_reach
+from footfall.robot.description import PARTS
+from footfall.robot.ground_tables import GroundTables
+from footfall.robot.leg_frames import leg_lengths
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+MOST_MOVED = 0.8
+"""How far the chassis goes before one foot move, at most [m]."""
+MOST_CELLS = 100_000_000
+"""Of a piece's tables (800 MB, of which the machine gives what was asked about)."""
+LATTICE = 2.0
+"""Pieces of ground are made around the points of a lattice of this spacing [m]."""
+LEAST_GAP = 0.002
+"""How far anything may move between two samples where no clearance is asked for [m]."""
+_KEPT = 6
+_SUPPORT = {"ignored": IGNORED, "preferred": PREFERRED, "required": REQUIRED}
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """The ground around a place, and all that is checked with it."""
+
+    checks: Checks
+    ground: GroundTables
+
+
+class World:
+    """A robot over its ground. dem: without holes; T_site_base: (4, 4) where it begins; first: the piece there."""
+
+    def __init__(self, robot: Robot, dem: Dem, settings: WalkSettings, T_site_base: Array) -> None:
+        self.robot, self.dem, self.settings = robot, dem, settings
+        legs = robot.description.legs
+        self.legs = LegsTables(
+            np.array([leg_lengths(leg) for leg in legs]),
+            np.array([leg.T_base_hip[:3] for leg in legs]),
+            robot.lower.reshape(-1, 6).copy(),
+            robot.upper.reshape(-1, 6).copy(),
+            settings.reach_reserve,
+            settings.joint_reserve,
+        )
+        self.balance = Balance(_SUPPORT[settings.support], settings.least_margin)
+        self._held: HeldTables = held_tables(robot, BalanceSettings(friction=settings.friction))
+        meshes = robot_meshes(robot.description)
+        reaches = [float(np.linalg.norm(np.asarray(meshes[part].vertices), axis=1).max()) for part in PARTS]
+        self._reaches = np.tile(reaches, robot.leg_count)
+        hip = float(np.hypot(*legs[0].T_base_hip[:2, 3]))
+        self._within = hip + leg_reach(robot) + MOST_MOVED + LATTICE * math.sqrt(0.5)
+        self._pieces: Kept[Piece] = Kept(_KEPT)
+        self.first = self.around(T_site_base)
+
+    def around(self, T_site_base: Array) -> Piece:
+        """The ground around a chassis."""
+        middle = LATTICE * np.rint(T_site_base[:2, 3] / LATTICE)
+        return self._pieces.get(tuple(middle), lambda: self._piece(middle))
+
+    def _piece(self, middle: Array) -> Piece:
+        heights, geometry, clearance = self.dem.heights, self.dem.geometry, self.settings.clearance
+        rover = rover_tables(self.robot, heights, geometry, clearance, middle, self._within)
+        checks = Checks(
+            self.legs,
+            rover,
+            self._held,
+            self.balance,
+            self.settings.most_torque,
+            self._reaches,
+            max(clearance, LEAST_GAP),
+        )
+        return Piece(
+            checks, clearance_ground(self.robot, heights, geometry, clearance, middle, self._within, MOST_CELLS)
+        )
