@@ -56,6 +56,17 @@ def postures_held(
     those, in site. Wheels touch with the lowest points of their rims. False where a number is not finite, and where a
     normal does not point up. Raises InvalidInput for wrong shapes.
     """
+    args = placed_postures(robot, postures, Ts_site_base, standing, normals)
+    return all_held_within(*args, held_tables(robot, settings), float(most))
+
+
+def placed_postures(
+    robot: Robot, postures: ArrayLike, Ts_site_base: ArrayLike, standing: ArrayLike, normals: ArrayLike
+) -> tuple[Array, Array, Array, Array, NDArray[np.bool_]]:
+    """The first five arguments of the kernels' ``all_held_within``: poses, Ts_site_base, contacts, normals, standing.
+
+    Arguments and errors as of :func:`postures_held`.
+    """
     qs, stands, toward = np.asarray(postures, float), np.asarray(standing, bool), np.asarray(normals, float)
     Ts, legs = np.asarray(Ts_site_base, float), robot.leg_count
     n = len(qs)
@@ -77,4 +88,4 @@ def postures_held(
     poses[..., 3] += at[:, None, None]
     contacts = contacts @ R.swapaxes(1, 2) + at[:, None]
     poses = np.ascontiguousarray(poses.reshape(n, -1, 3, 4))
-    return all_held_within(poses, Ts, contacts, unit, stands, held_tables(robot, settings), float(most))
+    return poses, Ts, contacts, unit, stands
