@@ -227,6 +227,18 @@ def test_ground_beyond_upright_carries_nothing(athlete):
         assert postures_held(athlete, q, T, hanging, bad, BalanceSettings()).all()
 
 
+def test_which_ground_points_up_is_for_gravity_to_say(athlete):
+    """In a site that is tilted by the settings, not the site's z: of two walls one carries a little, one nothing."""
+    q, T, standing, normals = standing_rover(athlete)
+    tilted = BalanceSettings(slope=0.2)
+    for wall, carries in (([1.0, 0.0, -0.1], True), ([-1.0, 0.0, 0.1], False)):
+        normals[0, 4] = wall
+        assert (tilted.level(np.array(wall))[2] > 0) == carries
+        assert postures_held(athlete, q, T, standing, normals, tilted).all() == carries
+    with pytest.raises(InvalidInput):
+        torque_check(athlete, q[0], T[0], range(6), normals[0], tilted)
+
+
 def test_numbers_that_are_not_finite_are_not_held(athlete):
     q, T, standing, normals = standing_rover(athlete)
     tables = held_tables(athlete, BalanceSettings())
