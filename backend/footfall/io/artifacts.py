@@ -65,6 +65,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkResult",
         "WalkSettings",
     ),
+    "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
     "footfall.planning.step.problem": (
         "Check",
         "Decision",

@@ -1,0 +1,145 @@
+"""Where the standing wheels are: on the ground, where their stance says, on the branch that it says, inside limits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from footfall.planning.step.problem import Check
+from footfall.planning.walk.problem import Stance, WalkPlan
+from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.robot.description import link_name
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
+
+DRIFT = 0.002
+"""How far the centre of a standing wheel may be from where its stance has it [m]."""
+TURNED = np.deg2rad(0.5)
+"""How far such a wheel may be turned [rad]."""
+OFF_GROUND = 0.005
+"""How far the lowest point of the rim may be from the ground, beyond what the wheel may sink in [m]."""
+OFF_NORMAL = np.deg2rad(3.0)
+"""How far a stance's normal may be from that of the plane through the ground under the wheel [rad]."""
+_TURNING_OVER = 1e-3
+"""Within this of straight, or of the hip's axis, a leg is on both branches [rad], [m]."""
+
+
+@dataclass
+class Worst:
+    """The least spare so far, in one unit, and where."""
+
+    spare: float = float("inf")
+    where: str = "nowhere"
+
+    def take(self, spare: float, where: str) -> None:
+        if spare < self.spare:
+            self.spare, self.where = float(spare), where
+
+    def check(self, name: str, unit: str) -> Check:
+        return Check(name, self.spare >= 0, self.spare, unit, self.where)
+
+
+def limits(robot: Robot, plan: WalkPlan) -> Check:
+    """Least room to a joint's limit; between waypoints joints move in straight lines, so waypoints are enough."""
+    spare = np.minimum(plan.waypoints - robot.lower, robot.upper - plan.waypoints)
+    at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
+    where = f"{robot.joint_names[joint]} at waypoint {at}, foot move {plan.moves[at]} ({plan.phases[at]})"
+    return Check("joint limits", bool(spare.min() >= 0), float(spare.min()), "rad", where)
+
+
+class Contacts:
+    """Gathers over all stretches how well wheels stand where their stances say; turns count at the wheel's rim [m]."""
+
+    def __init__(self, robot: Robot, plan: WalkPlan) -> None:
+        self.robot, self.plan, self.worst = robot, plan, Worst()
+
+    def grounded(self, dem: Dem, number: int) -> None:
+        """Whether the wheels of a stance touch the ground, in one of its contacts each, with its normal."""
+        stance, radius = self.plan.stances[number], self.robot.wheel_radius
+        most = OFF_GROUND + self.robot.description.clearances.wheel_sink
+        # a stance differs from the last one by one foot
+        legs = self.robot.legs if number == 0 else [self.plan.legs[number - 1]]
+        for leg in legs:
+            where = f"leg {leg} in stance {number}"
+            rim = lowest_rim_point(stance.Ts_site_wheel[leg], stance.normals[leg], radius)
+            self.worst.take(OFF_GROUND - float(np.linalg.norm(rim - stance.contacts[leg])), f"contact of {where}")
+            height = float(height_at(dem, rim[0], rim[1]))
+            if np.isfinite(height):
+                self.worst.take(most - abs(rim[2] - height), f"rim of {where}, to the ground")
+            normal = plane_normal(dem, stance.contacts[leg], radius)
+            if normal is not None:
+                apart = np.arccos(np.clip(normal @ stance.normals[leg], -1.0, 1.0))
+                self.worst.take(radius * (OFF_NORMAL - float(apart)), f"normal of {where}, at the rim")
+
+    def stood(self, stretch: Stretch) -> None:
+        """Whether wheels that stand are all the time where their stance has them; the moving one at both ends."""
+        stance, count = self.plan.stances[stretch.move], len(stretch.qs)
+        for leg in stretch.standing:
+            self._compare(stretch, leg, stance, np.arange(count))
+        if stretch.moving is not None:
+            self._compare(stretch, stretch.moving, stance, np.array([0]))
+            self._compare(stretch, stretch.moving, self.plan.stances[stretch.move + 1], np.array([count - 1]))
+
+    def _compare(self, stretch: Stretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
+        Ts = stretch.Ts_site_base[chosen] @ stretch.Ts_base_link[link_name(leg, "wheel")][chosen]
+        T = stance.Ts_site_wheel[leg]
+        away = DRIFT - np.linalg.norm(Ts[:, :3, 3] - T[:3, 3], axis=1)
+        turned = Rotation.from_matrix(Ts[:, :3, :3] @ T[:3, :3].T).magnitude()
+        spare = np.minimum(away, self.robot.wheel_radius * (TURNED - turned))
+        at = int(np.argmin(spare))
+        self.worst.take(float(spare[at]), f"wheel of leg {leg}, {stretch.where(int(chosen[at]))}")
+
+
+class Branches:
+    """Gathers whether standing legs keep the shoulder and elbow that their stance says; a straight wrist joins two."""
+
+    def __init__(self, plan: WalkPlan) -> None:
+        self.plan, self.fault = plan, ""
+
+    def kept(self, stretch: Stretch) -> None:
+        stance, count = self.plan.stances[stretch.move], len(stretch.qs)
+        for leg in stretch.standing:
+            self._compare(stretch, leg, stance, np.arange(count))
+        if stretch.moving is not None:
+            self._compare(stretch, stretch.moving, stance, np.array([0]))
+            self._compare(stretch, stretch.moving, self.plan.stances[stretch.move + 1], np.array([count - 1]))
+
+    def check(self) -> Check:
+        return Check("continuity", not self.fault, float("nan"), "", self.fault or "no leg turns over")
+
+    def _compare(self, stretch: Stretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
+        hips = stretch.Ts_base_link[link_name(leg, "hip_yaw")][chosen]
+        ankles = stretch.Ts_base_link[link_name(leg, "ankle_pitch")][chosen]
+        # out along the leg's plane, from the axis of the hip
+        out = ((ankles - hips)[:, :3, 3] * hips[:, :3, 0]).sum(axis=1)
+        knee, branch = stretch.qs[chosen, 6 * leg + 2], int(stance.branches[leg])
+        for name, sign, over in (("shoulder", out, branch & 4), ("elbow", knee, branch & 2)):
+            wrong = sign > _TURNING_OVER if over else sign < -_TURNING_OVER
+            if wrong.any() and not self.fault:
+                where = stretch.where(int(chosen[int(np.argmax(wrong))]))
+                self.fault = f"the {name} of leg {leg} is not on branch {branch} of its stance, {where}"
+
+
+def lowest_rim_point(T_site_wheel: Array, normal: Array, radius: float) -> Array:
+    """Point of the rim, a circle about the wheel's y, that is lowest along the normal, (3,) [m]."""
+    axle = T_site_wheel[:3, 1]
+    down = -(normal - (normal @ axle) * axle)
+    return T_site_wheel[:3, 3] + radius * down / max(float(np.linalg.norm(down)), 1e-12)
+
+
+def plane_normal(dem: Dem, contact: Array, radius: float) -> Array | None:
+    """Unit normal of the plane fitted to the surface within a wheel's radius, by least squares; None where unseen."""
+    steps = np.linspace(-radius, radius, 2 * max(4, int(np.ceil(radius / dem.geometry.resolution))) + 1)
+    dx, dy = (one.ravel() for one in np.meshgrid(steps, steps))
+    inside = np.hypot(dx, dy) <= radius * (1 + 1e-9)
+    dx, dy = dx[inside], dy[inside]
+    z = height_at(dem, contact[0] + dx, contact[1] + dy)
+    known = np.isfinite(z)
+    if known.mean() < 0.5:
+        return None
+    (a, b, _), *_ = np.linalg.lstsq(np.column_stack([dx, dy, np.ones(len(dx))])[known], z[known], rcond=None)
+    return np.array([-a, -b, 1.0]) / np.sqrt(1 + a * a + b * b)

@@ -1,0 +1,239 @@
+"""What holds the rover: support polygons by hulls, friction and torques by linear programs.
+
+Over one stretch the same feet stand, so the friction margin is a concave function of where the centre of mass is, seen
+from above (the value of a linear program, of its right-hand side): its least value over all samples, and over all
+between them, is at a corner of their hull, and only corners are asked. Torques also depend on the posture.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, QhullError
+
+from footfall.balance.settings import GRAVITY
+from footfall.planning.step.problem import Check
+from footfall.planning.walk.problem import WalkPlan, WalkSettings
+from footfall.planning.walk.recheck.feet import Worst
+from footfall.planning.walk.recheck.stretches import Stretch
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+SIDES = 16
+"""Of the friction pyramids, inside their cones."""
+SOLVED = 0
+"""Status of scipy's linear programs."""
+NOT_HELD = -1.0
+"""Margin where no forces at all balance the weight: all of it is lacking."""
+
+
+class Holding:
+    """Gathers the least margins of support, friction and torque over all stretches.
+
+    Linear programs are solved only where they may give less than was found before.
+    """
+
+    def __init__(self, robot: Robot, plan: WalkPlan, settings: WalkSettings, turn: float) -> None:
+        self.robot, self.plan, self.settings, self.turn = robot, plan, settings, turn
+        self.support, self.friction, self.torque = Worst(), Worst(), Worst()
+        self._model = robot.model.copy()
+        self._scratch = self._model.createData()
+
+    def look(self, stretch: Stretch, pulse: Callable[[], None]) -> None:
+        """Take a stretch into account."""
+        stance, feet = self.plan.stances[stretch.move], stretch.standing
+        contacts, normals = stance.contacts[feet], stance.normals[feet]
+        spare = self._polygon_margins(contacts[:, :2], stretch.coms_site[:, :2]) - self.settings.least_margin
+        at = int(np.argmin(spare))
+        self.support.take(float(spare[at]), stretch.where(at))
+        faces = _faces(normals, self.settings.friction)
+        self._look_at_friction(stretch, contacts, faces, pulse)
+        forces = np.zeros(3 * len(feet))
+        for at in _turned(stretch, self.turn):
+            pulse()
+            load = self._load(stretch, at, contacts)
+            if load.ratio(_shared(load, forces), faces) <= self.settings.most_torque - self.torque.spare:
+                continue
+            found = load.least(faces)
+            if found is None:
+                continue  # friction has failed there
+            forces = found
+            ratios = load.ratios(forces)
+            joint = self.robot.joint_names[int(np.argmax(ratios))]
+            self.torque.take(self.settings.most_torque - float(ratios.max()), f"{joint}, {stretch.where(at)}")
+
+    def checks(self) -> tuple[Check, ...]:
+        torque = self.torque.check("torque", "of the limit")
+        if not np.isfinite(torque.margin):
+            torque = Check("torque", True, float("nan"), "of the limit", "no forces inside friction hold it anywhere")
+        return self.support.check("support", "m"), self.friction.check("friction", "of the weight"), torque
+
+    def _look_at_friction(self, stretch: Stretch, contacts: Array, faces: Array, pulse: Callable[[], None]) -> None:
+        coms = stretch.coms_site
+        around = _box(coms[:, :2])
+        pulse()
+        if min(_friction_margin(contacts, faces, np.append(xy, coms[0, 2])) for xy in around) >= self.friction.spare:
+            return
+        for at in _corners(coms[:, :2]):
+            pulse()
+            self.friction.take(_friction_margin(contacts, faces, coms[at]), stretch.where(at))
+
+    def _polygon_margins(self, feet_xy: Array, coms_xy: Array) -> Array:
+        """How far inside the polygon that the settings ask for centres of mass (n, 2) are, (n,) [m]."""
+        if self.settings.support != "required":
+            return _inside_hull(feet_xy, coms_xy)
+        without_one = [_inside_hull(np.delete(feet_xy, foot, axis=0), coms_xy) for foot in range(len(feet_xy))]
+        return np.min(without_one, axis=0)
+
+    def _load(self, stretch: Stretch, at: int, contacts: Array) -> "Load":
+        q, T, model, scratch = stretch.qs[at], stretch.Ts_site_base[at], self._model, self._scratch
+        R, limits, weight = T[:3, :3], self.robot.torque_limits, self.robot.mass * GRAVITY
+        model.gravity = pin.Motion(-GRAVITY * R[2], np.zeros(3))
+        gravity = np.array(pin.computeGeneralizedGravity(model, scratch, q)) / limits
+        pin.computeJointJacobians(model, scratch, q)
+        J, points = np.array(scratch.J), (contacts - T[:3, 3]) @ R
+        effect = np.zeros((len(q), 3 * len(contacts)))
+        for foot, leg in enumerate(stretch.standing):
+            own = slice(6 * leg, 6 * leg + 6)
+            # the motion of the contact, thought fixed to the leg's last link
+            moved = J[:3, own] + np.cross(J[3:, own].T, points[foot]).T
+            effect[own, 3 * foot : 3 * foot + 3] = -weight * (R @ moved).T / limits[own, None]
+        return Load(gravity, effect, *_balance(contacts, stretch.coms_site[at]))
+
+
+@dataclass(frozen=True)
+class Load:
+    """What joints bear at one posture, as shares of their limits: gravity (n,) + effect (n, 3k) · forces, in weights.
+
+    A (6, 3k), b (6,): forces are in equilibrium where A · forces = b.
+    """
+
+    gravity: Array
+    effect: Array
+    A: Array
+    b: Array
+
+    def ratios(self, forces: Array) -> Array:
+        return np.abs(self.gravity + self.effect @ forces)
+
+    def ratio(self, forces: Array, faces: Array) -> float:
+        """Largest share for forces in equilibrium; inf where they are not inside friction."""
+        inside = np.einsum("ksj,kj->ks", faces, forces.reshape(-1, 3)).min() >= 0
+        return float(self.ratios(forces).max()) if inside else float("inf")
+
+    def least(self, faces: Array) -> Array | None:
+        """The forces inside friction, in equilibrium, whose largest share is least; None where there are none."""
+        most, free = np.ones((len(self.gravity), 1)), self.A.shape[1]
+        inside = _blocks(faces)
+        found = linprog(
+            np.append(np.zeros(free), 1.0),
+            np.vstack(
+                [
+                    np.hstack([self.effect, -most]),
+                    np.hstack([-self.effect, -most]),
+                    np.column_stack([-inside, np.zeros(len(inside))]),
+                ]
+            ),
+            np.concatenate([-self.gravity, self.gravity, np.zeros(len(inside))]),
+            np.column_stack([self.A, np.zeros(6)]),
+            self.b,
+            (None, None),
+            "highs",
+        )
+        return found.x[:-1] if found.status == SOLVED else None
+
+
+def _shared(load: Load, forces: Array) -> Array:
+    """The forces in equilibrium that are nearest to some."""
+    return forces + np.linalg.lstsq(load.A, load.b - load.A @ forces, rcond=None)[0]
+
+
+def _box(points: Array) -> Array:
+    """Corners (4, 2) of a rectangle around points (n, 2), along the direction in which they spread most."""
+    middle = points.mean(axis=0)
+    axes = np.linalg.svd(points - middle, full_matrices=False)[2]
+    along = (points - middle) @ axes.T
+    low, high = along.min(axis=0), along.max(axis=0)
+    return middle + np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])]) @ axes
+
+
+def _inside_hull(feet_xy: Array, points: Array) -> Array:
+    """How far points (n, 2) are inside the hull of some feet, (n,) [m]; −inf where the feet span nothing."""
+    try:
+        sides = ConvexHull(feet_xy).equations
+    except (QhullError, ValueError):
+        return np.full(len(points), -np.inf)
+    return -(points @ sides[:, :2].T + sides[:, 2]).max(axis=1)
+
+
+def _corners(points: Array) -> list[int]:
+    """Which of some points (n, 2) are corners of their hull."""
+    try:
+        return ConvexHull(points).vertices.tolist()
+    except (QhullError, ValueError):
+        # all on one line, or in one place
+        away = points - points.mean(axis=0)
+        along = away @ np.linalg.svd(away, full_matrices=False)[2][0]
+        return list({int(np.argmin(along)), int(np.argmax(along))})
+
+
+def _turned(stretch: Stretch, turn: float) -> list[int]:
+    """Both ends, every waypoint, and so many samples that no joint turns by more between two of them."""
+    chosen, last = [0], stretch.qs[0]
+    for at in range(1, len(stretch.qs)):
+        here = at + 1 == len(stretch.qs) or stretch.fractions[at] == 1.0
+        if here or np.abs(stretch.qs[at + 1] - last).max() > turn:
+            chosen.append(at)
+            last = stretch.qs[at]
+    return chosen
+
+
+def _faces(normals: Array, friction: float) -> Array:
+    """Inward normals (k, sides, 3) of pyramids inside the friction cones: forces are inside where they are ≥ 0."""
+    unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    u = np.cross(unit, np.eye(3)[np.abs(unit).argmin(axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(unit, u)
+    angles = 2 * np.pi / SIDES * np.arange(SIDES)
+    tangents = np.cos(angles)[None, :, None] * u[:, None] + np.sin(angles)[None, :, None] * v[:, None]
+    return friction * np.cos(np.pi / SIDES) * unit[:, None] - tangents
+
+
+def _blocks(faces: Array) -> Array:
+    """The faces of all feet as one matrix over all forces, (k · sides, 3k)."""
+    k, sides, _ = faces.shape
+    out = np.zeros((k * sides, 3 * k))
+    for foot in range(k):
+        out[sides * foot : sides * (foot + 1), 3 * foot : 3 * foot + 3] = faces[foot]
+    return out
+
+
+def _balance(contacts: Array, com: Array) -> tuple[Array, Array]:
+    """Force and moment of contact forces, in weights, (6, 3k), and what they must be, (6,)."""
+    arms = contacts - com
+    size = float(np.abs(arms).max())
+    A = np.zeros((6, 3 * len(arms)))
+    for foot, arm in enumerate(arms):
+        A[:3, 3 * foot : 3 * foot + 3] = np.eye(3)
+        A[3:, 3 * foot : 3 * foot + 3] = np.cross(arm / size, np.eye(3)).T
+    return A, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def _friction_margin(contacts: Array, faces: Array, com: Array) -> float:
+    """What every foot could bear sideways in addition, as a share of the weight; negative where it must, and can't."""
+    A, b = _balance(contacts, com)
+    k = len(contacts)
+    found = linprog(
+        np.append(np.zeros(3 * k), -1.0),
+        np.column_stack([-_blocks(faces), np.ones(faces.shape[0] * faces.shape[1])]),
+        np.zeros(faces.shape[0] * faces.shape[1]),
+        np.column_stack([A, np.zeros(6)]),
+        b,
+        (None, None),
+        "highs",
+    )
+    return float(found.x[-1]) if found.status == SOLVED else NOT_HELD
