@@ -31,10 +31,10 @@ from tests.support.chassis_ground import wavy
 from tests.support.walks import BY_HAND, FootMove, walk_by_hand
 
 ROOM = Path(footfall.__file__).parent / "planning" / "walk" / "recheck"
-COARSE = RecheckSettings(way=0.01, turn=0.01, hold=0.2)
+COARSE = RecheckSettings(way=0.01, turn=0.01, hold=0.5)
 """For what a broken walk shows at its waypoints."""
 MOVES = (
-    FootMove(BodyShift(0.05, 0.0, -0.4, 0.0, 0.02, 0.03), 0, (0.25, 0.1)),
+    FootMove(BodyShift(0.05, 0.0, -0.4, 0.0, 0.02, 0.03), 0, (0.0, 0.8)),
     FootMove(BodyShift(dx=0.1), 3, (0.2, 0.0)),
     FootMove(None, 1, (0.2, 0.0)),
     FootMove(BodyShift(dx=0.05)),
@@ -178,9 +178,8 @@ def test_links_are_clear_at_waypoints_by_the_whole_robot_check(athlete, ground, 
 
 def test_a_wheel_that_slides_a_centimetre_is_seen(athlete, ground, walk):
     at = first(walk, "body") + 3
-    away = np.linalg.norm(
-        wheel_pose(athlete, walk.waypoints[at], 2)[:2, 3] - athlete.description.legs[2].T_base_hip[:2, 3]
-    )
+    hip = athlete.description.legs[2].T_base_hip[:2, 3]
+    away = np.linalg.norm(wheel_pose(athlete, walk.waypoints[at], 2)[:2, 3] - hip)
     assert failed(athlete, ground, with_joint(walk, at, 12, 0.01 / away)) == {"contact"}
 
 
@@ -194,16 +193,15 @@ def test_a_wheel_that_slides_while_another_leg_swings_is_seen(athlete, ground, w
     assert failed(athlete, ground, broken) == {"phases"}
 
 
-@pytest.mark.parametrize("sunk", [-0.08, 0.034])
+@pytest.mark.parametrize("sunk", [-0.08, 0.05])
 def test_a_wheel_without_ground_under_it_is_seen(athlete, ground, walk, sunk):
-    """Hollow ground fails alone; ground that is too high a little later cuts the wheel, which is another check."""
+    """Ground that is too high cuts the wheel, too."""
     contact = walk.stances[0].contacts[2]
     grid = ground.geometry
     near = np.hypot(grid.xs - contact[0], (grid.ys - contact[1])[:, None]) < 0.6
     heights = np.where(near, ground.heights + np.float32(sunk), ground.heights)
     moved = replace(ground, heights=heights.astype(np.float32))
-    expected = {"contact"} if sunk < 0 else {"contact", "terrain collision"}
-    assert "contact" in failed(athlete, moved, walk) <= expected | {"contact"}
+    assert failed(athlete, moved, walk) == ({"contact"} if sunk < 0 else {"contact", "terrain collision"})
 
 
 def test_a_normal_that_the_ground_does_not_have_is_seen(athlete, ground, walk):
@@ -247,11 +245,10 @@ def test_more_torque_than_asked_for_is_seen(athlete, ground, walk, checks):
     assert failed(athlete, ground, walk, settings) == {"torque"}
 
 
-def test_a_leg_that_swings_into_its_neighbour_is_seen(athlete, ground, walk):
+def test_a_leg_that_swings_into_the_chassis_is_seen(athlete, ground, walk):
     at = first(walk, SWING)
     posture = np.array(walk.waypoints[at - 1])
-    posture[0] += 1.1
-    posture[1] -= 0.3
+    posture[0] += 1.5
     assert failed(athlete, ground, with_waypoint(walk, at - 1, posture)) == {"self collision"}
 
 
@@ -263,9 +260,8 @@ def test_a_rock_under_the_swing_is_seen(athlete, ground, walk):
     lowest = wheel[2, 3] - athlete.wheel_radius
     free = add_rocks(ground, [(wheel[0, 3], wheel[1, 3], 0.25, lowest - 0.06)])
     high = add_rocks(ground, [(wheel[0, 3], wheel[1, 3], 0.25, lowest + 0.06)])
-    # both feet stand too far from it for it to be under them
-    assert not failed(athlete, free, walk, every=RecheckSettings(hold=0.2)) - {"contact"}
-    assert failed(athlete, high, walk, every=RecheckSettings(hold=0.2)) - {"contact"} == {"terrain collision"}
+    assert failed(athlete, free, walk) == set()
+    assert failed(athlete, high, walk) == {"terrain collision"}
 
 
 def test_ground_under_the_chassis_is_seen(athlete, ground, walk):
@@ -281,7 +277,7 @@ def test_a_rover_under_the_ground_is_seen(athlete, ground, walk):
 
 def test_ground_that_nobody_saw_is_not_free(athlete, ground, walk):
     """A hole in a wall is as high as the wall."""
-    walled = add_rocks(ground, [(0.2, 0.0, 1.2, 1.6)])
+    walled = add_rocks(ground, [(0.2, 0.0, 1.2, 3.0)])
     grid = walled.geometry
     hole = np.hypot(grid.xs - 0.2, grid.ys[:, None]) < 0.45
     holed = replace(walled, heights=np.where(hole, np.float32(np.nan), walled.heights).astype(np.float32))

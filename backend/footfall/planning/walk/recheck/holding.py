@@ -1,8 +1,8 @@
 """What holds the rover: support polygons by hulls, friction and torques by linear programs.
 
 Over one stretch the same feet stand, so the friction margin is a concave function of where the centre of mass is, seen
-from above (the value of a linear program, of its right-hand side): its least value over all samples, and over all
-between them, is at a corner of their hull, and only corners are asked. Torques also depend on the posture.
+from above (the value of a linear program, of its right-hand side): over all samples, and all between them, it is no
+less than at the corners of a polygon around them. Torques also depend on the posture.
 """
 
 from collections.abc import Callable
@@ -27,6 +27,8 @@ SIDES = 16
 """Of the friction pyramids, inside their cones."""
 SOLVED = 0
 """Status of scipy's linear programs."""
+CELL = 0.002
+"""Of the lattice on which polygons around centres of mass have their corners [m]."""
 NOT_HELD = -1.0
 """Margin where no forces at all balance the weight: all of it is lacking."""
 
@@ -74,13 +76,12 @@ class Holding:
 
     def _look_at_friction(self, stretch: Stretch, contacts: Array, faces: Array, pulse: Callable[[], None]) -> None:
         coms = stretch.coms_site
-        around = _box(coms[:, :2])
-        pulse()
-        if min(_friction_margin(contacts, faces, np.append(xy, coms[0, 2])) for xy in around) >= self.friction.spare:
-            return
-        for at in _corners(coms[:, :2]):
+        for corner in _corners_around(coms[:, :2]):
             pulse()
-            self.friction.take(_friction_margin(contacts, faces, coms[at]), stretch.where(at))
+            margin = _friction_margin(contacts, faces, np.append(corner, coms[0, 2]))
+            if margin < self.friction.spare:
+                nearest = int(np.argmin(np.square(coms[:, :2] - corner).sum(axis=1)))
+                self.friction.take(margin, stretch.where(nearest))
 
     def _polygon_margins(self, feet_xy: Array, coms_xy: Array) -> Array:
         """How far inside the polygon that the settings ask for centres of mass (n, 2) are, (n,) [m]."""
@@ -152,15 +153,6 @@ def _shared(load: Load, forces: Array) -> Array:
     return forces + np.linalg.lstsq(load.A, load.b - load.A @ forces, rcond=None)[0]
 
 
-def _box(points: Array) -> Array:
-    """Corners (4, 2) of a rectangle around points (n, 2), along the direction in which they spread most."""
-    middle = points.mean(axis=0)
-    axes = np.linalg.svd(points - middle, full_matrices=False)[2]
-    along = (points - middle) @ axes.T
-    low, high = along.min(axis=0), along.max(axis=0)
-    return middle + np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])]) @ axes
-
-
 def _inside_hull(feet_xy: Array, points: Array) -> Array:
     """How far points (n, 2) are inside the hull of some feet, (n,) [m]; −inf where the feet span nothing."""
     try:
@@ -170,15 +162,11 @@ def _inside_hull(feet_xy: Array, points: Array) -> Array:
     return -(points @ sides[:, :2].T + sides[:, 2]).max(axis=1)
 
 
-def _corners(points: Array) -> list[int]:
-    """Which of some points (n, 2) are corners of their hull."""
-    try:
-        return ConvexHull(points).vertices.tolist()
-    except (QhullError, ValueError):
-        # all on one line, or in one place
-        away = points - points.mean(axis=0)
-        along = away @ np.linalg.svd(away, full_matrices=False)[2][0]
-        return list({int(np.argmin(along)), int(np.argmax(along))})
+def _corners_around(points: Array) -> Array:
+    """Corners of a polygon around points (n, 2), the hull of all cells of a lattice that they are in, (k, 2) [m]."""
+    cells = np.unique(np.floor(points / CELL), axis=0)
+    corners = (cells[:, None] + np.array([(0, 0), (0, 1), (1, 0), (1, 1)])).reshape(-1, 2)
+    return CELL * corners[ConvexHull(corners).vertices]
 
 
 def _turned(stretch: Stretch, turn: float) -> list[int]:
