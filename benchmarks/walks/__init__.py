@@ -1,0 +1,1 @@
+"""Walks on generated terrains of several families: ``python -m benchmarks.walks``."""

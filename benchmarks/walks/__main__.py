@@ -1,0 +1,92 @@
+"""Walks of 2.75 m straight ahead over generated ground: ``python -m benchmarks.walks --terrains 10 --recheck``.
+
+Every start that is attempted counts: where the rover can't stand, or no walk is found, the reason is printed. One walk
+of each family goes before and is not counted, as it loads what is compiled. ``--recheck`` judges each walk by other
+means; that time is not the planner's.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+
+from benchmarks.timing import machine
+from benchmarks.walks.attempts import Attempt, attempt
+from benchmarks.walks.summary import summary
+from benchmarks.walks.terrains import FAMILIES, REPORTED, SIZES, TRAINING
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.walks", description=__doc__)
+    parser.add_argument("--terrains", type=int, default=10, help="of each family")
+    parser.add_argument("--seeds", type=int, default=1, help="of the planner, on each terrain")
+    parser.add_argument("--only", action="append", choices=tuple(FAMILIES), help="this family; may be given again")
+    parser.add_argument("--metres", type=float, choices=tuple(SIZES), default=2.75, help="length of the walks")
+    parser.add_argument("--limit", type=float, default=60.0, help="wall clock of one walk [s]")
+    parser.add_argument("--training", action="store_true", help="terrains to look at while planners are made")
+    parser.add_argument("--recheck", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    asked = parser.parse_args()
+    about, numbers = machine(), TRAINING if asked.training else REPORTED
+    if not asked.json:
+        print(f"{about['processor']}, {about['cores']} cores, Python {about['python']}")
+    told: dict[str, dict[str, object]] = {}
+    every: list[Attempt] = []
+    for family in asked.only or list(FAMILIES):
+        attempt(family, TRAINING[-1], 0, asked.metres, asked.limit)
+        own: list[Attempt] = []
+        for number in numbers[: asked.terrains]:
+            for seed in range(asked.seeds):
+                own.append(attempt(family, number, seed, asked.metres, asked.limit, asked.recheck))
+                print(_line(own[-1]), file=sys.stderr, flush=True)
+        told[family] = summary(own, asked.metres)
+        every += own
+        if not asked.json:
+            _print(family, told[family])
+    if asked.json:
+        print(json.dumps({"machine": about, "families": told, "attempts": [asdict(one) for one in every]}, indent=2))
+    missed = any(False in wanted.values() for row in told.values() if isinstance(wanted := row.get("wanted"), dict))
+    return 1 if missed or any(row["recheck_failed"] for row in told.values()) else 0
+
+
+def _line(one: Attempt) -> str:
+    head = f"{one.family} {one.terrain}, seed {one.seed}: {one.status}"
+    if not one.found:
+        return f"{head}, {one.wall:.2f} s: {one.reason}"
+    told = f"{one.wall:.2f} s, {one.foot_moves} foot moves, margin {one.margin:.3f} m, torque {one.torque:.2f}"
+    return f"{head}, {told}" + "".join(f"\n  recheck: {bad}" for bad in one.failed or ())
+
+
+def _print(family: str, row: dict[str, object]) -> None:
+    print(f"\n{family}: {row['attempts']} attempts, terrains {_span(row['terrains'])}, seeds {_span(row['seeds'])}")
+    print(f"  solved {row['solved']:.1%}; not: {row['unsolved'] or 'none'}, median {_number(row['unsolved_wall'])} s")
+    for name, unit, chosen in (
+        ("wall", "s", ("median", "p95", "most")),
+        ("processor", "s", ("median", "p95", "most")),
+        ("foot_moves", "", ("median", "p95", "most")),
+        ("way", "m", ("median", "p95", "most")),
+        ("margin", "m", ("median", "least")),
+        ("torque", "of the limit", ("median", "most")),
+    ):
+        figures = row[name]
+        assert isinstance(figures, dict)
+        also = f"; {2 * figures['median']:g} steps" if name == "foot_moves" and figures["median"] is not None else ""
+        print(f"  {name:<11}" + ", ".join(f"{one} {_number(figures[one])}" for one in chosen) + f" {unit}{also}")
+    print(f"  rechecked {row['rechecked']}, failed {row['recheck_failed']}, median {_number(row['recheck_wall'])} s")
+    wanted = row.get("wanted")
+    if isinstance(wanted, dict):
+        print(
+            "  wanted: " + ", ".join(f"{name} {'holds' if held else 'DOES NOT HOLD'}" for name, held in wanted.items())
+        )
+
+
+def _span(numbers: object) -> str:
+    return f"{numbers[0]}…{numbers[-1]}" if isinstance(numbers, list) and len(numbers) > 1 else str(numbers)
+
+
+def _number(one: object) -> str:
+    return "–" if one is None else f"{one:.3g}"
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,78 @@
+"""One walk that is asked for and what came of it: from where the rover stands, straight ahead, its heading kept."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+import footfall
+from benchmarks.scenes import robot
+from benchmarks.walks.terrains import start_of, terrain
+from footfall.core.errors import InvalidInput
+from footfall.planning.walk.plan import plan_walk
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.recheck import recheck_walk
+
+POSTURE = "stand"
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """family, terrain: its seed; seed: of the planner. status: of the result, or ``no start`` where the rover can't
+    stand. wall, processor: of the planner [s]. Of a found walk: foot_moves, way of the chassis [m], least margin [m]
+    and largest torque, as the plan tells them; failed: checks that the recheck refused, None: it was not asked.
+    rechecked: how long that took [s].
+    """
+
+    family: str
+    terrain: int
+    seed: int
+    status: str
+    reason: str = ""
+    wall: float = float("nan")
+    processor: float = float("nan")
+    foot_moves: int = 0
+    way: float = 0.0
+    margin: float = float("nan")
+    torque: float = float("nan")
+    failed: tuple[str, ...] | None = None
+    rechecked: float = float("nan")
+
+    @property
+    def found(self) -> bool:
+        return self.status == "found"
+
+
+def attempt(
+    family: str, number: int, seed: int, metres: float = 2.75, limit: float = 60.0, recheck: bool = False
+) -> Attempt:
+    """The walk of so many metres on the terrain of a family and number; limit: of wall clock [s]."""
+    dem, (x, y) = terrain(family, number, metres), start_of(metres)
+    try:
+        state = footfall.stand(robot(), dem, x, y, posture=POSTURE)
+    except InvalidInput as no:
+        return Attempt(family, number, seed, "no start", str(no))
+    goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit)
+    begun, worked = time.perf_counter(), time.process_time()
+    result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings)
+    took = time.perf_counter() - begun, time.process_time() - worked
+    plan = result.plan
+    if plan is None:
+        return Attempt(family, number, seed, result.status.value, result.reason, *took)
+    found = (plan.foot_moves, plan.chassis_way, float(np.min(plan.margins)), float(np.max(plan.torques)))
+    failed, rechecked = None, float("nan")
+    if recheck:
+        begun = time.perf_counter()
+        failed = tuple(
+            f"{one.name} by {-one.margin:.3g} {one.unit} ({one.where})"
+            for one in recheck_walk(robot(), dem, _asked(plan, goal), settings, state=state)
+            if not one.holds
+        )
+        rechecked = time.perf_counter() - begun
+    return Attempt(family, number, seed, result.status.value, "", *took, *found, failed, rechecked)
+
+
+def _asked(plan: WalkPlan, goal: WalkGoal) -> WalkPlan:
+    """The plan, held against the goal that was asked for, whatever it says itself."""
+    fields = {name: getattr(plan, name) for name in WalkPlan.__dataclass_fields__}
+    return WalkPlan(**{**fields, "goal": goal})

@@ -1,0 +1,59 @@
+"""What the attempts of one family come to, and what is wanted of it."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.walks.attempts import Attempt
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Wanted of walks of 2.75 m: median and p95 of the wall clock [s] at most, share that is solved at least."""
+
+    median: float
+    p95: float
+    solved: float
+
+
+FLOORS: Mapping[str, Floor] = {"smooth": Floor(2.0, 6.0, 0.98), "steep": Floor(5.0, 15.0, 0.90)}
+
+
+def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, object]:
+    """Figures by name; times are those of the walks that were found. Refused starts count as not solved."""
+    found = [one for one in attempts if one.found]
+    rechecked = [one for one in found if one.failed is not None]
+    figures: dict[str, object] = {
+        "attempts": len(attempts),
+        "terrains": sorted({one.terrain for one in attempts}),
+        "seeds": sorted({one.seed for one in attempts}),
+        "solved": len(found) / len(attempts),
+        "unsolved": dict(Counter(one.status for one in attempts if not one.found)),
+        "unsolved_wall": _median([one.wall for one in attempts if not one.found and np.isfinite(one.wall)]),
+        "rechecked": len(rechecked),
+        "recheck_failed": sum(bool(one.failed) for one in rechecked),
+        "recheck_wall": _median([one.rechecked for one in rechecked]),
+    }
+    for name in ("wall", "processor", "foot_moves", "way", "margin", "torque"):
+        numbers = [float(getattr(one, name)) for one in found]
+        figures[name] = {
+            "median": _median(numbers),
+            "p95": float(np.percentile(numbers, 95)) if numbers else None,
+            "least": min(numbers, default=None),
+            "most": max(numbers, default=None),
+        }
+    floor = FLOORS.get(attempts[0].family) if metres == 2.75 else None
+    if floor is not None:
+        times = [one.wall for one in found] or [float("inf")]
+        figures["wanted"] = {
+            f"median {floor.median:g} s": bool(np.median(times) <= floor.median),
+            f"p95 {floor.p95:g} s": bool(np.percentile(times, 95) <= floor.p95),
+            f"solved {floor.solved:.0%}": len(found) / len(attempts) >= floor.solved,
+        }
+    return figures
+
+
+def _median(numbers: Sequence[float]) -> float | None:
+    return float(np.median(numbers)) if numbers else None
