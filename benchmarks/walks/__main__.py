@@ -50,11 +50,10 @@ def main() -> int:
 
 
 def _line(one: Attempt) -> str:
-    head = f"{one.family} {one.terrain}, seed {one.seed}: {one.status}"
-    if not one.found:
-        return f"{head}, {one.wall:.2f} s: {one.reason}"
     told = f"{one.wall:.2f} s, {one.foot_moves} foot moves, margin {one.margin:.3f} m, torque {one.torque:.2f}"
-    return f"{head}, {told}" + "".join(f"\n  recheck: {bad}" for bad in one.failed or ())
+    bad = "".join(f"\n  recheck: {bad}" for bad in one.failed or ())
+    reason = "" if one.found else f": {one.reason}"
+    return f"{one.family} {one.terrain}, seed {one.seed}: {one.status}, {told}{reason}{bad}"
 
 
 def _print(family: str, row: dict[str, object]) -> None:

@@ -24,7 +24,7 @@ FLOORS: Mapping[str, Floor] = {"smooth": Floor(2.0, 6.0, 0.98), "steep": Floor(5
 def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, object]:
     """Figures by name; times are those of the walks that were found. Refused starts count as not solved."""
     found = [one for one in attempts if one.found]
-    rechecked = [one for one in found if one.failed is not None]
+    rechecked = [one for one in attempts if one.failed is not None]
     figures: dict[str, object] = {
         "attempts": len(attempts),
         "terrains": sorted({one.terrain for one in attempts}),
@@ -46,10 +46,10 @@ def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, object]:
         }
     floor = FLOORS.get(attempts[0].family) if metres == 2.75 else None
     if floor is not None:
-        times = [one.wall for one in found] or [float("inf")]
+        times = [one.wall for one in found]
         figures["wanted"] = {
-            f"median {floor.median:g} s": bool(np.median(times) <= floor.median),
-            f"p95 {floor.p95:g} s": bool(np.percentile(times, 95) <= floor.p95),
+            f"median {floor.median:g} s": bool(times and np.median(times) <= floor.median),
+            f"p95 {floor.p95:g} s": bool(times and np.percentile(times, 95) <= floor.p95),
             f"solved {floor.solved:.0%}": len(found) / len(attempts) >= floor.solved,
         }
     return figures

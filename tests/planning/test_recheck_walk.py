@@ -11,19 +11,24 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import footfall
+from footfall.balance.forces import distribute
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal, WalkPlan
 from footfall.planning.walk.recheck import recheck_walk
 from footfall.planning.walk.recheck.apart import Body, distance, nearest
+from footfall.planning.walk.recheck.holding import friction_margin, pyramids
 from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.stretches import stretches
 from footfall.robot import shapes
 from footfall.robot.collision import posture_collisions
 from footfall.robot.description import with_payload
-from footfall.robot.kinematics import wheel_pose
+from footfall.robot.ik import contact_point
+from footfall.robot.kinematics import center_of_mass, link_poses, wheel_pose
 from footfall.robot.model import Robot
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import add_rocks
@@ -153,8 +158,7 @@ def test_polygons_are_those_of_the_balance_layer(athlete, ground, walk, conserva
 def _margin(robot, plan, at, conservative):
     stance, move = plan.stances[plan.moves[at]], int(plan.moves[at])
     feet = [leg for leg in robot.legs if plan.phases[at] == "body" or leg != plan.legs[move]]
-    com = footfall.robot.kinematics.center_of_mass(robot, plan.waypoints[at])
-    com_site = plan.Ts_site_base[at][:3, :3] @ com + plan.Ts_site_base[at][:3, 3]
+    com_site = apply(plan.Ts_site_base[at], center_of_mass(robot, plan.waypoints[at]))
     return margins(stance.contacts[feet], com_site[None, :2], conservative)[0]
 
 
@@ -252,16 +256,15 @@ def test_a_leg_that_swings_into_the_chassis_is_seen(athlete, ground, walk):
     assert failed(athlete, ground, with_waypoint(walk, at - 1, posture)) == {"self collision"}
 
 
-def test_a_rock_under_the_swing_is_seen(athlete, ground, walk):
-    """Only between waypoints: the wheel passes over it."""
+@pytest.mark.parametrize(("above", "seen"), [(-0.06, False), (-0.01, True), (0.06, True)])
+def test_a_rock_under_the_swing_is_seen(athlete, ground, walk, above, seen):
+    """Only between waypoints: the wheel passes over it, 2 cm away at least."""
     at = first(walk, SWING)
     middle = 0.5 * (walk.waypoints[at - 1] + walk.waypoints[at])
-    wheel = walk.Ts_site_base[at] @ wheel_pose(athlete, middle, 0)
-    lowest = wheel[2, 3] - athlete.wheel_radius
-    free = add_rocks(ground, [(wheel[0, 3], wheel[1, 3], 0.25, lowest - 0.06)])
-    high = add_rocks(ground, [(wheel[0, 3], wheel[1, 3], 0.25, lowest + 0.06)])
-    assert failed(athlete, free, walk) == set()
-    assert failed(athlete, high, walk) == {"terrain collision"}
+    lowest = contact_point(athlete, middle, 0, walk.Ts_site_base[at])
+    x, y = np.rint(lowest[:2] / ground.geometry.resolution) * ground.geometry.resolution
+    strewn = add_rocks(ground, [(x, y, 0.25, lowest[2] + above)])
+    assert failed(athlete, strewn, walk) == ({"terrain collision"} if seen else set())
 
 
 def test_ground_under_the_chassis_is_seen(athlete, ground, walk):
@@ -368,6 +371,43 @@ def test_the_least_distance_along_a_motion_is_that_of_all_samples(seed, asked):
     else:
         assert found is not None
         assert every.min() <= found.spare <= every.min() + 0.001
+
+
+def test_samples_are_dense_and_where_kinematics_has_them(athlete, walk):
+    every = RecheckSettings(way=0.003, turn=0.004)
+    found = list(stretches(athlete, walk, every))
+    assert [one.moving for one in found] == [None, 0, None, 3, 1, None]
+    assert [one.move for one in found] == [0, 0, 1, 1, 2, 3]
+    for one in found:
+        assert np.abs(np.diff(one.qs, axis=0)).max() <= every.turn + 1e-9
+        assert np.linalg.norm(np.diff(one.Ts_site_base[:, :3, 3], axis=0), axis=1).max() <= every.way + 1e-9
+        for at in (0, len(one.qs) // 2, len(one.qs) - 1):
+            poses = link_poses(athlete, one.qs[at])
+            for link, Ts in one.Ts_base_link.items():
+                assert np.allclose(Ts[at], poses[link], atol=1e-9)
+            com = apply(one.Ts_site_base[at], center_of_mass(athlete, one.qs[at]))
+            assert np.allclose(one.coms_site[at], com, atol=1e-9)
+    ends = np.concatenate([one.qs[[0, -1]] for one in found])
+    assert np.allclose(ends[1:-1:2], ends[2::2], rtol=0, atol=1e-12)
+    assert np.allclose(ends[[0, -1]], walk.waypoints[[0, -1]], rtol=0, atol=1e-12)
+
+
+@given(st.integers(0, 10_000), st.floats(0.1, 1.0))
+def test_friction_holds_where_forces_are_found(seed, friction):
+    """Second method: the nearest forces by non-negative least squares, in pyramids of half as many sides."""
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, 5))
+    contacts = np.column_stack([2 * np.cos(angles), 2 * np.sin(angles), rng.uniform(-0.4, 0.4, 5)])
+    normals = np.column_stack([rng.uniform(-0.6, 0.6, (5, 2)), np.ones(5)])
+    com = np.array([*rng.uniform(-1.5, 1.5, 2), 0.8])
+    margin = friction_margin(contacts, pyramids(normals, friction), com)
+    forces = distribute(contacts, normals / np.linalg.norm(normals, axis=1, keepdims=True), com, 1.0, friction=friction)
+    # eight sides hold at least 0.92 of the cone, sixteen at most all of it
+    if forces is not None:
+        assert margin >= -0.02
+    if margin >= 0:
+        assert distribute(contacts, normals, com, 1.0, friction=friction / np.cos(np.pi / 8)) is not None
+        assert friction_margin(contacts, pyramids(normals, 1.2 * friction), com) >= margin - 1e-9
 
 
 def test_nothing_of_the_planner_judges_its_walks():

@@ -52,7 +52,7 @@ class Holding:
         spare = self._polygon_margins(contacts[:, :2], stretch.coms_site[:, :2]) - self.settings.least_margin
         at = int(np.argmin(spare))
         self.support.take(float(spare[at]), stretch.where(at))
-        faces = _faces(normals, self.settings.friction)
+        faces = pyramids(normals, self.settings.friction)
         self._look_at_friction(stretch, contacts, faces, pulse)
         forces = np.zeros(3 * len(feet))
         for at in _turned(stretch, self.turn):
@@ -78,7 +78,7 @@ class Holding:
         coms = stretch.coms_site
         for corner in _corners_around(coms[:, :2]):
             pulse()
-            margin = _friction_margin(contacts, faces, np.append(corner, coms[0, 2]))
+            margin = friction_margin(contacts, faces, np.append(corner, coms[0, 2]))
             if margin < self.friction.spare:
                 nearest = int(np.argmin(np.square(coms[:, :2] - corner).sum(axis=1)))
                 self.friction.take(margin, stretch.where(nearest))
@@ -180,7 +180,7 @@ def _turned(stretch: Stretch, turn: float) -> list[int]:
     return chosen
 
 
-def _faces(normals: Array, friction: float) -> Array:
+def pyramids(normals: Array, friction: float) -> Array:
     """Inward normals (k, sides, 3) of pyramids inside the friction cones: forces are inside where they are ≥ 0."""
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     u = np.cross(unit, np.eye(3)[np.abs(unit).argmin(axis=1)])
@@ -211,7 +211,7 @@ def _balance(contacts: Array, com: Array) -> tuple[Array, Array]:
     return A, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
-def _friction_margin(contacts: Array, faces: Array, com: Array) -> float:
+def friction_margin(contacts: Array, faces: Array, com: Array) -> float:
     """What every foot could bear sideways in addition, as a share of the weight; negative where it must, and can't."""
     A, b = _balance(contacts, com)
     k = len(contacts)

@@ -1,0 +1,78 @@
+"""The ground of the benchmark of walks: what its families promise."""
+
+import numpy as np
+import pytest
+
+from benchmarks.walks.terrains import (
+    FALL,
+    FAMILIES,
+    LARGEST,
+    REPORTED,
+    ROCKS,
+    SIZES,
+    SMALLEST,
+    TRAINING,
+    lunar_rocks,
+    slopes,
+    start_of,
+    terrain,
+)
+from footfall.terrain.generate import plane
+from footfall.terrain.ground.surface import normal_at
+
+SEEDS = (REPORTED[0], REPORTED[7], TRAINING[3])
+
+
+def test_seeds_of_training_are_never_reported():
+    assert not set(TRAINING) & set(REPORTED)
+
+
+@pytest.mark.parametrize("family", ["smooth", "steep", "very steep"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ground_is_as_steep_as_its_family(family, seed):
+    steepest = FAMILIES[family].steepest
+    assert steepest is not None
+    found = slopes(terrain(family, seed))
+    low, high = np.rad2deg(steepest)
+    # heights are kept as float32
+    assert low - 0.01 <= found.p95 <= high + 0.01
+    assert found.median < found.p95 < found.most
+
+
+def test_slopes_are_those_of_planes_under_wheels_by_least_squares(athlete):
+    """Second method: normals at some places, and their percentiles by sorting."""
+    dem = terrain("steep", SEEDS[0])
+    grid, radius = dem.geometry, athlete.wheel_radius
+    found = []
+    for y in grid.ys[3:-3]:
+        found += [float(np.arccos(normal_at(dem, x, y, radius)[2])) for x in grid.xs[3:-3:4]]
+    assert slopes(dem).p95 == pytest.approx(np.rad2deg(np.sort(found)[int(0.95 * len(found))]), abs=1.5)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_equal_seeds_give_equal_ground_and_others_do_not(family):
+    one = terrain(family, 5)
+    assert one.digest == terrain(family, 5).digest
+    assert np.isfinite(one.heights).all()
+    same = np.array_equal(one.heights, terrain(family, 6).heights)
+    assert same == (family == "flat")
+
+
+@pytest.mark.parametrize("metres", SIZES)
+def test_there_is_ground_around_the_whole_walk(metres):
+    west, south, east, north = terrain("smooth", 1, metres).geometry.bounds
+    x, y = start_of(metres)
+    assert x - west >= 4.5
+    assert east - (x + metres) >= 4.5
+    assert min(y - south, north - y) >= 4.0
+
+
+def test_rocks_are_as_many_as_the_law_says():
+    """Of every size: counted on 100 × 100 m, within four standard deviations of a Poisson number."""
+    ground = plane(100.0, 1.0)
+    rocks = lunar_rocks(ground, np.random.default_rng(7))
+    assert rocks[:, 2].min() >= SMALLEST
+    assert rocks[:, 2].max() <= LARGEST
+    for diameter in (0.1, 0.2, 0.4, 0.7):
+        wanted = 1e4 * ROCKS * (diameter**-FALL - LARGEST**-FALL)
+        assert abs((rocks[:, 2] >= diameter).sum() - wanted) <= 4 * np.sqrt(wanted)
