@@ -15,17 +15,18 @@ from footfall.balance.forces import distribute
 from footfall.balance.support import margins
 from footfall.balance.torques import torque_margin
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import apply
+from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal, WalkPlan
 from footfall.planning.walk.recheck import recheck_walk
 from footfall.planning.walk.recheck.apart import Body, distance, nearest
+from footfall.planning.walk.recheck.clearances import LOCKED, Clearances
 from footfall.planning.walk.recheck.holding import friction_margin, pyramids
 from footfall.planning.walk.recheck.settings import RecheckSettings
-from footfall.planning.walk.recheck.stretches import stretches
+from footfall.planning.walk.recheck.stretches import Stretch, stretches
 from footfall.robot import shapes
-from footfall.robot.collision import posture_collisions
+from footfall.robot.collision import TERRAIN, posture_collisions
 from footfall.robot.description import with_payload
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import center_of_mass, link_poses, wheel_pose
@@ -371,6 +372,26 @@ def test_the_least_distance_along_a_motion_is_that_of_all_samples(seed, asked):
     else:
         assert found is not None
         assert every.min() <= found.spare <= every.min() + 0.001
+
+
+def test_single_postures_are_clear_where_the_whole_robot_check_says(athlete, ground, walk, rng):
+    """Second method: all pairs of meshes with security margins at once. Legs reach over each other and into rocks."""
+    found = {True: 0, False: 0}
+    for _ in range(40):
+        posture = athlete.posture("stand") + np.tile([0.7, 0.4, 0.5, 0.5, 0.5, 0.5], 6) * rng.uniform(-1, 1, 36)
+        T_site_base = transform(rotation("z", rng.uniform(-3, 3)), (*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 1.6)))
+        stretch = Stretch(athlete, 0, None, posture[None], T_site_base[None], np.array([1]), np.zeros(1), ("body",))
+        clearances = Clearances(athlete, ground, walk, 0.05)
+        clearances.look(stretch, lambda: None)
+        own, terrain = (one.holds for one in clearances.checks())
+        collisions = posture_collisions(athlete, posture, T_site_base, triangulate(ground))
+        pairs = [(one.link_a, one.link_b) for one in collisions]
+        assert own == (not [pair for pair in pairs if TERRAIN not in pair])
+        loose = [pair for pair in pairs if TERRAIN in pair and not any(link.endswith(LOCKED) for link in pair)]
+        assert terrain == (not loose)
+        found[own] += 1
+        found[terrain] += 1
+    assert min(found.values()) >= 8
 
 
 def test_samples_are_dense_and_where_kinematics_has_them(athlete, walk):
