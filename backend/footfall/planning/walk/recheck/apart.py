@@ -2,7 +2,7 @@
 
 No point of a body moves farther from one sample to the next than a corner of the box around it does, so a distance
 measured at one sample bounds those of the following ones: samples that can't bring the least distance down are skipped
-(Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996). Near the least one every sample is measured.
+(Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996). Near the least one every sample is measured.
 """
 
 import itertools

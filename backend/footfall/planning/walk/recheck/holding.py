@@ -101,7 +101,7 @@ class Holding:
         for foot, leg in enumerate(stretch.standing):
             own = slice(6 * leg, 6 * leg + 6)
             # the motion of the contact, thought fixed to the leg's last link
-            moved = J[:3, own] + np.cross(J[3:, own].T, points[foot]).T
+            moved = J[:3, own] - _crossed(points[foot]) @ J[3:, own]
             effect[own, 3 * foot : 3 * foot + 3] = -weight * (R @ moved).T / limits[own, None]
         return Load(gravity, effect, *_balance(contacts, stretch.coms_site[at]))
 
@@ -204,11 +204,14 @@ def _balance(contacts: Array, com: Array) -> tuple[Array, Array]:
     """Force and moment of contact forces, in weights, (6, 3k), and what they must be, (6,)."""
     arms = contacts - com
     size = float(np.abs(arms).max())
-    A = np.zeros((6, 3 * len(arms)))
-    for foot, arm in enumerate(arms):
-        A[:3, 3 * foot : 3 * foot + 3] = np.eye(3)
-        A[3:, 3 * foot : 3 * foot + 3] = np.cross(arm / size, np.eye(3)).T
+    A = np.vstack([np.tile(np.eye(3), len(arms)), np.hstack([_crossed(arm) for arm in arms / size])])
     return A, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
+def _crossed(arm: Array) -> Array:
+    """The matrix (3, 3) that takes a vector to arm × vector."""
+    x, y, z = arm
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def friction_margin(contacts: Array, faces: Array, com: Array) -> float:
