@@ -12,8 +12,11 @@ from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
 from footfall.planning.walk.recheck import recheck_walk
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 
-POSTURE = "stand"
+POSTURES = ("stand", "crouch", "tall")
+"""A walk starts in the first of these that the rover can stand in at its place."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +51,9 @@ def attempt(
 ) -> Attempt:
     """The walk of so many metres on the terrain of a family and number; limit: of wall clock [s]."""
     dem, (x, y) = terrain(family, number, metres), start_of(metres)
-    try:
-        state = footfall.stand(robot(), dem, x, y, posture=POSTURE)
-    except InvalidInput as no:
-        return Attempt(family, number, seed, "no start", str(no))
+    state = _standing(dem, x, y)
+    if isinstance(state, str):
+        return Attempt(family, number, seed, "no start", state)
     goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit)
     begun, worked = time.perf_counter(), time.process_time()
     result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings)
@@ -72,6 +74,17 @@ def attempt(
             if not one.holds and not (one.name == "goal" and result.plan is None)
         )
     return Attempt(family, number, seed, result.status.value, result.reason, *took, *found, failed, rechecked)
+
+
+def _standing(dem: Dem, x: float, y: float) -> RobotState | str:
+    """The rover at a place in one of POSTURES; why it can't stand in the first of them where it can't in any."""
+    refusals = []
+    for posture in POSTURES:
+        try:
+            return footfall.stand(robot(), dem, x, y, posture=posture)
+        except InvalidInput as no:
+            refusals.append(str(no))
+    return refusals[0]
 
 
 def _asked(plan: WalkPlan, goal: WalkGoal) -> WalkPlan:
