@@ -7,8 +7,11 @@ means; that time is not the planner's.
 
 import argparse
 import json
+import math
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict
+from typing import Any
 
 from benchmarks.timing import machine
 from benchmarks.walks.attempts import Attempt, attempt
@@ -30,7 +33,7 @@ def main() -> int:
     about, numbers = machine(), TRAINING if asked.training else REPORTED
     if not asked.json:
         print(f"{about['processor']}, {about['cores']} cores, Python {about['python']}")
-    told: dict[str, dict[str, object]] = {}
+    told: dict[str, dict[str, Any]] = {}
     every: list[Attempt] = []
     for family in asked.only or list(FAMILIES):
         attempt(family, TRAINING[-1], 0, asked.metres, asked.limit)
@@ -44,9 +47,19 @@ def main() -> int:
         if not asked.json:
             _print(family, told[family])
     if asked.json:
-        print(json.dumps({"machine": about, "families": told, "attempts": [asdict(one) for one in every]}, indent=2))
+        report = {"machine": about, "families": told, "attempts": [asdict(one) for one in every]}
+        print(json.dumps(_plain(report), indent=2, allow_nan=False))
     missed = any(False in wanted.values() for row in told.values() if isinstance(wanted := row.get("wanted"), dict))
     return 1 if missed or any(row["recheck_failed"] for row in told.values()) else 0
+
+
+def _plain(one: Any) -> Any:
+    """What JSON can hold: no number where there is none."""
+    if isinstance(one, Mapping):
+        return {name: _plain(part) for name, part in one.items()}
+    if isinstance(one, (list, tuple)):
+        return [_plain(part) for part in one]
+    return None if isinstance(one, float) and not math.isfinite(one) else one
 
 
 def _line(one: Attempt) -> str:
@@ -56,8 +69,10 @@ def _line(one: Attempt) -> str:
     return f"{one.family} {one.terrain}, seed {one.seed}: {one.status}, {told}{reason}{bad}"
 
 
-def _print(family: str, row: dict[str, object]) -> None:
+def _print(family: str, row: Mapping[str, Any]) -> None:
     print(f"\n{family}: {row['attempts']} attempts, terrains {_span(row['terrains'])}, seeds {_span(row['seeds'])}")
+    slope = f"median {_number(row['slope_median'])}°, 95 % below {_number(row['slope_p95'])}°"
+    print(f"  slope under a wheel, of the terrain in the middle: {slope}")
     print(f"  solved {row['solved']:.1%}; not: {row['unsolved'] or 'none'}, median {_number(row['unsolved_wall'])} s")
     for name, unit, chosen in (
         ("wall", "s", ("median", "p95", "most")),
@@ -68,7 +83,6 @@ def _print(family: str, row: dict[str, object]) -> None:
         ("torque", "of the limit", ("median", "most")),
     ):
         figures = row[name]
-        assert isinstance(figures, dict)
         also = f"; {2 * figures['median']:g} steps" if name == "foot_moves" and figures["median"] is not None else ""
         print(f"  {name:<11}" + ", ".join(f"{one} {_number(figures[one])}" for one in chosen) + f" {unit}{also}")
     print(f"  rechecked {row['rechecked']}, failed {row['recheck_failed']}, median {_number(row['recheck_wall'])} s")

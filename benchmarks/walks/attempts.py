@@ -7,7 +7,7 @@ import numpy as np
 
 import footfall
 from benchmarks.scenes import robot
-from benchmarks.walks.terrains import start_of, terrain
+from benchmarks.walks.terrains import Slopes, slopes, start_of, terrain
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
@@ -24,7 +24,7 @@ class Attempt:
     """family, terrain: its seed; seed: of the planner. status: of the result, or ``no start`` where the rover can't
     stand. wall, processor: of the planner [s]. Of the walk, or of the one that comes nearest: foot_moves, way of the
     chassis [m], least margin [m] and largest torque, as it tells them; failed: checks that the recheck refused, None:
-    it was not asked. rechecked: how long that took [s].
+    it was not asked. rechecked: how long that took [s]. slope: of the ground.
     """
 
     family: str
@@ -38,6 +38,7 @@ class Attempt:
     way: float = 0.0
     margin: float = float("nan")
     torque: float = float("nan")
+    slope: Slopes | None = None
     failed: tuple[str, ...] | None = None
     rechecked: float = float("nan")
 
@@ -51,16 +52,16 @@ def attempt(
 ) -> Attempt:
     """The walk of so many metres on the terrain of a family and number; limit: of wall clock [s]."""
     dem, (x, y) = terrain(family, number, metres), start_of(metres)
-    state = _standing(dem, x, y)
+    slope, state = slopes(dem), _standing(dem, x, y)
     if isinstance(state, str):
-        return Attempt(family, number, seed, "no start", state)
+        return Attempt(family, number, seed, "no start", state, slope=slope)
     goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit)
     begun, worked = time.perf_counter(), time.process_time()
     result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings)
     took = time.perf_counter() - begun, time.process_time() - worked
     walk = result.plan or result.partial
     if walk is None:
-        return Attempt(family, number, seed, result.status.value, result.reason, *took)
+        return Attempt(family, number, seed, result.status.value, result.reason, *took, slope=slope)
     found = (walk.foot_moves, walk.chassis_way, float(np.min(walk.margins)), float(np.max(walk.torques)))
     failed, rechecked = None, float("nan")
     if recheck:
@@ -73,7 +74,7 @@ def attempt(
             # a walk that comes near the goal is good as far as it goes
             if not one.holds and not (one.name == "goal" and result.plan is None)
         )
-    return Attempt(family, number, seed, result.status.value, result.reason, *took, *found, failed, rechecked)
+    return Attempt(family, number, seed, result.status.value, result.reason, *took, *found, slope, failed, rechecked)
 
 
 def _standing(dem: Dem, x: float, y: float) -> RobotState | str:

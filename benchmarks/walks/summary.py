@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,14 +22,16 @@ class Floor:
 FLOORS: Mapping[str, Floor] = {"smooth": Floor(2.0, 6.0, 0.98), "steep": Floor(5.0, 15.0, 0.90)}
 
 
-def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, object]:
+def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:
     """Figures by name; times are those of the walks that were found. Refused starts count as not solved."""
     found = [one for one in attempts if one.found]
     rechecked = [one for one in attempts if one.failed is not None]
-    figures: dict[str, object] = {
+    figures: dict[str, Any] = {
         "attempts": len(attempts),
         "terrains": sorted({one.terrain for one in attempts}),
         "seeds": sorted({one.seed for one in attempts}),
+        "slope_median": _median([one.slope.median for one in attempts if one.slope is not None]),
+        "slope_p95": _median([one.slope.p95 for one in attempts if one.slope is not None]),
         "solved": len(found) / len(attempts),
         "unsolved": dict(Counter(one.status for one in attempts if not one.found)),
         "unsolved_wall": _median([one.wall for one in attempts if not one.found and np.isfinite(one.wall)]),

@@ -355,8 +355,19 @@ def test_places_are_asked_for_as_the_settings_say(athlete, ground, walk):
 
 
 def test_a_walk_of_another_robot_is_misuse(athlete, ground, walk):
-    with pytest.raises(InvalidInput, match="joints"):
-        recheck_walk(athlete, ground, changed(walk, waypoints=walk.waypoints[:, :30]))
+    for other in (changed(walk, waypoints=walk.waypoints[:, :30]), changed(walk, legs=(0, 6, 1))):
+        with pytest.raises(InvalidInput, match="joints"):
+            recheck_walk(athlete, ground, other)
+
+
+def test_a_walk_that_stays_where_it_is_is_looked_at(athlete, ground, start):
+    stays = walk_by_hand(athlete, ground, start, ())
+    found = {one.name: one for one in recheck_walk(athlete, ground, stays, state=start)}
+    assert all(one.holds for one in found.values())
+    assert np.isfinite([found[name].margin for name in ("contact", "support", "friction", "torque")]).all()
+    moved = np.array(stays.Ts_site_base)
+    moved[0, 0, 3] += 0.01
+    assert failed(athlete, ground, changed(stays, Ts_site_base=moved)) == {"contact"}
 
 
 @given(st.integers(0, 10_000), st.floats(0.0, 0.3))

@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from footfall.balance.settings import GRAVITY
+from footfall.core.errors import FootFallError
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import WalkPlan, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 
 SIDES = 16
 """Of the friction pyramids, inside their cones."""
-SOLVED = 0
+SOLVED, INFEASIBLE = 0, 2
 """Status of scipy's linear programs."""
 CELL = 0.002
 """Of the lattice on which polygons around centres of mass have their corners [m]."""
@@ -145,6 +146,8 @@ class Load:
             (None, None),
             "highs",
         )
+        if found.status not in (SOLVED, INFEASIBLE):
+            raise FootFallError("the torque program was not solved", status=int(found.status))
         return found.x[:-1] if found.status == SOLVED else None
 
 

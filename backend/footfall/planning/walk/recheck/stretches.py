@@ -86,8 +86,13 @@ class Stretch:
 
 
 def stretches(robot: Robot, plan: WalkPlan, every: RecheckSettings) -> Iterator[Stretch]:
-    """The walk from its first waypoint to its last; foot moves and phases must be in order."""
+    """The walk from its first waypoint to its last; foot moves and phases must be in order.
+
+    One that stays where it is has one sample.
+    """
     above = [phase != BODY for phase in plan.phases]
+    if len(plan.phases) == 1:
+        yield _sampled(robot, plan, 0, None, range(1), every)
     first = 0
     for last in range(1, len(plan.phases)):
         goes_on = last + 1 < len(plan.phases)
@@ -102,7 +107,7 @@ def _sampled(
     robot: Robot, plan: WalkPlan, move: int, moving: int | None, waypoints: Sequence[int], every: RecheckSettings
 ) -> Stretch:
     qs, poses = [plan.waypoints[waypoints[0]][None]], [plan.Ts_site_base[waypoints[0]][None]]
-    numbers, fractions = [np.array([waypoints[1]])], [np.zeros(1)]
+    numbers, fractions = [np.array(waypoints[:2][-1:])], [np.zeros(1)]
     for one, other in pairwise(waypoints):
         q_a, q_b = plan.waypoints[one], plan.waypoints[other]
         T_a, T_b = plan.Ts_site_base[one], plan.Ts_site_base[other]

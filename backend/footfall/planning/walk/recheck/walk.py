@@ -40,7 +40,8 @@ def recheck_walk(
     of it only the checks of its order come back. Raises InvalidInput where it is of a robot with another number of
     joints.
     """
-    if plan.waypoints.shape[1:] != robot.lower.shape or any(len(s.contacts) != robot.leg_count for s in plan.stances):
+    feet = {len(stance.contacts) for stance in plan.stances}
+    if plan.waypoints.shape[1:] != robot.lower.shape or feet != {robot.leg_count} or not {*plan.legs} <= {*robot.legs}:
         raise InvalidInput(f"this walk is not one of {robot.name}: it has another number of joints or feet")
     if settings is None:
         planned = plan.provenance.settings
