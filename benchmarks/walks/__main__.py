@@ -14,8 +14,8 @@ from dataclasses import asdict
 from typing import Any
 
 from benchmarks.timing import machine
-from benchmarks.walks.attempts import Attempt, attempt
-from benchmarks.walks.summary import summary
+from benchmarks.walks.attempts import attempt
+from benchmarks.walks.summary import Attempt, summary
 from benchmarks.walks.terrains import FAMILIES, REPORTED, SIZES, TRAINING
 
 

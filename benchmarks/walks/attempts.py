@@ -1,13 +1,13 @@
 """One walk that is asked for and what came of it: from where the rover stands, straight ahead, its heading kept."""
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
 import footfall
 from benchmarks.scenes import robot
-from benchmarks.walks.terrains import Slopes, slopes, start_of, terrain
+from benchmarks.walks.summary import Attempt
+from benchmarks.walks.terrains import slopes, start_of, terrain
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
@@ -17,34 +17,6 @@ from footfall.terrain.dem import Dem
 
 POSTURES = ("stand", "crouch", "tall")
 """A walk starts in the first of these that the rover can stand in at its place."""
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """family, terrain: its seed; seed: of the planner. status: of the result, or ``no start`` where the rover can't
-    stand. wall, processor: of the planner [s]. Of the walk, or of the one that comes nearest: foot_moves, way of the
-    chassis [m], least margin [m] and largest torque, as it tells them; failed: checks that the recheck refused, None:
-    it was not asked. rechecked: how long that took [s]. slope: of the ground.
-    """
-
-    family: str
-    terrain: int
-    seed: int
-    status: str
-    reason: str = ""
-    wall: float = float("nan")
-    processor: float = float("nan")
-    foot_moves: int = 0
-    way: float = 0.0
-    margin: float = float("nan")
-    torque: float = float("nan")
-    slope: Slopes | None = None
-    failed: tuple[str, ...] | None = None
-    rechecked: float = float("nan")
-
-    @property
-    def found(self) -> bool:
-        return self.status == "found"
 
 
 def attempt(

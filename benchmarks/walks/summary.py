@@ -1,4 +1,4 @@
-"""What the attempts of one family come to, and what is wanted of it."""
+"""What came of attempted walks: of each, and of those of one family beside what is wanted of it."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -7,7 +7,35 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.walks.attempts import Attempt
+from benchmarks.walks.terrains import Slopes
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """family, terrain: its seed; seed: of the planner. status: of the result, or ``no start`` where the rover can't
+    stand. wall, processor: of the planner [s]. Of the walk, or of the one that comes nearest: foot_moves, way of the
+    chassis [m], least margin [m] and largest torque, as it tells them; failed: checks that the recheck refused, None:
+    it was not asked. rechecked: how long that took [s]. slope: of the ground.
+    """
+
+    family: str
+    terrain: int
+    seed: int
+    status: str
+    reason: str = ""
+    wall: float = float("nan")
+    processor: float = float("nan")
+    foot_moves: int = 0
+    way: float = 0.0
+    margin: float = float("nan")
+    torque: float = float("nan")
+    slope: Slopes | None = None
+    failed: tuple[str, ...] | None = None
+    rechecked: float = float("nan")
+
+    @property
+    def found(self) -> bool:
+        return self.status == "found"
 
 
 @dataclass(frozen=True)

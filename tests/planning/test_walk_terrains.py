@@ -1,8 +1,9 @@
-"""The ground of the benchmark of walks: what its families promise."""
+"""The benchmark of walks: what its families of ground promise, and how attempts are counted."""
 
 import numpy as np
 import pytest
 
+from benchmarks.walks.summary import Attempt, summary
 from benchmarks.walks.terrains import (
     FALL,
     FAMILIES,
@@ -76,3 +77,27 @@ def test_rocks_are_as_many_as_the_law_says():
     for diameter in (0.1, 0.2, 0.4, 0.7):
         wanted = 1e4 * ROCKS * (diameter**-FALL - LARGEST**-FALL)
         assert abs((rocks[:, 2] >= diameter).sum() - wanted) <= 4 * np.sqrt(wanted)
+
+
+def test_starts_that_are_refused_count_as_not_solved():
+    fast = [Attempt("smooth", one, 0, "found", wall=1.0, foot_moves=20) for one in range(97)]
+    refused = [Attempt("smooth", 97 + one, 0, "no start", "no ground") for one in range(3)]
+    row = summary([*fast, *refused], 2.75)
+    assert row["solved"] == pytest.approx(0.97)
+    assert row["unsolved"] == {"no start": 3}
+    assert row["wanted"] == {"median 2 s": True, "p95 6 s": True, "solved 98%": False}
+    assert row["foot_moves"]["median"] == 20
+    assert "wanted" not in summary(fast, 20.0)
+
+
+def test_slow_walks_and_refused_rechecks_are_told():
+    slow = [Attempt("steep", one, 0, "found", wall=16.0, failed=("contact",) if one < 2 else ()) for one in range(4)]
+    none = [Attempt("steep", 4, 0, "time_limit", wall=60.0)]
+    row = summary([*slow, *none], 2.75)
+    assert row["wanted"] == {"median 5 s": False, "p95 15 s": False, "solved 90%": False}
+    assert (row["rechecked"], row["recheck_failed"]) == (4, 2)
+    assert row["wall"]["most"] == 16.0
+    assert row["unsolved_wall"] == 60.0
+    nothing = summary(none, 2.75)
+    assert nothing["wall"]["median"] is None
+    assert not any(nothing["wanted"].values())
