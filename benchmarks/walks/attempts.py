@@ -11,7 +11,7 @@ from benchmarks.walks.terrains import slopes, start_of, terrain
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
-from footfall.planning.walk.recheck import recheck_walk
+from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 

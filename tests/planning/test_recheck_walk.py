@@ -19,12 +19,12 @@ from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.walk.problem import LIFT, SWING, Place, Stance, WalkGoal, WalkPlan
-from footfall.planning.walk.recheck import recheck_walk
 from footfall.planning.walk.recheck.apart import Body, distance, nearest
 from footfall.planning.walk.recheck.clearances import LOCKED, Clearances
 from footfall.planning.walk.recheck.holding import friction_margin, pyramids
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import Stretch, stretches
+from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.robot import shapes
 from footfall.robot.collision import TERRAIN, posture_collisions
 from footfall.robot.description import with_payload

@@ -1,5 +1,1 @@
-"""The recheck of a whole walk, independent of how it was planned."""
-
-from footfall.planning.walk.recheck.walk import EVERY, recheck_walk
-
-__all__ = ["EVERY", "recheck_walk"]
+"""The recheck of a whole walk, independent of how it was planned; asked for in ``walk``."""
