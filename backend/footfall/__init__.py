@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.leg_maps import compute_maps
     from footfall.planning.step.plan import plan_step
+    from footfall.planning.walk.plan import plan_walk
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
@@ -35,6 +36,7 @@ _where = {
     "find_shift": "footfall.planning.stance.find_shift",
     "compute_maps": "footfall.planning.step.leg_maps",
     "plan_step": "footfall.planning.step.plan",
+    "plan_walk": "footfall.planning.walk.plan",
     "plan_execution": "footfall.planning.execution.plan",
     "make_sequence": "footfall.io.scripting",
     "export": "footfall.io.exports",
@@ -55,6 +57,7 @@ __all__ = [
     "plan_body_move",
     "plan_execution",
     "plan_step",
+    "plan_walk",
     "read_sequence",
     "read_terrain",
     "replay",

@@ -35,6 +35,8 @@ from footfall.terminal import (
     say,
 )
 from footfall.terrain_commands import terrain_app
+from footfall.walk_commands import WithGoal
+from footfall.walk_commands import plan_walk as run_plan_walk
 
 app = typer.Typer(
     cls=Reporting,
@@ -48,6 +50,7 @@ app.add_typer(accounts_app, name="accounts")
 app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
 app.add_typer(sessions_app, name="sessions")
+plan_app.command("walk", cls=WithGoal)(run_plan_walk)
 app.command("map")(make_map)
 app.command("referee")(run_referee)
 app.command("play")(run_play)

@@ -1,0 +1,126 @@
+"""The command ``footfall plan walk``: from a stance to a goal in many foot moves, checked, or why not."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from typer.core import TyperCommand
+
+from footfall import terminal
+from footfall.core.value import fields_of
+from footfall.planning.step.problem import Status
+from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
+
+GOAL, GOAL_YAW = "--goal", "--goal-yaw"
+
+
+class WithGoal(TyperCommand):
+    """A command whose ``--goal`` takes two numbers or three."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, yaw_apart(args))
+
+
+def yaw_apart(arguments: Sequence[str]) -> list[str]:
+    """Arguments with the third number after ``--goal``, where there is one, as ``--goal-yaw``."""
+    told = list(arguments)
+    at = told.index(GOAL) + 3 if GOAL in told else len(told)
+    if at < len(told) and _is_number(told[at]):
+        told.insert(at, GOAL_YAW)
+    return told
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def plan_walk(
+    terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
+    goal: Annotated[
+        Pair, typer.Option(GOAL, help="Where the chassis is to be, x and y [m]; a third number: its heading [rad].")
+    ],
+    goal_yaw: Annotated[
+        float | None, typer.Option(GOAL_YAW, help="That heading [rad]; otherwise whichever way it faces.")
+    ] = None,
+    x: AtX = 0.0,
+    y: AtY = 0.0,
+    yaw: AtYaw = 0.0,
+    at: Annotated[
+        tuple[float, float, float] | None, typer.Option("--at", help="--x, --y and --yaw in one.", metavar="X Y YAW")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Same seed, same walk.")] = 0,
+    time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = WalkSettings().time_limit,
+    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
+    robot: RobotName = "athlete",
+    as_json: Json = False,
+) -> None:
+    """Plan a walk from a stance on a terrain to a goal; exit code 1 where the answer is no.
+
+    The rover is taken as rigid: its sag is not predicted.
+    """
+    from footfall.io.artifacts import encode
+    from footfall.planning.walk.plan import plan_walk as run
+
+    settings, wanted = WalkSettings(seed=seed, time_limit=time_limit), WalkGoal(*goal, yaw=goal_yaw)
+    body, dem, state = terminal.stance(robot, terrain, *(at or (x, y, yaw)))
+    began = time.monotonic()
+    with bar("walk") as progress:
+        result = run(body, dem, state, wanted, settings=settings, progress=progress)
+    seconds = time.monotonic() - began
+    if out is not None:
+        out.write_bytes(encode(result))
+    _show(result, seconds, as_json)
+    raise typer.Exit(0 if result.status is Status.FOUND else 1)
+
+
+def _show(result: WalkResult, seconds: float, as_json: bool) -> None:
+    """The answer to a request for a walk, with its checks; seconds: how long it took."""
+    if as_json:
+        figures = None if result.plan is None else _figures(result.plan)
+        partial = None if result.partial is None else _figures(result.partial)
+        told = {"digest": result.digest, "figures": figures, "partial_figures": partial, "seconds": seconds}
+        terminal.show({**fields_of(result), **told})
+        return
+    typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
+    terminal.show_checks(result.checks)
+    for one in result.blocked:
+        typer.echo(f"  blocked {one.count} times by {_told(one)}")
+    if result.plan is not None:
+        typer.echo(f"{_in_words(result.plan)}, digest {result.plan.digest}")
+    if result.partial is not None:
+        away = float(np.hypot(*(result.partial.Ts_site_base[-1, :2, 3] - (result.goal.x, result.goal.y))))
+        typer.echo(f"as far as it comes, {away:.2f} m from the goal: {_in_words(result.partial)}")
+    typer.echo(f"planned in {seconds:.2f} s")
+
+
+def _figures(plan: WalkPlan) -> dict[str, Any]:
+    """What a walk comes to. chassis_way, least_margin [m]; largest_torque: share of a joint's limit."""
+    return {
+        "foot_moves": plan.foot_moves,
+        "steps": 2 * plan.foot_moves,
+        "chassis_way": plan.chassis_way,
+        "least_margin": float(plan.margins.min()),
+        "largest_torque": float(plan.torques.max()),
+    }
+
+
+def _in_words(plan: WalkPlan) -> str:
+    told = _figures(plan)
+    return (
+        f"{told['foot_moves']} foot moves ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
+        f"least margin {told['least_margin']:.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
+    )
+
+
+def _told(blocked: Blocked) -> str:
+    leg = "" if blocked.leg is None else f" of leg {blocked.leg}"
+    known = np.isfinite([blocked.x, blocked.y]).all()
+    return f"{blocked.check_name}{leg}" + (f" at ({blocked.x:.2f}, {blocked.y:.2f}) m" if known else "")

@@ -1,0 +1,107 @@
+"""`footfall plan walk`: what it prints and writes, found and refused, and how a goal is said."""
+
+import json
+
+import pytest
+
+from footfall.io.artifacts import decode
+from footfall.io.terrain_files import write_terrain
+from footfall.planning.walk.problem import WalkResult
+from footfall.walk_commands import yaw_apart
+from tests.support.chassis_ground import wavy
+from tests.support.command_line import run
+
+SHORT = ("--goal", 0.4, 0.1, 0.0)
+
+
+@pytest.fixture
+def waves(tmp_path):
+    path = tmp_path / "waves.npz"
+    write_terrain(wavy(half=4.0), path)
+    return path
+
+
+def test_a_walk_is_planned_told_and_written(waves, tmp_path):
+    out = tmp_path / "walk.npz"
+    asked = ["plan", "walk", waves, *SHORT, "--seed", 3, "--out", out]
+    answer = json.loads(run(*asked, "--json").stdout)
+    assert (answer["status"], answer["goal"]["yaw"]) == ("found", 0.0)
+    assert answer["provenance"]["settings"]["seed"] == 3
+    stored = decode(out.read_bytes())
+    assert isinstance(stored, WalkResult)
+    assert stored.digest == answer["digest"]
+    plan, figures = stored.plan, answer["figures"]
+    assert figures["foot_moves"] == len(plan.legs) == figures["steps"] / 2
+    assert figures["chassis_way"] == pytest.approx(plan.chassis_way)
+    assert figures["least_margin"] == pytest.approx(min(plan.margins))
+    assert figures["largest_torque"] == pytest.approx(max(plan.torques))
+    said = run(*asked).stdout
+    assert decode(out.read_bytes()).digest == answer["digest"], "the same seed gives the same walk"
+    assert f"{figures['foot_moves']} foot moves ({figures['steps']} steps)" in said
+    assert f"the chassis goes {figures['chassis_way']:.2f} m" in said
+    assert f"least margin {figures['least_margin']:.3f} m" in said
+    assert f"largest torque {figures['largest_torque']:.0%} of its limit" in said
+    assert "planned in " in said
+    assert said.startswith("found\n")
+
+
+def test_a_refusal_is_an_answer_with_its_reason(waves, tmp_path):
+    out = tmp_path / "walk.npz"
+    refused = run("plan", "walk", waves, "--goal", 90, 90, "--out", out, code=1)
+    stored = decode(out.read_bytes())
+    assert refused.stdout.startswith(f"{stored.status.value}: {stored.reason}")
+    told = json.loads(run("plan", "walk", waves, "--goal", 90, 90, "--json", code=1).stdout)
+    assert (told["status"], told["plan"], told["figures"]) == (stored.status.value, None, None)
+    assert told["reason"]
+
+
+def test_what_stopped_a_walk_and_how_far_it_comes_are_told(waves, monkeypatch, athlete):
+    from footfall.planning.stance.stand import stand
+    from footfall.planning.step.problem import Check, Status
+    from footfall.planning.walk.problem import Blocked
+    from tests.support.short_walks import short_walk
+
+    def as_far_as_it_comes(robot, dem, state, goal, **about):
+        partial = short_walk(robot, dem, state)
+        blocked = (Blocked("reach", 3, 1.25, -0.5, 7), Blocked("torque", None, float("nan"), float("nan"), 2))
+        checks = (Check("reach", False, -0.04, "m", "leg 3"),)
+        return WalkResult(
+            Status.NO_PATH, None, "leg 3 is too short", checks, goal, partial.provenance, partial, blocked
+        )
+
+    monkeypatch.setattr("footfall.planning.walk.plan.plan_walk", as_far_as_it_comes)
+    dem = wavy(half=4.0)
+    partial = short_walk(athlete, dem, stand(athlete, dem, x=0.5, y=0.2, yaw=0.1))
+    away = ((partial.Ts_site_base[-1, 0, 3] - 3.0) ** 2 + (partial.Ts_site_base[-1, 1, 3] - 1.0) ** 2) ** 0.5
+    placed = ["--at", 0.5, 0.2, 0.1], ["--x", 0.5, "--y", 0.2, "--yaw", 0.1]
+    for start in placed:
+        said = run("plan", "walk", waves, "--goal", 3, 1, *start, code=1).stdout
+        assert "no_path: leg 3 is too short" in said
+        assert "NO  reach" in said
+        assert "blocked 7 times by reach of leg 3 at (1.25, -0.50) m" in said
+        assert "blocked 2 times by torque\n" in said
+        assert f"as far as it comes, {away:.2f} m from the goal: 1 foot moves (2 steps)" in said
+    told = json.loads(run("plan", "walk", waves, "--goal", 3, 1, "--json", code=1).stdout)
+    assert (told["figures"], told["partial_figures"]["foot_moves"]) == (None, 1)
+
+
+def test_misuse_is_exit_code_2(waves):
+    run("plan", "walk", waves, code=2)
+    run("plan", "walk", waves, "--goal", 1, code=2)
+    assert "time_limit" in run("plan", "walk", waves, "--goal", 1, 1, "--time-limit", 0, code=2).stderr
+    assert "finite" in run("plan", "walk", waves, "--goal", 1, "nan", code=2).stderr
+    run("plan", "walk", "no-such-terrain.npz", "--goal", 1, 1, code=2)
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        (["--goal", "1", "2", "0.5", "a.npz"], ["--goal", "1", "2", "--goal-yaw", "0.5", "a.npz"]),
+        (["a.npz", "--goal", "1", "-2", "-.5"], ["a.npz", "--goal", "1", "-2", "--goal-yaw", "-.5"]),
+        (["--goal", "1", "2", "a.npz"], ["--goal", "1", "2", "a.npz"]),
+        (["a.npz", "--goal", "1", "2"], ["a.npz", "--goal", "1", "2"]),
+        (["a.npz"], ["a.npz"]),
+    ],
+)
+def test_a_goal_is_two_numbers_or_three(given, meant):
+    assert yaw_apart(given) == meant

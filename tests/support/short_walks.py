@@ -1,0 +1,63 @@
+"""A short walk for tests of what is done with walks: one move of the chassis, one foot move, another move.
+
+It is made of a checked move and a checked step; how walks are searched for is no part of it.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from footfall.core.value import Provenance
+from footfall.planning.stance.body_move import plan_body_move
+from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.step.plan import plan_step
+from footfall.planning.step.problem import StepSettings
+from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings
+from footfall.robot.ik import contact_point
+from footfall.robot.kinematics import leg_wheel_pose
+
+LEG = 2
+SETTINGS = WalkSettings(support="ignored", least_margin=0.02, clearance=0.0, seed=7)
+
+
+def short_walk(robot, dem, state, by=(0.06, 0.02)):
+    """A WalkPlan of one foot move: the chassis goes ``by`` (x, y) [m] and down, leg 2 follows, the chassis goes on."""
+    move = BodyMoveSettings(least_margin=SETTINGS.least_margin)
+    step = StepSettings(lift=SETTINGS.lift, raise_terrain=SETTINGS.raise_terrain, least_margin=SETTINGS.least_margin)
+    first = plan_body_move(robot, dem, state, BodyShift(dx=by[0], dy=by[1], dz=-0.3), move).plan
+    moved = replace(state, posture=first.waypoints[-1], T_site_base=first.Ts_site_base[-1])
+    x, y, _ = contact_point(robot, moved.posture, LEG, moved.T_site_base)
+    swing = plan_step(robot, dem, moved, LEG, (float(x) + by[0], float(y) + by[1]), settings=step).plan
+    stepped = replace(moved, posture=swing.waypoints[-1])
+    last = plan_body_move(robot, dem, stepped, BodyShift(dx=by[0], dy=by[1], dyaw=0.02), move).plan
+    waypoints = np.vstack([first.waypoints, swing.waypoints[1:], last.waypoints[1:]])
+    held = np.repeat(swing.T_site_base[None], len(swing.waypoints) - 1, axis=0)
+    count = len(waypoints)
+    return WalkPlan(
+        goal=WalkGoal(*(float(one) for one in last.Ts_site_base[-1][:2, 3])),
+        legs=(LEG,),
+        stances=(stance(robot, first, moved), stance(robot, last, stepped)),
+        waypoints=waypoints,
+        Ts_site_base=np.concatenate([first.Ts_site_base, held, last.Ts_site_base[1:]]),
+        moves=np.repeat([0, 1], [count - len(last.waypoints) + 1, len(last.waypoints) - 1]),
+        phases=(BODY,) * len(first.waypoints) + swing.phases[1:] + (BODY,) * (len(last.waypoints) - 1),
+        margins=np.full(count, 0.3),
+        torques=np.full(count, 0.5),
+        provenance=Provenance(
+            {"dem": dem.digest, "state": state.digest, "robot": robot.digest}, SETTINGS, SETTINGS.seed
+        ),
+    )
+
+
+def stance(robot, move, state):
+    """The Stance of a rover of which all wheels stand, as a move of its chassis found them."""
+    own = [state.posture[6 * leg : 6 * leg + 6] for leg in robot.legs]
+    wheels = [leg_wheel_pose(robot, one, leg) for leg, one in zip(robot.legs, own, strict=True)]
+    normals = np.repeat([[0.0, 0.0, 1.0]], robot.leg_count, axis=0)
+    return Stance(
+        contacts=move.contacts,
+        normals=normals,
+        Ts_site_wheel=state.T_site_base @ np.array(wheels),
+        branches=np.zeros(robot.leg_count, np.int64),
+    )
