@@ -10,7 +10,8 @@ from footfall.api.assemble import assemble
 from footfall.api.auth.roles import declared, needed
 from footfall.api.bodies import answer_models
 from footfall.api.bodies.answers import SessionAnswer, UpToDateAnswer
-from footfall.api.bodies.schemas import WhatIfOrder, settings_value
+from footfall.api.bodies.schemas import WhatIfOrder
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.kinds import SERVED, Asked, folder_of
 from footfall.api.routes import products
 from footfall.planning.stance.body_shift import BodyShift

@@ -10,7 +10,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder, settings_value
+from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
+from footfall.api.bodies.settings_models import settings_value
 from footfall.core.value import Value
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult

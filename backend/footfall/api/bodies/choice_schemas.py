@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import Field
 
-from footfall.api.bodies.schemas import FromNumber, Leg, Number, Strictly, Vector3, _examples
+from footfall.api.bodies.schemas import Leg, Number, Vector3, _examples
+from footfall.api.bodies.settings_models import FromNumber, Strictly
 from footfall.planning.step.problem import MOST_THROUGH
 
 

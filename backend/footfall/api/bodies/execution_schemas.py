@@ -2,7 +2,8 @@
 
 from pydantic import ConfigDict
 
-from footfall.api.bodies.schemas import Name, Number, Strictly, settings_model
+from footfall.api.bodies.schemas import Name, Number
+from footfall.api.bodies.settings_models import Strictly, settings_model
 from footfall.planning.execution.settings import ExecutionSettings
 
 ExecutionSettingsModel = settings_model(ExecutionSettings)

@@ -5,7 +5,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import Len
 from pydantic import Field
 
-from footfall.api.bodies.schemas import Number, Strictly, _examples, settings_model
+from footfall.api.bodies.schemas import Number, _examples
+from footfall.api.bodies.settings_models import Strictly, settings_model
 from footfall.terrain.scan import ScanSettings
 
 ScanSettingsModel = settings_model(ScanSettings)

@@ -1,16 +1,11 @@
 """What requests may contain. Strict: no unknown members, no booleans or texts where numbers belong, no NaN."""
 
-from collections.abc import Mapping
-from dataclasses import MISSING, fields
-from functools import cache
-from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any
 
-import numpy as np
 from annotated_types import Len
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, create_model
+from pydantic import ConfigDict, Field
 
-from footfall.core.value import Value
+from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.maps.layers import MapSettings
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.stance.body_shift import BodyShift
@@ -22,19 +17,9 @@ from footfall.session.view import LOOKS, TAPE_ENDS
 from footfall.terrain.fusion.clear import Area
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
-_V = TypeVar("_V", bound=Value)
-
 LONGEST_TEXT = 2000
 
 
-def _whole(item: Any) -> Any:
-    """JSON has one kind of number: 7.0 is a whole one."""
-    return int(item) if isinstance(item, float) and item.is_integer() else item
-
-
-FromNumber = BeforeValidator(_whole)
-"""After the bounds of a whole number: then the schema tells them."""
-Whole = Annotated[int, FromNumber]
 Number = Annotated[float, Field(ge=-1e8, le=1e8)]
 """A coordinate or an amount: larger ones are a slip, and their squares would leave the range of floats."""
 Vector2 = Annotated[list[Number], Len(2, 2)]
@@ -45,73 +30,8 @@ Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
 Leg = Annotated[int, Field(ge=0, le=63), FromNumber]
 
 
-class Strictly(BaseModel):
-    """Base of every request."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
-
-
 def _examples(*examples: dict[str, Any]) -> ConfigDict:
     return ConfigDict(json_schema_extra={"examples": list(examples)})
-
-
-@cache
-def settings_model(settings: type[Value]) -> type[Strictly]:
-    """A request model with the fields, types and defaults of a settings value, which stays their only source.
-
-    A field that is a settings value itself becomes a model of its own.
-    """
-    hints = get_type_hints(settings)
-    members: dict[str, Any] = {}
-    for f in fields(settings):  # type: ignore[arg-type]
-        hint = hints[f.name]
-        default = ... if f.default is MISSING else f.default
-        if isinstance(f.default, Value):
-            default = Field(default_factory=settings_model(hint))
-        elif f.default_factory is not MISSING:
-            default = Field(default_factory=f.default_factory)
-        members[f.name] = (_accepting_lists(hint), default)
-    doc = (settings.__doc__ or "").strip()
-    return create_model(settings.__name__, __base__=Strictly, __doc__=doc, **members)
-
-
-def _accepting_lists(hint: Any) -> Any:
-    if isinstance(hint, type) and issubclass(hint, Value):
-        return settings_model(hint)
-    if hint is int:
-        return Whole
-    # JSON has no arrays of numpy
-    if get_origin(hint) is np.ndarray:
-        return list[float]
-    # JSON has no tuples; only the container is relaxed, its numbers stay strict
-    if get_origin(hint) is tuple:
-        return Annotated[hint, Strict(False)]
-    if get_origin(hint) is Mapping:
-        name, one = get_args(hint)
-        return dict[name, _accepting_lists(one)]
-    if get_origin(hint) in (Union, UnionType):
-        return Union[tuple(_accepting_lists(one) for one in get_args(hint))]  # noqa: UP007
-    return hint
-
-
-def settings_value(settings: type[_V], given: BaseModel | None) -> _V | None:
-    """The settings value that a request holds, or None where it holds none. Raises what the value's check does."""
-    if given is None:
-        return None
-    hints = get_type_hints(settings)
-    members: dict[str, Any] = {}
-    for name in type(given).model_fields:
-        member = getattr(given, name)
-        if isinstance(member, BaseModel):
-            member = settings_value(hints[name], member)
-        elif isinstance(member, list):
-            member = np.array(member, np.float64) if _holds_array(hints[name]) else tuple(member)
-        members[name] = member
-    return settings(**members)
-
-
-def _holds_array(hint: Any) -> bool:
-    return get_origin(hint) is np.ndarray or any(_holds_array(one) for one in get_args(hint))
 
 
 StepSettingsModel = settings_model(StepSettings)

@@ -6,7 +6,8 @@ from annotated_types import Len
 from pydantic import ConfigDict, Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
-from footfall.api.bodies.schemas import FromNumber, Leg, Name, Number, Strictly
+from footfall.api.bodies.schemas import Leg, Name, Number
+from footfall.api.bodies.settings_models import FromNumber, Strictly
 from footfall.sequence.edit import EDIT_KINDS
 from footfall.telemetry.command_kinds import FORCE, KINDS, LEG_LOWER, WAIT
 

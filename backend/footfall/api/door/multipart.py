@@ -14,7 +14,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.datastructures import FormData
 
-from footfall.api.bodies.schemas import Strictly
+from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS
 from footfall.api.door.problems import Problem
 from footfall.api.routing import BINARY

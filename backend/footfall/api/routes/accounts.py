@@ -10,7 +10,7 @@ from fastapi import Query, Request, Response
 from pydantic import Field
 
 from footfall.api.auth.who import ENDS, Who, cookie_name
-from footfall.api.bodies.schemas import Strictly
+from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.front import Front
 from footfall.api.door.problems import Problem
 from footfall.api.routing import Routes

@@ -6,7 +6,6 @@ from pydantic import BaseModel
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.execution_schemas import ExecutionOrder, TakeOver
-from footfall.api.bodies.schemas import settings_value
 from footfall.api.bodies.sequence_answers import (
     ClearancesAnswer,
     ExecutionAnswer,
@@ -14,6 +13,7 @@ from footfall.api.bodies.sequence_answers import (
     MeasuredAnswer,
     WheelAnswer,
 )
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.planning.execution.problem import Execution, ExecutionResult

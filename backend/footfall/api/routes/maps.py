@@ -8,7 +8,8 @@ from fastapi import Path, Query, Response
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.auth.who import Who
 from footfall.api.bodies.answers import DigestText, JobAnswer, Share
-from footfall.api.bodies.schemas import MapOrder, SuggestionOrder, settings_value
+from footfall.api.bodies.schemas import MapOrder, SuggestionOrder
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
 from footfall.core.grid import GridGeometry

@@ -9,7 +9,8 @@ from fastapi import Request, Response
 
 from footfall.api.access import OneSession, product
 from footfall.api.bodies.answers import PhotographJob
-from footfall.api.bodies.schemas import PhotographOptions, settings_value
+from footfall.api.bodies.schemas import PhotographOptions
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import MAX_IMAGE_BYTES, MAX_IMAGES
 from footfall.api.door.multipart import Uploaded, copied, form_of, json_of, multipart_doc, uploads_of

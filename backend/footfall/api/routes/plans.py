@@ -8,7 +8,8 @@ from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import Array, JobAnswer, PlanListed, StateNamed
-from footfall.api.bodies.schemas import AlternativesOrder, GoOn, PlanChoice, PlanOrder, settings_value
+from footfall.api.bodies.schemas import AlternativesOrder, GoOn, PlanChoice, PlanOrder
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted, job_body
 from footfall.api.routing import Routes
 from footfall.core.errors import Conflict

@@ -5,7 +5,7 @@ from fastapi import Request, Response
 from footfall.api.access import OneSession, session_path
 from footfall.api.bodies.answers import TerrainAnswer
 from footfall.api.bodies.scan_schemas import ScanOptions
-from footfall.api.bodies.schemas import settings_value
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routes.terrains import about_terrain

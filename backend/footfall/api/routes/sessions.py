@@ -15,7 +15,8 @@ from footfall.api.acting import Actor
 from footfall.api.auth.who import identity_of, paged
 from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
-from footfall.api.bodies.schemas import NewNote, NewSession, Strictly, ViewChange
+from footfall.api.bodies.schemas import NewNote, NewSession, ViewChange
+from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.limits import MAX_LINE_MESSAGE, PAGE_ITEMS, TOO_BIG
 from footfall.api.mailbox import Mailbox
 from footfall.api.routing import Routes

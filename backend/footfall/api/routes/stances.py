@@ -2,7 +2,8 @@
 
 from footfall.api.access import OneSession, product
 from footfall.api.bodies.answers import StateNamed, WhatIfAnswer
-from footfall.api.bodies.schemas import WhatIfOrder, settings_value
+from footfall.api.bodies.schemas import WhatIfOrder
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routing import Routes
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.session.live import LiveSession

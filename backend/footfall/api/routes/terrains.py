@@ -13,7 +13,8 @@ from starlette.datastructures import FormData
 from footfall.api.access import Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
-from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions, settings_value
+from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.json_bodies import small_body
 from footfall.api.door.multipart import (
