@@ -17,6 +17,7 @@ export const KINDS = {
   execution: { title: "sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `commanded for sag: ${inWords(status)}` },
   shift: { title: "shift of the chassis", sign: "plan", made: () => "looked for a shift of the chassis" },
   body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
+  walk: { sign: "plan", made: ({ status }) => `planned a walk: ${inWords(status)}` },
   sequence: { title: "commands", area: "commands", sign: "sequence", made: () => "made commands" },
   outcome: { made: () => "compared the run with its prediction" },
   edit: { area: "commands", sign: "sequence", made: () => "edited the commands" },

@@ -14,7 +14,7 @@ from footfall.robot.ik import contact_point
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.log.fold import fold_all
-from footfall.session.products.kinds import BODY_MOVE, EXECUTION, MAPS, PLAN, SEQUENCE, SHIFT
+from footfall.session.products.kinds import BODY_MOVE, EXECUTION, MAPS, PLAN, SEQUENCE, SHIFT, WALK
 from footfall.session.products.up_to_date import PLACE_TOLERANCE, Fit, Present
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import RobotState, TelemetryFrame
@@ -23,7 +23,7 @@ LEG = 2
 STANDS = RobotState("r", 0.0, np.zeros(12), np.eye(4), np.full((2, 3), 50.0), np.zeros(12), "idle")
 NAMES = tuple(f"joint{i}" for i in range(12))
 PARENTS = {"robot": "r1", "dem": "d1", "state": "s1"}
-SAMPLED = st.sampled_from([MAPS, PLAN, EXECUTION, SHIFT, BODY_MOVE, SEQUENCE])
+SAMPLED = st.sampled_from([MAPS, PLAN, EXECUTION, SHIFT, BODY_MOVE, SEQUENCE, WALK])
 
 
 def otherwise(state=STANDS, turned=0.0, east=0.0, yaw=0.0, load=1.0):

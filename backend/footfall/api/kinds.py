@@ -12,12 +12,15 @@ from pydantic import BaseModel
 
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
+from footfall.api.bodies.walk_schemas import WalkOrder
 from footfall.core.value import Value
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.move import BodyMoveResult, BodyMoveSettings
+from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.session.access.identity import Role
 from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import WalkRequest
 from footfall.session.live import LiveSession
 from footfall.session.products import kinds
 from footfall.session.products.kinds import Kind
@@ -62,6 +65,11 @@ def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
     return live.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
 
 
+def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
+    settings = settings_value(WalkSettings, order.settings) or WalkSettings()
+    return live.ask(kinds.WALK, WalkRequest(WalkGoal(**order.goal.model_dump()), settings))
+
+
 _SESSION = "/sessions/{session}"
 
 SERVED: dict[Kind, Served] = {
@@ -93,6 +101,16 @@ SERVED: dict[Kind, Served] = {
         order=BodyMoveOrder,
         answer=BodyMoveResult,
         ask=_plan_body_move,
+    ),
+    kinds.WALK: Asked(
+        route=f"POST {_SESSION}/walks",
+        folder="walks",
+        tag="plans",
+        verb="plan",
+        text="A checked walk of many foot moves to a goal, as a job. Its result is a WalkResult even where it is no.",
+        order=WalkOrder,
+        answer=WalkResult,
+        ask=_plan_walk,
     ),
     kinds.SEQUENCE: Served(f"POST {_SESSION}/sequences"),
     kinds.EDIT: Served("PATCH /sequences/{sequence}"),

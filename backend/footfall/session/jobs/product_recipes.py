@@ -23,6 +23,7 @@ from footfall.session.jobs.requests import (
     OutcomeRequest,
     ShiftRequest,
     StepRequest,
+    WalkRequest,
 )
 from footfall.session.products.kinds import KINDS
 
@@ -143,6 +144,14 @@ def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: P
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     return plan_body_move(robot, dem, state, settings.shift, settings.settings, progress)
+
+
+def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) -> Value:
+    """robot, dem, state; WalkRequest → WalkResult."""
+    from footfall.planning.walk.plan import plan_walk
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return plan_walk(robot, dem, state, settings.goal, settings=settings.settings, progress=progress)
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:

@@ -13,6 +13,7 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall, Point, StepSettings
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
 
 
 @value
@@ -76,6 +77,14 @@ class BodyMoveRequest(Value):
 
     shift: BodyShift
     settings: BodyMoveSettings
+
+
+@value
+class WalkRequest(Value):
+    """A walk to a goal."""
+
+    goal: WalkGoal
+    settings: WalkSettings
 
 
 @value

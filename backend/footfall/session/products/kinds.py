@@ -240,6 +240,20 @@ BODY_MOVE = entered(
         offered="chassis move",
     )
 )
+WALK = entered(
+    Kind(
+        name="walk",
+        makes="WalkResult",
+        request="WalkRequest",
+        needs=GROUND,
+        recipe=f"{_RECIPES}:walk",
+        loads="footfall.planning.walk.plan",
+        given_as="plan",
+        watched=True,
+        searches=True,
+        says_status=True,
+    )
+)
 SEQUENCE = entered(
     Kind(
         name="sequence",

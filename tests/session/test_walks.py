@@ -1,0 +1,82 @@
+"""A walk as a product of a session: asked for, recorded with its status, told whether it still fits, replayed."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.step.problem import Status
+from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
+from footfall.session.jobs.product_recipes import PRODUCTS
+from footfall.session.jobs.requests import WalkRequest
+from footfall.session.log.fold import fold_all
+from footfall.session.products.kinds import WALK
+from footfall.session.replay.recompute import replay
+from tests.support.chassis_ground import wavy
+
+NEAR = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=5, forbidden=(Place(3.0, 3.0, leg=1),)))
+OFF = WalkRequest(WalkGoal(90.0, 0.0), WalkSettings())
+
+
+def walked(live, request):
+    return live.get(live.ask(WALK, request).finish())
+
+
+def test_a_walk_is_asked_for_recorded_and_replayed_to_the_same_digest(live, standing):
+    found = walked(live, NEAR)
+    assert (found.status, found.goal.digest) == (Status.FOUND, NEAR.goal.digest)
+    assert found.provenance.parents["state"] == standing.digest
+    told = live.events()[-1].payload
+    assert (told["kind"], told["digest"], told["status"], told["reason"]) == ("walk", found.digest, "found", "")
+    assert live.get(told["settings"]).digest == NEAR.digest
+    assert live.state.newest(WALK) == live.summary()["walk"] == found.digest
+    assert live.up_to_date()["walk"] == {"fits": True, "reason": ""}
+
+    refused = walked(live, OFF)
+    assert refused.status is Status.OFF_MAP
+    told = live.events()[-1].payload
+    assert (told["status"], told["reason"]) == ("off_map", refused.reason)
+    assert refused.reason
+    assert live.state.newest(WALK) == refused.digest
+
+    assert fold_all(live.events()).digest == live.state.digest
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+    assert [(one.kind, one.verdict) for one in report.products] == [("walk", "same")] * 2
+
+
+def test_a_replay_names_what_another_planner_makes_otherwise(live):
+    walked(live, NEAR)
+
+    def otherwise(parents, settings, progress):
+        made = PRODUCTS["walk"](parents, settings, progress)
+        margins = np.array(made.plan.margins)
+        margins[0] += 0.5
+        return replace(made, plan=replace(made.plan, margins=margins))
+
+    def out_of_time(parents, settings, progress):
+        made = PRODUCTS["walk"](parents, settings, progress)
+        return replace(made, status=Status.TIME_LIMIT, plan=None, reason="60 s passed", partial=made.plan)
+
+    bundle = live.export_bundle()
+    [report] = replay(bundle, recipes={**PRODUCTS, "walk": otherwise}).products
+    assert (report.verdict, report.difference, report.magnitude) == ("different", "plan.margins[0]", 0.5)
+    [report] = replay(bundle, recipes={**PRODUCTS, "walk": out_of_time}).products
+    assert "ran into its time limit in this replay" in report.text
+
+
+def test_a_walk_of_other_ground_is_told_as_such(live):
+    walked(live, NEAR)
+    live.load_terrain(wavy(half=4.0, seed=1))
+    assert live.up_to_date()["walk"] == {"fits": False, "reason": "the terrain has changed since"}
+
+
+def test_in_a_what_if_a_walk_starts_from_there(live):
+    lower = live.what_if(BodyShift(dz=-0.2))
+    found = walked(live, NEAR)
+    assert found.provenance.parents["state"] == lower
+    if found.plan is not None:
+        np.testing.assert_array_equal(found.plan.waypoints[0], live.get(lower).posture)
+    assert live.up_to_date()["walk"]["fits"]
+    live.end_what_if()
+    assert "the rover stands elsewhere" in live.up_to_date()["walk"]["reason"]
