@@ -10,6 +10,7 @@ from footfall.io.bundles import ARTIFACTS
 from footfall.io.scripting import make_sequence
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult, Status
+from footfall.planning.walk.problem import WalkResult
 from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
@@ -71,9 +72,9 @@ def sequence_of(source: Path) -> Sequence:
         raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
     if isinstance(value, Sequence):
         return value
-    if not isinstance(value, (PlanResult, ExecutionResult)):
+    if not isinstance(value, (PlanResult, WalkResult, ExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
-    found = value.plan if isinstance(value, PlanResult) else value.execution
+    found = value.execution if isinstance(value, ExecutionResult) else value.plan
     if found is None or value.status is not Status.FOUND:
         raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
     return make_sequence(found)

@@ -43,12 +43,16 @@ def test_a_walk_is_planned_told_and_written(waves, tmp_path):
     assert f"largest torque {figures['largest_torque']:.0%} of its limit" in said
     assert "planned in " in said
     assert said.startswith("found\n")
+    steps = json.loads(run("export", out, "--format", "seqjson").stdout)["steps"]
+    assert len(steps) == len(plan.waypoints) - 1
+    assert {one["stem"] for one in steps} >= {"POSTURE_MOVE", "LEG_MOVE"}
 
 
 def test_a_refusal_is_an_answer_with_its_reason(waves, tmp_path):
     out = tmp_path / "walk.npz"
     refused = run("plan", "walk", waves, "--goal", 90, 90, "--out", out, code=1)
     stored = decode(out.read_bytes())
+    assert "a plan that was refused" in run("export", out, code=2).stderr
     assert refused.stdout.startswith(f"{stored.status.value}: {stored.reason}")
     told = json.loads(run("plan", "walk", waves, "--goal", 90, 90, "--json", code=1).stdout)
     assert (told["status"], told["plan"], told["figures"]) == (stored.status.value, None, None)

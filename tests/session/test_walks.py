@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from footfall.core.errors import InvalidInput
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
+from footfall.sequence.edit import Edit
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.jobs.requests import WalkRequest
 from footfall.session.log.fold import fold_all
@@ -80,3 +83,25 @@ def test_in_a_what_if_a_walk_starts_from_there(live):
     assert live.up_to_date()["walk"]["fits"]
     live.end_what_if()
     assert "the rover stands elsewhere" in live.up_to_date()["walk"]["reason"]
+
+
+def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
+    found = walked(live, NEAR)
+    digest = live.make_sequence(found.digest)
+    made = live.get(digest)
+    assert made.valid, [(rule.rule, rule.row, rule.text) for rule in made.failures]
+    np.testing.assert_allclose(made.predicted[-1], found.plan.waypoints[-1], atol=1e-9)
+    np.testing.assert_allclose(made.poses[-1], found.plan.Ts_site_base[-1], atol=1e-6)
+    assert live.state.sequence == digest
+    live.edit_sequence(digest, Edit("duration", 0, number=30.0))
+    live.export_sequence(format="csv")
+    live.summary()
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+    assert [one.kind for one in report.products] == ["walk", "sequence", "edit", "export"]
+
+
+def test_a_refused_walk_becomes_no_commands(live):
+    refused = walked(live, OFF)
+    with pytest.raises(InvalidInput, match=r"there is no plan to make commands of: .*off the map"):
+        live.make_sequence(refused.digest)

@@ -21,8 +21,8 @@ LEG = 2
 SETTINGS = WalkSettings(support="ignored", least_margin=0.02, clearance=0.0, seed=7)
 
 
-def short_walk(robot, dem, state, by=(0.06, 0.02)):
-    """A WalkPlan of one foot move: the chassis goes ``by`` (x, y) [m] and down, leg 2 follows, the chassis goes on."""
+def short_parts(robot, dem, state, by=(0.06, 0.02)):
+    """A move of the chassis ``by`` (x, y) [m] and down, a step of leg 2 after it, and a move on: three plans."""
     move = BodyMoveSettings(least_margin=SETTINGS.least_margin)
     step = StepSettings(lift=SETTINGS.lift, raise_terrain=SETTINGS.raise_terrain, least_margin=SETTINGS.least_margin)
     first = plan_body_move(robot, dem, state, BodyShift(dx=by[0], dy=by[1], dz=-0.3), move).plan
@@ -31,17 +31,23 @@ def short_walk(robot, dem, state, by=(0.06, 0.02)):
     swing = plan_step(robot, dem, moved, LEG, (float(x) + by[0], float(y) + by[1]), settings=step).plan
     stepped = replace(moved, posture=swing.waypoints[-1])
     last = plan_body_move(robot, dem, stepped, BodyShift(dx=by[0], dy=by[1], dyaw=0.02), move).plan
-    waypoints = np.vstack([first.waypoints, swing.waypoints[1:], last.waypoints[1:]])
+    return first, swing, last
+
+
+def short_walk(robot, dem, state):
+    """The WalkPlan of :func:`short_parts`."""
+    first, swing, last = short_parts(robot, dem, state)
     held = np.repeat(swing.T_site_base[None], len(swing.waypoints) - 1, axis=0)
-    count = len(waypoints)
+    waypoints = np.vstack([first.waypoints, swing.waypoints[1:], last.waypoints[1:]])
+    count, ends = len(waypoints), len(last.waypoints) - 1
     return WalkPlan(
         goal=WalkGoal(*(float(one) for one in last.Ts_site_base[-1][:2, 3])),
         legs=(LEG,),
-        stances=(stance(robot, first, moved), stance(robot, last, stepped)),
+        stances=(stance(robot, first), stance(robot, last)),
         waypoints=waypoints,
         Ts_site_base=np.concatenate([first.Ts_site_base, held, last.Ts_site_base[1:]]),
-        moves=np.repeat([0, 1], [count - len(last.waypoints) + 1, len(last.waypoints) - 1]),
-        phases=(BODY,) * len(first.waypoints) + swing.phases[1:] + (BODY,) * (len(last.waypoints) - 1),
+        moves=np.repeat([0, 1], [count - ends, ends]),
+        phases=(BODY,) * len(first.waypoints) + swing.phases[1:] + (BODY,) * ends,
         margins=np.full(count, 0.3),
         torques=np.full(count, 0.5),
         provenance=Provenance(
@@ -50,14 +56,13 @@ def short_walk(robot, dem, state, by=(0.06, 0.02)):
     )
 
 
-def stance(robot, move, state):
-    """The Stance of a rover of which all wheels stand, as a move of its chassis found them."""
-    own = [state.posture[6 * leg : 6 * leg + 6] for leg in robot.legs]
-    wheels = [leg_wheel_pose(robot, one, leg) for leg, one in zip(robot.legs, own, strict=True)]
-    normals = np.repeat([[0.0, 0.0, 1.0]], robot.leg_count, axis=0)
+def stance(robot, move):
+    """The Stance over which a move of the chassis goes."""
+    legs = np.reshape(move.waypoints[0], (robot.leg_count, 6))
+    wheels = np.array([leg_wheel_pose(robot, one, leg) for leg, one in enumerate(legs)])
     return Stance(
         contacts=move.contacts,
-        normals=normals,
-        Ts_site_wheel=state.T_site_base @ np.array(wheels),
+        normals=np.repeat([[0.0, 0.0, 1.0]], robot.leg_count, axis=0),
+        Ts_site_wheel=move.Ts_site_base[0] @ wheels,
         branches=np.zeros(robot.leg_count, np.int64),
     )

@@ -5,6 +5,7 @@ from footfall.io.robot_files import load_robot, robot_names
 from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
+from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.model import Robot
 from footfall.sequence import make
 from footfall.sequence.commands import Sequence
@@ -13,12 +14,12 @@ from footfall.terrain.dem import Dem
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | Execution,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution,
     robot: Robot | None = None,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """Commands of a step, its execution or a move of the chassis; see :func:`footfall.sequence.make.make_sequence`.
+    """Commands of a step, its execution, a move of the chassis or a walk: :func:`footfall.sequence.make.make_sequence`.
 
     Without ``robot`` the one that the plan names by digest is taken, where it ships with FootFall.
     Raises InvalidSequence where it does not.
@@ -26,7 +27,7 @@ def make_sequence(
     return make.make_sequence(plan, robot or _shipped_robot(plan), dem, settings)
 
 
-def _shipped_robot(plan: StepPlan | BodyMovePlan | Execution) -> Robot:
+def _shipped_robot(plan: StepPlan | BodyMovePlan | WalkPlan | Execution) -> Robot:
     digest = plan.parents.get("robot")
     for name in robot_names():
         robot = load_robot(name)

@@ -10,6 +10,8 @@ from footfall.core.value import Provenance
 from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
+from footfall.planning.walk.parts import parts_of
+from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
 from footfall.sequence.of_execution import sequence_of_execution
@@ -22,31 +24,38 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
+Part = StepPlan | BodyMovePlan
+
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | Execution,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution,
     robot: Robot,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
     """One command for each waypoint after the first, at ``speed_fraction`` of the speed limits.
 
-    A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, both as if the rover were rigid. An execution becomes
-    what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the motion rules
-    (collision, balance, torque…) are checked too. Without ``settings`` the clearance and the balance preference are the
-    plan's own.
+    A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk both in turn, all as if the rover were rigid.
+    An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
+    motion rules (collision, balance, torque…) are checked too. Without ``settings`` the clearance and the balance
+    preference are the plan's own.
 
-    Raises InvalidSequence where the plan was made for another robot, or moves more than its leg.
+    Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
+    rover is already.
     """
     if isinstance(plan, Execution):
         return sequence_of_execution(plan, robot, dem, settings)
-    settings = settings or settings_of(plan)
-    _require_fit(plan, robot)
+    parts = parts_of(plan) if isinstance(plan, WalkPlan) else (plan,)
+    if not parts:
+        raise InvalidSequence("the walk goes nowhere: the rover is where it is to be, there is nothing to command")
+    settings = settings or settings_of(parts[0])
+    for part in parts:
+        _require_fit(part, robot)
     limits = robot.speed_limits * settings.speed_fraction
-    if isinstance(plan, StepPlan):
-        commands, T_site_base, down = _of_step(plan, limits), plan.T_site_base, None
-    else:
-        commands, T_site_base, down = _of_body_move(plan, limits), plan.Ts_site_base[0], plan.standing
+    commands = tuple(command for part in parts for command in _of_part(part, limits))
+    T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
+    # where there is no terrain to tell: of a walk all stand whenever the chassis moves
+    down = next((part.standing for part in parts if isinstance(part, BodyMovePlan)), None)
     start = plan.waypoints[0]
     parents = {"plan": plan.digest, "robot": robot.digest}
     if dem is not None:
@@ -64,6 +73,10 @@ def make_sequence(
     )
 
 
+def _of_part(part: Part, limits: Array) -> tuple[Command, ...]:
+    return _of_step(part, limits) if isinstance(part, StepPlan) else _of_body_move(part, limits)
+
+
 def _of_step(plan: StepPlan, limits: Array) -> tuple[Command, ...]:
     leg = slice(6 * plan.leg, 6 * plan.leg + 6)
     return tuple(
@@ -79,7 +92,7 @@ def _of_body_move(plan: BodyMovePlan, limits: Array) -> tuple[Command, ...]:
     )
 
 
-def settings_of(plan: StepPlan | BodyMovePlan) -> SequenceSettings:
+def settings_of(plan: Part) -> SequenceSettings:
     """Sequence settings that check what the plan was checked with."""
     made_with = plan.provenance.settings
     if not isinstance(made_with, (StepSettings, BodyMoveSettings)):
@@ -92,7 +105,7 @@ def settings_of(plan: StepPlan | BodyMovePlan) -> SequenceSettings:
     )
 
 
-def _require_fit(plan: StepPlan | BodyMovePlan, robot: Robot) -> None:
+def _require_fit(plan: Part, robot: Robot) -> None:
     planned_for = plan.parents.get("robot")
     if planned_for is not None and planned_for != robot.digest:
         raise InvalidSequence(

@@ -115,11 +115,11 @@ class LiveSession(PlannedSession):
     def make_sequence(
         self, plan_digest: str | None = None, settings: ExecutionSettings | None = None, *, as_commanded: bool = False
     ) -> str:
-        """Commands of a planned step, its execution or a move of the chassis (None: the present step's); the digest.
+        """Commands of a planned step, its execution, a move of the chassis or a walk (None: the present step's).
 
-        A step is commanded as ``settings`` say (None: with the pose held), its sag predicted, where that is known: see
-        :meth:`way_of_commands`. as_commanded: as it was planned, whether or not the rover sags; touch-down is then not
-        predicted. Raises Conflict, InvalidInput, NotFound.
+        Returns their digest. A step is commanded as ``settings`` say (None: with the pose held), its sag predicted,
+        where that is known: see :meth:`way_of_commands`. as_commanded: as it was planned, whether or not the rover
+        sags; touch-down is then not predicted. Raises Conflict, InvalidInput, NotFound.
         """
         plan = plan_digest or present(self.state.plan, "there is no plan yet")
         made, kind = self.state.products.get(plan), self.state.kind_of(plan)

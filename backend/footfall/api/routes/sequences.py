@@ -37,7 +37,7 @@ ExportFormat = Literal["json", "csv", "seqjson", "fprime", "fprime-dictionary", 
 
 @router.post("/sessions/{session}/sequences", status_code=201)
 def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAnswer:
-    """Turn a planned step, its execution or a move of the chassis into commands. They become the session's sequence.
+    """Turn a planned step, its execution, a move of the chassis or a walk into commands: the session's sequence.
 
     `way` of the answer says how it is commanded. 422 where the step can't be commanded so: nothing is made otherwise
     than was asked for.

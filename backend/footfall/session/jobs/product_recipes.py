@@ -155,7 +155,7 @@ def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) 
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
-    """robot, dem, plan (a PlanResult, BodyMoveResult or ShiftResult with a plan) or execution → Sequence."""
+    """robot, dem, plan (a result that has one: of a step, chassis move, shift or walk) or execution → Sequence."""
     from footfall.sequence.make import make_sequence
 
     chosen = _execution_of(parents["execution"]) if "execution" in parents else _plan_of(parents["plan"])
