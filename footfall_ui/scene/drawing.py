@@ -10,10 +10,12 @@ from footfall.core.frames import rotation
 from footfall.core.value import Value
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
+from footfall.planning.walk.problem import WalkResult
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting
 from footfall.session.live import LiveSession
+from footfall.session.products.kinds import WALK
 from footfall.session.steadiness import friction_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -38,6 +40,7 @@ from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.torque import TorqueDrawing
 from footfall_ui.scene.wakeup import wake_in_loop
+from footfall_ui.scene.walk import WalkDrawing
 from footfall_ui.scene.what_if import WhatIfDrawing
 from footfall_ui.visitors import Visitors
 
@@ -87,6 +90,7 @@ class Scene:
         self._predicted = PredictedDrawing(server)
         self._what_if = WhatIfDrawing(server)
         self._sag = SagDrawing(server)
+        self._walk = WalkDrawing(server)
         self._tape = TapeDrawing(server)
         self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
@@ -103,6 +107,7 @@ class Scene:
             "footfall": self._draw_footfall,
             "suggestions": self._draw_suggestions,
             "plan": self._draw_plan,
+            "walk": self._draw_walk,
             "collision": self._draw_collision,
             "ghost": self._draw_ghost,
             "swept": self._draw_swept,
@@ -285,6 +290,15 @@ class Scene:
             self._path.hide()
             return
         self._path.show(self._robot, plan)
+
+    def _draw_walk(self, live: LiveSession) -> None:
+        newest = live.state.newest(WALK)
+        result = None if newest is None else _read(live, newest, WalkResult)
+        # on other ground its footfalls would lie under it, or in the air
+        if result is None or result.provenance.parents["dem"] != live.state.dem:
+            self._walk.hide()
+        else:
+            self._walk.show(result)
 
     def _colliding(self, live: LiveSession) -> tuple[str, ...]:
         if live.state.plan is None or self._robot is None:

@@ -37,10 +37,11 @@ import * as suggest from "./panels/suggest.js";
 import * as telemetry from "./panels/telemetry.js";
 import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
+import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, execution, ghost, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, execution, ghost, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

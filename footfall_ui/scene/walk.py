@@ -1,0 +1,92 @@
+"""A planned walk: a mark at each footfall, numbered in their order and with its leg, and the chassis' way as a line."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from footfall.planning.walk.problem import WalkPlan, WalkResult
+from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
+
+FOOTFALLS, WAY = (255, 170, 70), (120, 220, 255)
+SIZE = 0.1
+"""Half the length of a mark's arms [m]."""
+OVER_GROUND = 0.03
+MARKS, LINE, END = "/walk/marks", "/walk/chassis", "/walk/end"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """point: site frame (3,) [m]; text: which foot move, from 1 on, and its leg."""
+
+    point: NDArray[np.float64]
+    text: str
+
+
+def footfall_marks(plan: WalkPlan) -> tuple[Mark, ...]:
+    """Where each foot move puts its foot, in their order."""
+    up = np.array([0.0, 0.0, OVER_GROUND])
+    placed = zip(plan.legs, plan.stances[1:], strict=True)
+    return tuple(
+        Mark(stance.contacts[leg] + up, f"{number}: leg {leg}") for number, (leg, stance) in enumerate(placed, 1)
+    )
+
+
+def chassis_line(plan: WalkPlan) -> NDArray[np.float64]:
+    """The way of the chassis' origin, site frame (n, 2, 3) [m]; empty where it stays."""
+    at = plan.Ts_site_base[:, :3, 3]
+    segments = np.stack([at[:-1], at[1:]], axis=1)
+    return segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
+
+
+def end_text(result: WalkResult) -> str:
+    """What is said where the chassis ends."""
+    plan = result.plan or result.partial
+    moves = 0 if plan is None else plan.foot_moves
+    return f"walk: {moves} foot moves" if result.plan is not None else f"✕ it comes this far: {moves} foot moves"
+
+
+class WalkDrawing:
+    """The walk that was found, or the one that comes nearest to the goal."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._drawn = Drawn(server)
+        self._of = ""
+
+    def show(self, result: WalkResult) -> None:
+        if self._of == result.digest:
+            return
+        self._of = ""
+        plan = result.plan or result.partial
+        if plan is None:
+            self._drawn.clear()
+            return
+        scene, marks, way = self._server.scene, footfall_marks(plan), chassis_line(plan)
+        names = {f"/walk/{number}": mark for number, mark in enumerate(marks, 1)}
+        shown = [END, *names]
+        end = plan.Ts_site_base[-1, :3, 3]
+        self._drawn.keep(
+            scene.add_label(END, end_text(result), position=end),
+            *(scene.add_label(name, mark.text, position=mark.point) for name, mark in names.items()),
+        )
+        if marks:
+            arms = SIZE * np.array([[[-1, -1, 0], [1, 1, 0]], [[-1, 1, 0], [1, -1, 0]]])
+            self._lines(MARKS, np.concatenate([mark.point + arms for mark in marks]), FOOTFALLS)
+            shown.append(MARKS)
+        if len(way):
+            self._lines(LINE, way, WAY)
+            shown.append(LINE)
+        self._drawn.only(shown)
+        self._of = result.digest
+
+    def _lines(self, name: str, segments: NDArray[np.float64], color: tuple[int, int, int]) -> None:
+        local, middle = near(segments)
+        add = self._server.scene.add_line_segments
+        self._drawn.keep(add(name, local, color, thickness=3.0, thickness_units="screen", position=middle))
+
+    def hide(self) -> None:
+        self._of = ""
+        self._drawn.clear()
