@@ -12,7 +12,7 @@ from typer.core import TyperCommand
 from footfall import terminal
 from footfall.core.value import fields_of
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
@@ -115,7 +115,7 @@ def _figures(plan: WalkPlan) -> dict[str, Any]:
 def _in_words(plan: WalkPlan) -> str:
     told = _figures(plan)
     return (
-        f"{told['foot_moves']} foot moves ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
+        f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
         f"least margin {told['least_margin']:.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
     )
 

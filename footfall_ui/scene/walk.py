@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from footfall.planning.walk.problem import WalkPlan, WalkResult
+from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_told
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
@@ -43,9 +43,9 @@ def chassis_line(plan: WalkPlan) -> NDArray[np.float64]:
 
 def end_text(result: WalkResult) -> str:
     """What is said where the chassis ends."""
-    plan = result.plan or result.partial
-    moves = 0 if plan is None else plan.foot_moves
-    return f"walk: {moves} foot moves" if result.plan is not None else f"✕ it comes this far: {moves} foot moves"
+    if result.plan is not None:
+        return f"walk: {foot_moves_told(result.plan)}"
+    return "" if result.partial is None else f"✕ it comes this far: {foot_moves_told(result.partial)}"
 
 
 class WalkDrawing:

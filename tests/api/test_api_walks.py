@@ -52,6 +52,7 @@ def test_no_walk_is_an_answer(standing):
         ({"goal": {**NEAR, "z": 1.0}}, "validation", "z"),
         ({"goal": {**NEAR, "within": 0.0}}, "invalid-input", "within"),
         ({"goal": NEAR, "settings": {"support": "hoped"}}, "invalid-input", "support is one of required"),
+        ({"goal": NEAR, "settings": {"spacing": 1e-6}}, "invalid-input", "spacing of footfalls is at least 0.05 m"),
         ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0}]}}, "validation", "y"),
         ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0, "y": True}]}}, "validation", "y"),
         ({"goal": NEAR, "settings": {"pinned": {"x": 1.0, "y": 1.0}}}, "validation", "pinned"),

@@ -65,8 +65,8 @@ def test_the_line_is_as_long_as_the_chassis_goes_and_stays_where_it_stays(walk):
 
 
 def test_a_walk_that_does_not_arrive_says_so(walk):
-    assert end_text(answer(walk, found=True)) == "walk: 1 foot moves"
-    assert end_text(answer(walk, found=False)) == "✕ it comes this far: 1 foot moves"
+    assert end_text(answer(walk, found=True)) == "walk: 1 foot move"
+    assert end_text(answer(walk, found=False)) == "✕ it comes this far: 1 foot move"
 
 
 def test_the_newest_walk_is_drawn_while_its_ground_is_there(tmp_path, monkeypatch, athlete, ground, stood, walk):
@@ -93,9 +93,9 @@ def test_the_newest_walk_is_drawn_while_its_ground_is_there(tmp_path, monkeypatc
 
         ask(1)
         assert all(there(name) for name in ("/walk/marks", "/walk/chassis", "/walk/1", "/walk/end"))
-        assert end_says("walk: 1 foot moves")
+        assert end_says("walk: 1 foot move")
         ask(2)
-        assert end_says("✕ it comes this far: 1 foot moves")
+        assert end_says("✕ it comes this far: 1 foot move")
         ask(3)
         assert there("/walk/end", shown=False)
         assert there("/walk/marks", shown=False)

@@ -37,7 +37,8 @@ def test_a_walk_is_planned_told_and_written(waves, tmp_path):
     assert figures["largest_torque"] == pytest.approx(max(plan.torques))
     said = run(*asked).stdout
     assert decode(out.read_bytes()).digest == answer["digest"], "the same seed gives the same walk"
-    assert f"{figures['foot_moves']} foot moves ({figures['steps']} steps)" in said
+    assert f"{figures['foot_moves']} foot move" in said
+    assert f" ({figures['steps']} steps), the chassis" in said
     assert f"the chassis goes {figures['chassis_way']:.2f} m" in said
     assert f"least margin {figures['least_margin']:.3f} m" in said
     assert f"largest torque {figures['largest_torque']:.0%} of its limit" in said
@@ -84,7 +85,7 @@ def test_what_stopped_a_walk_and_how_far_it_comes_are_told(waves, monkeypatch, a
         assert "NO  reach" in said
         assert "blocked 7 times by reach of leg 3 at (1.25, -0.50) m" in said
         assert "blocked 2 times by torque\n" in said
-        assert f"as far as it comes, {away:.2f} m from the goal: 1 foot moves (2 steps)" in said
+        assert f"as far as it comes, {away:.2f} m from the goal: 1 foot move (2 steps)" in said
     told = json.loads(run("plan", "walk", waves, "--goal", 3, 1, "--json", code=1).stdout)
     assert (told["figures"], told["partial_figures"]["foot_moves"]) == (None, 1)
 

@@ -68,7 +68,7 @@ function show(answer) {
 function inWords(plan) {
   const places = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
   const way = places.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - places[i][axis])), 0);
-  return `${plan.legs.length} foot moves, the chassis goes ${fixed(way, 2)} m, least margin ${fixed(Math.min(...plan.margins))} m, largest torque ${fixed(100 * Math.max(...plan.torques), 0)} % of its limit`;
+  return `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${fixed(way, 2)} m, least margin ${fixed(Math.min(...plan.margins))} m, largest torque ${fixed(100 * Math.max(...plan.torques), 0)} % of its limit`;
 }
 
 function blockedBy({ check_name, leg, x, y, count }) {

@@ -26,6 +26,9 @@ SUPPORTS: Mapping[str, str] = {
 }
 """What the conservative support polygon counts for."""
 
+FINEST = 0.05
+"""Least spacing of footfalls [m]: with less there are more of them than can be looked at."""
+
 BODY, LIFT, SWING, LOWER = "body", "lift", "swing", "lower"
 """Phases of a foot move, in their order; ``body``: the chassis moves while all wheels stand."""
 
@@ -120,6 +123,8 @@ class WalkSettings(Value):
             joint_reserve=self.joint_reserve,
             raise_terrain=self.raise_terrain,
         )
+        if self.spacing < FINEST:
+            raise InvalidInput(f"the spacing of footfalls is at least {FINEST:g} m", spacing=self.spacing)
         if self.seed < 0 or not self.most_torque <= 1.0:
             raise InvalidInput("the seed must not be negative, and most_torque at most 1")
 
@@ -185,6 +190,11 @@ class WalkPlan(Value):
         """How far the chassis' origin goes [m]."""
         at = self.Ts_site_base[:, :3, 3]
         return float(sum(np.linalg.norm(b - a) for a, b in pairwise(at)))
+
+
+def foot_moves_told(plan: WalkPlan) -> str:
+    """How many there are, in words."""
+    return f"{plan.foot_moves} foot move{'' if plan.foot_moves == 1 else 's'}"
 
 
 @value
