@@ -12,29 +12,33 @@ COVERED := $(BIN)/python -m pytest --cov --cov-append --cov-report= --cov-fail-u
 # Tests start hundreds of processes, each of which would compile all modules that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test quick coverage mutants check bench soak pictures format lock clean clean-compiled
+.PHONY: run test suite compiled quick coverage mutants check lint types layers bench soak pictures format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
 
 # Compiled first: otherwise the time limits of whichever tests come first would have to allow for it.
+test: compiled
+	$(MAKE) suite
+
 # Playwright's loop suffers no other in its process, and a browser that draws the scene in software wants the machine
 # for itself.
-test: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
-	$(BIN)/footfall compile
+suite: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	rm -f test-outputs/asked-twice.txt
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
 	$(BIN)/python -m pytest tests/browser -m scene
 	$(BIN)/python -m tests.support.run_record
 
+compiled: $(VENV)/.dev
+	$(BIN)/footfall compile
+
 # The pure layers, in a minute: no servers, no browser, no file that is marked heavy.
 quick: $(VENV)/.dev
 	$(BIN)/python -m pytest $(addprefix tests/,$(PURE)) -m "not heavy and not long" -n 2 --dist loadfile --no-loadscope-reorder
 
 # Lines and branches of the backend that the tests run; more than twice as slow as they are without.
-coverage: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
-	$(BIN)/footfall compile
+coverage: compiled $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/coverage erase
 	$(COVERED) --ignore tests/browser -n auto --dist loadfile --no-loadscope-reorder
 	$(COVERED) tests/browser -m "not scene" -n 2 --dist loadfile --no-loadscope-reorder
@@ -42,17 +46,22 @@ coverage: $(VENV)/.dev $(VENV)/.chromium $(VENV)/.node
 	$(BIN)/python -m tests.support.covered
 
 # Small mistakes in the modules where a wrong green is worst: how many their tests notice.
-mutants: $(VENV)/.dev
+mutants: compiled
 	$(PIP) install --require-hashes -r locks/mutants.txt
-	$(BIN)/footfall compile
 	$(BIN)/python -m benchmarks.mutants
 
-check: $(VENV)/.dev
+check: lint types layers
+	$(BIN)/python -m pytest tests/architecture
+
+lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: $(VENV)/.dev
 	$(BIN)/pyright
+
+layers: $(VENV)/.dev
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest tests/architecture
 
 # The documents' pictures, from the tests that make them.
 pictures: $(VENV)/.dev $(VENV)/.chromium
