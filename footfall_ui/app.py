@@ -200,6 +200,7 @@ def serve(
     public_url: str | None = None,
     light_time: LightTime | None = None,
     foxglove: int | None = None,
+    workers: int = 2,
     worker_beside: bool = True,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
@@ -211,7 +212,8 @@ def serve(
     accounts: whether not to serve at all without accounts; where the folder has some, they are asked for in any case.
     tls: certificate and key; behind_tls_proxy: a proxy in front has them. public_url: as browsers elsewhere name it.
     light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
-    worker_beside: where jobs go through a database, whether a worker of this machine takes some.
+    workers: how many jobs at a time on this machine; worker_beside: where jobs go through a database, whether this
+    machine takes some.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
@@ -231,7 +233,7 @@ def serve(
         # the port is claimed before anything slow, so that a taken one shows at once
         listening = stack.enter_context(contextlib.closing(listen(host, port)))
         front = front_of(listening, **safely)
-        jobs = stack.enter_context(pool_of(folder, worker_beside))
+        jobs = stack.enter_context(pool_of(folder, workers, worker_beside))
         sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time))
         if session is not None:
             sessions.open(session)

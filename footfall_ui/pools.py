@@ -14,15 +14,16 @@ PATIENCE = 5.0
 
 
 @contextlib.contextmanager
-def pool_of(folder: Path, worker_beside: bool = True) -> Iterator[JobPool]:
+def pool_of(folder: Path, workers: int = 2, worker_beside: bool = True) -> Iterator[JobPool]:
     """The pool for the sessions of a folder; ended with the context.
 
-    worker_beside: where the work goes through a database, whether a worker of this machine takes some of it.
+    workers: how many jobs at a time on this machine. worker_beside: where the work goes through a database, whether
+    this machine takes some of it.
     Raises StoreRefused where that database can't be reached.
     """
     bound = binding(folder)
     if bound is None:
-        with Jobs(warm=True) as jobs:
+        with Jobs(workers=workers, warm=True) as jobs:
             yield jobs
         return
     from footfall.session.remote.remote_jobs import RemoteJobs
@@ -30,7 +31,7 @@ def pool_of(folder: Path, worker_beside: bool = True) -> Iterator[JobPool]:
 
     with contextlib.ExitStack() as stack:
         if worker_beside:
-            process = multiprocessing.get_context("spawn").Process(target=serve_jobs_beside, args=(folder,))
+            process = multiprocessing.get_context("spawn").Process(target=serve_jobs_beside, args=(folder, workers))
             process.start()
             stack.callback(process.kill)  # where the polite end below took too long
             stack.callback(process.join, PATIENCE)

@@ -92,6 +92,7 @@ def serve(
             metavar="postgresql://USER@HOST/DATABASE",
         ),
     ] = None,
+    workers: Annotated[int, typer.Option(help="How many jobs at a time on this machine.", min=1, max=64)] = 2,
     worker_beside: Annotated[
         bool, typer.Option("--worker/--no-worker", help="With PostgreSQL: do jobs on this machine too.")
     ] = True,
@@ -166,6 +167,7 @@ def serve(
         public_url=public_url,
         light_time=light_time,
         foxglove=foxglove,
+        workers=workers,
         worker_beside=worker_beside,
     )
 

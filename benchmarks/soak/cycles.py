@@ -65,10 +65,11 @@ class Cycle:
 class Soak:
     """A server, its workers, a rover, a client, and one that never reads, in ``folder``; a context manager.
 
-    hurry: how much faster than the world the rover's time runs. server, rover: the processes; script: the client.
+    hurry: how much faster than the world the rover's time runs. workers: how many the server has. server, rover: the
+    processes; script: the client.
     """
 
-    def __init__(self, folder: Path, seed: int, hurry: float) -> None:
+    def __init__(self, folder: Path, seed: int, hurry: float, workers: int = 2) -> None:
         self._folder = folder
         self._rng = Random(seed)
         self.ledger = Ledger()
@@ -84,7 +85,7 @@ class Soak:
         self._set_up()
         legs = range(self._robot.leg_count)
         points = [contact_point(self._robot, self._state.posture, leg, self._state.T_site_base) for leg in legs]
-        self.server = ServerProcess(self.data, self.session, folder / "server.log")
+        self.server = ServerProcess(self.data, self.session, folder / "server.log", workers)
         self.rover = RoverProcess(folder, hurry)
         self._homes = [(float(x), float(y)) for x, y, _ in points]
         self._world = world

@@ -29,9 +29,9 @@ def until(look: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
 class ServerProcess:
     """``footfall serve`` over one session of a data folder; on the same port after every start."""
 
-    def __init__(self, data: Path, session: str, log: Path) -> None:
+    def __init__(self, data: Path, session: str, log: Path, workers: int = 2) -> None:
         self._command = [str(Path(sys.executable).with_name("footfall")), "serve", "--no-sim", "--session", session]
-        self._command += ["--data", str(data)]
+        self._command += ["--data", str(data), "--workers", str(workers)]
         self._log = log
         self._port = 0
         self._process: subprocess.Popen[str] | None = None

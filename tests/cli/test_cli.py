@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from footfall.cli import app
 from footfall.io.terrain_files import read_terrain
 from footfall.terrain.generate import plane
+from tests.support.browsers import command_line
 from tests.support.command_line import FOOTFALL, run
 from tests.support.waiting import BOUND, until
 
@@ -136,7 +137,7 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
         live = sessions.create("served")
         live.load_terrain(plane(size=10.0, resolution=0.1))
         name = live.id
-    command = [*FOOTFALL, "serve", "--port", "0", "--session", name, "--data", str(tmp_path)]
+    command = [*FOOTFALL, "serve", "--port", "0", "--session", name, "--data", str(tmp_path), "--workers", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         assert server.stdout is not None
         try:
@@ -154,7 +155,7 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
             assert taken.returncode == 2
             assert "--port" in taken.stderr
             children = children_of(server.pid)
-            assert children
+            assert len([one for one in children if "spawn_main" in command_line(one)]) == 1, "the worker asked for"
             with httpx.stream("GET", f"{url}/api/v1/sessions/current/events", trust_env=False) as stream:
                 next(stream.iter_lines())
                 server.send_signal(number)

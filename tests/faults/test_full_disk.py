@@ -52,14 +52,14 @@ def no_file_grows(server):
 
 
 def test_a_server_on_a_full_disk_refuses_stops_and_goes_on(small_disk, tmp_path):
-    with Soak(tmp_path, seed=20081, hurry=5.0) as soak:
+    with Soak(tmp_path, seed=20081, hurry=5.0, workers=1) as soak:
         refuses_stops_and_goes_on(soak, lambda: full(small_disk), {507})
 
 
 def test_a_server_whose_files_must_not_grow_refuses_stops_and_goes_on(tmp_path):
     # what the server says of itself is no file that could grow
     (tmp_path / "server.log").symlink_to("/dev/null")
-    with Soak(tmp_path, seed=20081, hurry=5.0) as soak:
+    with Soak(tmp_path, seed=20081, hurry=5.0, workers=1) as soak:
         # another error than that of a full disk: a file too large
         refuses_stops_and_goes_on(soak, lambda: no_file_grows(soak.server.pid), {503, 507})
 

@@ -30,7 +30,7 @@ TROUBLES = len(STEPPING) + len(WAITING)
 def test_no_trouble_loses_or_doubles_what_was_acknowledged(tmp_path, capsys):
     Random(20081).shuffle(waiting := list(WAITING))
     cycles = []
-    with Soak(tmp_path, seed=20081, hurry=5.0) as soak:
+    with Soak(tmp_path, seed=20081, hurry=5.0, workers=1) as soak:
         for number, (kind, moment) in enumerate([*STEPPING, *waiting]):
             cycles.append(cycle := soak.cycle(kind, moment, steps=number < len(STEPPING)))
             assert cycle.verdict.lost == (), cycle
