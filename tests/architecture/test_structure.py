@@ -3,6 +3,7 @@
 import ast
 import subprocess
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ def sources() -> Iterator[Path]:
     yield from sorted((ROOT / "footfall_ui").rglob("*.py"))
 
 
+@cache
 def imported(path: Path) -> set[str]:
     """Top-level names of everything the file imports, at any depth."""
     names: set[str] = set()
