@@ -96,7 +96,7 @@ def too_near(scene, what, q, T, standing):
 @pytest.mark.parametrize("name", ["rock", "steep"])
 def test_what_is_called_clear_keeps_every_distance(request, rng, name, what):
     scene = request.getfixturevalue(name)
-    qs, Ts, standing = drawn(scene, rng, 90, *DRAWS[what])
+    qs, Ts, standing = drawn(scene, rng, 70, *DRAWS[what])
     codes = rovers_are_clear(qs, Ts, standing, RAISED, scene.tables)
     exact = np.array([too_near(scene, what, *one) for one in zip(qs, Ts, standing, strict=True)])
     broken, asked = exact.T
@@ -113,7 +113,7 @@ def test_where_clear_ends_every_distance_is_still_kept(request, rng, name, what)
     spread, (_, high), *turned = DRAWS[what]
     qs, Ts, standing = drawn(scene, rng, 600, spread, (high - 1.0, high + 0.8), *turned)
     clear = rovers_are_clear(qs, Ts, standing, RAISED, scene.tables) == CLEAR
-    yes, no = rng.choice(np.flatnonzero(clear), 50), rng.choice(np.flatnonzero(~clear), 50)
+    yes, no = rng.choice(np.flatnonzero(clear), 40), rng.choice(np.flatnonzero(~clear), 40)
     legs, turned = standing[yes], Ts[yes]
 
     def between(share):
@@ -121,7 +121,7 @@ def test_where_clear_ends_every_distance_is_still_kept(request, rng, name, what)
         T[:, :3, 3] += share[:, None] * (Ts[no] - Ts[yes])[:, :3, 3]
         return qs[yes] + share[:, None] * (qs[no] - qs[yes]), T
 
-    inside, outside = np.zeros(50), np.ones(50)
+    inside, outside = np.zeros(40), np.ones(40)
     for _ in range(30):
         middle = (inside + outside) / 2
         is_clear = rovers_are_clear(*between(middle), legs, RAISED, scene.tables) == CLEAR
@@ -224,6 +224,20 @@ def test_wheels_that_stand_may_touch_and_others_not(rock):
         sunk = np.array(T)
         sunk[2, 3] -= rock.robot.description.clearances.wheel_sink + 0.005
         assert named(first_of(rock, q, sunk, touching, 0.5)[0]) == f"leg {leg} wheel and the terrain"
+
+
+@pytest.mark.parametrize("foot", [LIFTED, STANDING, TOUCHING])
+def test_a_pillar_under_a_thigh_is_seen_whatever_the_foot_does(athlete, foot):
+    posture, T = athlete.posture("stand"), np.eye(4)
+    T[2, 3] = -kinematics.wheel_centers(athlete, posture)[0, 2] + athlete.wheel_radius + 0.1
+    thigh = T @ kinematics.link_poses(athlete, posture)[link_name(0, "hip_pitch")]
+    x, y, top = thigh[:3, 3] + 0.35 * thigh[:3, 0]
+    pillar = wavy([(x, y, 0.15, top)])
+    around = SimpleNamespace(tables=rover_tables(athlete, pillar.heights, pillar.geometry))
+    feet = np.where(np.arange(6) == 0, foot, STANDING)
+    assert named(first_of(around, posture, T, feet)[0]) == "leg 0 thigh and the terrain"
+    around.tables = rover_tables(athlete, wavy().heights, wavy().geometry)
+    assert first_of(around, posture, T, feet)[0] == CLEAR
 
 
 def test_feet_as_whole_numbers_say_the_same_as_those_that_stand(rock, rng):
