@@ -117,7 +117,11 @@ def pose_of(vector: Array, T: Array) -> None:
 @njit()
 def turn_between(T_from: Array, T_to: Array) -> Array:
     """The turn from one chassis to another about one axis of the first, (3,) [rad]; less than half a turn."""
-    R = T_from[:, :3].T @ T_to[:, :3]
+    R = np.zeros((3, 3))
+    for i in range(3):
+        for k in range(3):
+            for m in range(3):
+                R[i, k] += T_from[m, i] * T_to[m, k]
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     size = math.sqrt(x * x + y * y + z * z)
     angle = math.atan2(size, R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
