@@ -76,6 +76,12 @@ def _step(robot: Robot, ground: Dem, state: RobotState) -> None:
     footfall.plan_step(robot, ground, state, 0, (x - 0.2, y + 0.2), settings=StepSettings(planner="sbl"))
 
 
+def _walk(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
+
+    footfall.plan_walk(robot, ground, state, (0.5, 0.0), seed=0)
+
+
 def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.terrain.ground.mesh_terrain import height_error
     from footfall.terrain.ground.triangulate import triangulate
@@ -85,6 +91,7 @@ def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
 
 WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "shift and step": _step,
+    "walk": _walk,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,

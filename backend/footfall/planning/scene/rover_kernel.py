@@ -155,6 +155,22 @@ def first_too_near(
 
 
 @njit()
+def wheel_cuts(T_site_wheel: Array, tables: RoverTables) -> float:
+    """How deep a wheel on the ground cuts deeper than it may, as far as is proven [m], below zero; else infinite.
+
+    T_site_wheel: (3, 4).
+    """
+    pose, touching = T_site_wheel.reshape(1, 3, 4), tables.trees.shape[0] - 1
+    cells, layout = tables.ground, tables.ground_layout
+    room = _room_above_ground(pose, 0, touching, 0.0, tables.balls, tables.trees, cells, layout)
+    if room < 0.0 and tables.drums[TRUE_GROUND, DRUM_RADIUS] > 0.0:
+        least = tables.drums[TRUE_GROUND, REQUIRED]
+        if drum_above(pose, 0, tables.drums, TRUE_GROUND, least, least, 0.0, cells, layout) >= least:
+            return np.inf
+    return room
+
+
+@njit()
 def leg_too_near_itself(q: Array, leg: int, T_site_base: Array, tables: RoverTables, poses: Array) -> float:
     """What parts of one leg at q (6,), or it and the chassis or payload, lack for sure [m], below zero; else infinite.
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from footfall.balance.support import half_planes
 from footfall.planning.scene.rover_tables import named
 from footfall.planning.step.certificate import body_tables
+from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.walk.body_kernel import (
     COARSE,
     HOLDS,
@@ -202,7 +203,8 @@ def _swing(
     )
     branches = int(stance.branches[leg]), int(to.branches[leg])
     ends = q[6 * leg : 6 * leg + 6].copy(), q_leg
-    return swing(T, ends, wheels, branches, leg, settings.lift, world.legs, clearance, body, rng)
+    over_ground = LegOverGround(world.robot, leg, T_site_base, world.ground, settings.clearance)
+    return swing(T, ends, wheels, branches, leg, settings.lift, world.legs, clearance, body, over_ground, rng)
 
 
 def _along(checks: Checks, over: Swing, q: Array, T: Array, stance: Stance, leg: int) -> tuple[Array, Array]:

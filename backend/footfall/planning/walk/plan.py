@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
+from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk.assemble import checks_of, walk_of
@@ -117,7 +118,7 @@ class _Attempt:
         if refusal:
             return self._no(Status.GOAL_INVALID, refusal)
         with self.watch.uncounted():
-            world = World(self.robot, whole.dem, self.settings, start.T_site_base)
+            world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings, start.T_site_base)
         here = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
         there = np.array([self.goal.x, self.goal.y, here[2] if self.goal.yaw is None else self.goal.yaw])
         way = guide(whole.dem, here, there, ease)

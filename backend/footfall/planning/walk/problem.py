@@ -95,8 +95,8 @@ class WalkSettings(Value):
     clearance: float = 0.01
     reach_reserve: float = REACH_RESERVE
     joint_reserve: float = JOINT_RESERVE
-    lift: float = 0.15
-    raise_terrain: float = 0.1
+    lift: float = 0.2
+    raise_terrain: float = 0.05
     longest: float = 1.2
     height: float | None = None
     forbidden: tuple[Place, ...] = ()

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.step.watch import Watch
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move
 from footfall.planning.walk.footfalls import Footfalls
@@ -127,6 +128,7 @@ class Search:
         self._noise = NOISE if self.attempt else 0.0
         self._open: list[_Open] = []
         self._seen: set[bytes] = set()
+        self._sit: set[tuple[int, int]] = set()
         self._stuck: Counter[tuple[int, int]] = Counter()
         self._number = 0
         self._reaches = reaches(self.world, self.guide, self.places)
@@ -167,6 +169,8 @@ class Search:
             return None
         self.tried += 1
         to = self._stance(before.at.stance, leg, place)
+        if not self._sits(before.at, leg, place):
+            return None
         share = FORWARD if chosen.tries == 0 else float(self._rng.uniform())
         aim = self.guide.at(chosen.begin + share * (chosen.end - chosen.begin))
         moved = foot_move(self.world, before.at, leg, to, aim, self._rng)
@@ -194,6 +198,18 @@ class Search:
         Ts_site_wheel, branches = np.array(stance.Ts_site_wheel), np.array(stance.branches)
         Ts_site_wheel[leg], branches[leg] = self._reaches[leg].Ts_site_wheel[place], 0
         return Stance(contacts, normals, Ts_site_wheel, branches)
+
+    def _sits(self, at: At, leg: int, place: int) -> bool:
+        """Whether the wheel may stand there as far as the ground goes; where not, it is not asked about again."""
+        if (leg, place) not in self._sit:
+            rover = self.world.around(at.T_site_base).checks.rover
+            wheel = np.ascontiguousarray(self._reaches[leg].Ts_site_wheel[place, :3])
+            self._sit.add((leg, place))
+            self._barred[leg][place] |= wheel_cuts(wheel, rover) < 0.0
+            if self._barred[leg][place]:
+                x, y = np.round(self.places.contacts[place, :2], 1)
+                self.failures["a wheel cuts into the ground", leg, float(x), float(y)] += 1
+        return not self._barred[leg][place]
 
     def _left(self, low: Array, high: Array) -> Array:
         """What is left to do over stances with spans (n, legs), (n,)."""

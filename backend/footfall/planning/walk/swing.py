@@ -5,15 +5,18 @@ Latombe, "A single-query bi-directional probabilistic roadmap planner with lazy 
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.step.edges import samples
 from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edge_is_sure, edges_are_sure, first_unsure
+from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.step.sbl_kernel import GROWING, JOINED, grow, planted, route
 from footfall.planning.step.shortcut_kernel import shortened
 from footfall.planning.walk.legs_kernel import LegsTables, leg_at
-from footfall.robot.leg_clearance_kernel import RAISED_GROUND, TRUE_GROUND, LegTables
+from footfall.robot.leg_clearance_kernel import NO_GROUND, RAISED_GROUND, TRUE_GROUND, LegTables
 
 Array = NDArray[np.float64]
 
@@ -21,6 +24,8 @@ EPSILON = 0.01
 """Resolution of edges where they are not proven as a whole [rad]."""
 RISES = 8
 """Waypoints of a lift after the first."""
+HIGHER = (1.0, 1.5, 2.2)
+"""Lifts that are tried, as shares of the one asked for: beside a slope the raised ground is near for long."""
 LARGEST_TURN = 0.2
 """Of a joint from one waypoint of a lift to the next [rad]; more is a jump."""
 MILESTONES, PICKS, RADIUS = 400, 64, 0.4
@@ -47,20 +52,22 @@ def swing(
     legs: LegsTables,
     clearance: LegTables,
     body: BodyTables,
+    over_ground: LegOverGround,
     rng: np.random.Generator,
 ) -> Swing | str:
     """The motion between two postures of a leg (6,) on the ground, or the phase that was not found.
 
-    wheels: T_site_wheel (3, 4) at both ends.
+    wheels: T_site_wheel (3, 4) at both ends. over_ground: asked where a wheel on the ground is not surely free.
     """
     rises = []
     for name, q, T_site_wheel, branch in zip(("lift", "lower"), ends, wheels, branches, strict=True):
-        up = risen(T_site_base, q, T_site_wheel, branch, leg, lift, legs)
-        if up is None or first_unsure(up, clearance, body, TRUE_GROUND) != SURE:
+        for share in HIGHER:
+            up = risen(T_site_base, q, T_site_wheel, branch, leg, share * lift, legs)
+            if up is None or first_unsure(up[-1:], clearance, body, RAISED_GROUND) == SURE:
+                break
+        if up is None or first_unsure(up[-1:], clearance, body, RAISED_GROUND) != SURE:
             return name
-        if not edges_are_sure(up, EPSILON, clearance, body, TRUE_GROUND):
-            return name
-        if first_unsure(up[-1:], clearance, body, RAISED_GROUND) != SURE:
+        if not (_is_sure(up, clearance, body, TRUE_GROUND) or _is_free(up, clearance, body, over_ground)):
             return name
         rises.append(up)
     start, goal = rises[0][-1], rises[1][-1]
@@ -75,6 +82,20 @@ def swing(
         over = shortened(route(trees), rng, TRIES, EPSILON, clearance, body, RAISED_GROUND)
     waypoints = np.concatenate([rises[0], over[1:], rises[1][-2::-1]])
     return Swing(waypoints, RISES, RISES + len(over) - 1)
+
+
+def _is_sure(path: Array, clearance: LegTables, body: BodyTables, mode: int) -> bool:
+    if first_unsure(path, clearance, body, mode) != SURE:
+        return False
+    return edges_are_sure(path, EPSILON, clearance, body, mode)
+
+
+def _is_free(path: Array, clearance: LegTables, body: BodyTables, over_ground: LegOverGround) -> bool:
+    """Whether a lift is free by the meshes of the ground, and sure in all else."""
+    if not _is_sure(path, clearance, body, NO_GROUND):
+        return False
+    dense = np.concatenate([[q for _, q in samples(a, b, EPSILON)] for a, b in pairwise(path)])
+    return over_ground.collision(dense, 0.0, touching=True) is None
 
 
 def risen(

@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from footfall.balance.support_kernel import margin_of_feet
 from footfall.compiled import njit
-from footfall.planning.scene.rover_kernel import RoverTables, center_of_mass, first_too_near, place_rover
+from footfall.planning.scene.rover_kernel import (
+    LIFTED,
+    STANDING,
+    RoverTables,
+    center_of_mass,
+    first_too_near,
+    place_rover,
+)
 from footfall.planning.walk.legs_kernel import UNREACHED, Feet, LegsTables, leg_at, legs_at, pose_of
 
 Array = NDArray[np.float64]
@@ -94,6 +101,7 @@ def transition_cost(
 ) -> tuple[float, float]:
     """What a chassis at ``vector`` (6,) lacks for the foot move [m, rad], and what it costs; see ``find_pose``."""
     T, q, after = np.empty((3, 4)), np.empty(6 * len(legs.lengths)), np.empty(6)
+    above = np.empty((2, 6))
     spares = np.empty(len(legs.lengths))
     pose_of(vector, T)
     least, spare = legs_at(T, feet, legs, q, spares), np.inf
@@ -102,7 +110,7 @@ def transition_cost(
         for put in range(2):
             T_site_wheel = move.T_site_wheel if put else feet.Ts_site_wheel[move.leg]
             branch = move.branch if put else feet.branches[move.leg]
-            spare = min(spare, _spare_to_rise(T, T_site_wheel, branch, move, legs, raised, after))
+            spare = min(spare, _spare_to_rise(T, T_site_wheel, branch, move, legs, raised, above[put]))
         spare = min(spare, leg_at(T, move.T_site_wheel, move.branch, move.leg, legs, after))
     lacks = max(-spare, 0.0)
     for one in spares:
@@ -112,7 +120,7 @@ def transition_cost(
         cost += ((vector[k] - aim[k]) / SIZES[k]) ** 2
     if min(least, spare) < -UNREACHED:
         return lacks, cost + PENALTY * (lacks + 2.0)
-    poses, standing = np.empty((7 * len(legs.lengths), 3, 4)), np.ones(len(legs.lengths), np.bool_)
+    poses, standing = np.empty((7 * len(legs.lengths), 3, 4)), np.full(len(legs.lengths), STANDING)
     preferred = near = 0.0
     for put in range(1 + (move.leg >= 0)):
         if put:
@@ -122,6 +130,13 @@ def transition_cost(
         preferred += max(-lacking, 0.0)
         if lacks == 0.0:
             near += min(max(-first_too_near(poses, T, standing, 0.0, rover)[1], 0.0), NEAREST)
+        if lacks == 0.0 and move.leg >= 0:
+            own = slice(6 * move.leg, 6 * move.leg + 6)
+            q[own] = above[put]
+            place_rover(q, T, rover, poses)
+            standing[move.leg] = LIFTED
+            near += min(max(-first_too_near(poses, T, standing, 0.0, rover)[1], 0.0), NEAREST)
+            standing[move.leg] = STANDING
     # two bodies too near count less than a leg that does not reach, so that these are mended first
     lacks += near
     room = min(least, spare, ROOM)

@@ -10,6 +10,7 @@ from footfall.balance.held import held_tables
 from footfall.balance.held_kernel import HeldTables
 from footfall.balance.settings import BalanceSettings
 from footfall.planning.scene.rover_tables import rover_tables
+from footfall.planning.step.ground import Nearby
 from footfall.planning.step.kept import Kept
 from footfall.planning.walk.body_kernel import Checks
 from footfall.planning.walk.legs_kernel import LegsTables
@@ -21,7 +22,6 @@ from footfall.robot.description import PARTS
 from footfall.robot.ground_tables import GroundTables
 from footfall.robot.leg_frames import leg_lengths
 from footfall.robot.model import Robot
-from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
@@ -46,10 +46,10 @@ class Piece:
 
 
 class World:
-    """A robot over its ground. dem: without holes; T_site_base: (4, 4) where it begins; first: the piece there."""
+    """A robot over its ground, without holes. T_site_base: (4, 4) where it begins; first: the piece there."""
 
-    def __init__(self, robot: Robot, dem: Dem, settings: WalkSettings, T_site_base: Array) -> None:
-        self.robot, self.dem, self.settings = robot, dem, settings
+    def __init__(self, robot: Robot, ground: Nearby, settings: WalkSettings, T_site_base: Array) -> None:
+        self.robot, self.ground, self.settings = robot, ground, settings
         legs = robot.description.legs
         self.legs = LegsTables(
             np.array([leg_lengths(leg) for leg in legs]),
@@ -75,7 +75,8 @@ class World:
         return self._pieces.get(tuple(middle), lambda: self._piece(middle))
 
     def _piece(self, middle: Array) -> Piece:
-        heights, geometry, clearance = self.dem.heights, self.dem.geometry, self.settings.clearance
+        dem, clearance = self.ground.dem, self.settings.clearance
+        heights, geometry = dem.heights, dem.geometry
         rover = rover_tables(self.robot, heights, geometry, clearance, middle, self._within)
         checks = Checks(
             self.legs,
