@@ -1,0 +1,281 @@
+"""Whole walks: found, good by other means too, the same again, and refused with what failed and by how much."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import count, pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import footfall
+from footfall.core.errors import Cancelled, InvalidInput
+from footfall.core.grid import GridGeometry
+from footfall.planning.step import watch
+from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.walk.plan import plan_walk
+from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkSettings, foot_moves_told
+from footfall.planning.walk.recheck.settings import RecheckSettings
+from footfall.planning.walk.recheck.walk import recheck_walk
+from footfall.terrain.from_arrays import from_heights
+from tests.support.chassis_ground import lifted
+from tests.support.waiting import BOUND
+
+GRID = GridGeometry(-4.0, -4.5, 0.1, 91, 121)
+GOAL = WalkGoal(1.2, 0.0, 0.0)
+SETTINGS = WalkSettings(seed=3, time_limit=600.0)
+"""A limit that no search here comes near: what it does depends on the seed alone."""
+COARSE = RecheckSettings(way=0.01, turn=0.01, hold=0.1)
+
+
+def smooth(ridge=0.0, hole=None):
+    """Gentle slopes; ridge: how high one across the map is [m]; hole: (x, y, radius) that is unknown."""
+    x, y = np.meshgrid(GRID.xs, GRID.ys)
+    rng, z = np.random.default_rng(0), np.zeros(x.shape)
+    for _ in range(8):
+        often, way = rng.uniform(0.5, 2.2), rng.uniform(0.0, 6.28)
+        z += 0.03 * np.sin(often * (x * np.cos(way) + y * np.sin(way)) + rng.uniform(0.0, 6.0)) / often
+    z = np.where(np.abs(x - 3.2) < 0.25, z + ridge, z)
+    if hole is not None:
+        z[np.hypot(x - hole[0], y - hole[1]) < hole[2]] = np.nan
+    return from_heights(z.astype(np.float32), GRID.resolution, GRID.x0, GRID.y0, "smooth")
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return smooth()
+
+
+@pytest.fixture(scope="module")
+def start(athlete, ground):
+    return footfall.stand(athlete, ground)
+
+
+@pytest.fixture(scope="module")
+def told():
+    """What was told while the walk was planned: (fraction, text)."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def found(athlete, ground, start, told):
+    return plan_walk(athlete, ground, start, GOAL, settings=SETTINGS, progress=lambda *one: told.append(one))
+
+
+@pytest.fixture
+def slow_clock(monkeypatch):
+    """Every look at the clock takes a second."""
+    looks = count()
+    monkeypatch.setattr(watch, "time", SimpleNamespace(monotonic=lambda: float(next(looks))))
+
+
+def failed(robot, dem, plan, state, every=COARSE):
+    return {one.name for one in recheck_walk(robot, dem, plan, every=every, state=state) if not one.holds}
+
+
+def planned(result) -> Any:
+    """The plan of a walk that was found."""
+    assert result.status is Status.FOUND, result.reason
+    return result.plan
+
+
+def off(plan, goal):
+    """How far the chassis is from a goal at the end [m], and how far turned [rad]."""
+    T = plan.Ts_site_base[-1]
+    turn = np.arctan2(T[1, 0], T[0, 0]) - (goal.yaw or 0.0)
+    return np.hypot(T[0, 3] - goal.x, T[1, 3] - goal.y), abs(np.arctan2(np.sin(turn), np.cos(turn)))
+
+
+def test_a_walk_is_found_and_good_by_other_means_too(athlete, ground, start, found):
+    assert found.status is Status.FOUND, found.reason
+    assert found.reason == ""
+    assert all(check.holds for check in found.checks)
+    checks = recheck_walk(athlete, ground, found.plan, state=start)
+    assert [one for one in checks if not one.holds] == []
+    assert {"start", "goal", "contact", "support", "torque", "self collision", "terrain collision"} <= {
+        one.name for one in checks
+    }
+
+
+def test_margins_and_torques_of_a_walk_are_no_better_than_told(athlete, ground, start, found):
+    """The recheck finds at least the margin that the planner told, and no more torque."""
+    checks = {one.name: one for one in recheck_walk(athlete, ground, found.plan, every=COARSE, state=start)}
+    told = {one.name: one for one in found.checks}
+    assert told["balance (support polygon)"].margin == pytest.approx(
+        float(found.plan.margins.min()) - SETTINGS.least_margin
+    )
+    assert checks["support"].margin == pytest.approx(told["balance (support polygon)"].margin, abs=0.02)
+    assert checks["torque"].margin >= told["torque"].margin - 0.02
+
+
+def test_the_chassis_ends_within_the_goals_tolerance(found):
+    away, turned = off(found.plan, GOAL)
+    assert away <= GOAL.within
+    assert turned <= GOAL.turned
+    assert found.plan.goal == found.goal == GOAL
+
+
+def test_each_stance_has_one_foot_elsewhere_and_the_chassis_stays_while_it_moves(found):
+    plan = found.plan
+    for leg, (one, other) in zip(plan.legs, pairwise(plan.stances), strict=True):
+        apart = np.abs(one.contacts - other.contacts).max(axis=1)
+        assert np.flatnonzero(apart > 1e-9).tolist() == [leg]
+        assert apart[leg] <= SETTINGS.longest
+    for i in range(1, len(plan.phases)):
+        still = np.array_equal(plan.Ts_site_base[i], plan.Ts_site_base[i - 1])
+        assert still or plan.phases[i] == BODY
+
+
+def test_the_same_arguments_give_the_same_walk(athlete, ground, start, found):
+    again = plan_walk(athlete, ground, start, GOAL, settings=SETTINGS)
+    assert again.digest == found.digest
+    assert plan_walk(athlete, ground, start, (1.2, 0.0, 0.0), settings=SETTINGS).digest == found.digest
+    assert plan_walk(athlete, ground, start, GOAL, 3, replace(SETTINGS, seed=8)).digest == found.digest
+    other = plan_walk(athlete, ground, start, GOAL, 8, SETTINGS)
+    assert not np.array_equal(planned(other).waypoints, found.plan.waypoints)
+
+
+def test_a_fresh_process_finds_the_same_walk(athlete, ground, start, found):
+    program = (
+        "import footfall, tests.planning.test_walk_plan as here\n"
+        "robot, dem = footfall.load_robot('athlete'), here.smooth()\n"
+        "found = here.plan_walk(robot, dem, footfall.stand(robot, dem), here.GOAL, settings=here.SETTINGS)\n"
+        "print(found.digest)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=BOUND)
+    assert done.stdout.strip() == found.digest
+
+
+def test_progress_is_told_and_never_falls(told, found):
+    fractions = [fraction for fraction, _ in told]
+    assert fractions[0] == 0.0
+    assert fractions[-1] == 1.0
+    assert fractions == sorted(fractions)
+    texts = [text for _, text in told]
+    assert texts[0] == "looking at the ground"
+    assert "searching for foot moves" in texts
+    assert any("foot moves planned" in text for text in texts)
+
+
+@pytest.mark.parametrize("when", ["looking", "searching", "planned"])
+def test_a_cancelled_walk_ends_wherever_it_is(athlete, ground, start, when):
+    def progress(_, text):
+        if when in text:
+            raise Cancelled("no longer wanted")
+
+    with pytest.raises(Cancelled):
+        plan_walk(athlete, ground, start, GOAL, settings=SETTINGS, progress=progress)
+
+
+def test_no_foot_is_put_on_forbidden_ground_and_one_on_each_pinned_place(athlete, ground, start, found):
+    first, leg = found.plan.stances[1].contacts[found.plan.legs[0]], found.plan.legs[-1]
+    last = found.plan.stances[-1].contacts[leg]
+    forbidden = (Place(float(first[0]), float(first[1])), Place(float(last[0]), float(last[1]), 0.3, leg))
+    x, y = start.T_site_base[:2, 3] + (found.plan.stances[0].contacts[0, :2] + (0.4, -0.1))
+    pinned = (Place(float(x), float(y), 0.1),)
+    settings = replace(SETTINGS, forbidden=forbidden, pinned=pinned)
+    plan = planned(plan_walk(athlete, ground, start, GOAL, settings=settings))
+    put = [(leg, stance.contacts[leg]) for leg, stance in zip(plan.legs, plan.stances[1:], strict=True)]
+    for place in forbidden:
+        away = [np.hypot(at[0] - place.x, at[1] - place.y) for leg, at in put if place.leg in (None, leg)]
+        assert min(away) > place.radius
+    assert min(np.hypot(at[0] - x, at[1] - y) for _, at in put) < 1e-9
+    assert failed(athlete, ground, plan, start) == set()
+    # neither was so by chance
+    before = zip(found.plan.legs, found.plan.stances[1:], strict=True)
+    assert min(np.hypot(*(stance.contacts[leg, :2] - (x, y))) for leg, stance in before) > 0.1
+
+
+def refused(result, status, *words) -> Any:
+    """The walk that comes nearest, of a request that is refused so."""
+    assert result.status is status, result
+    assert result.plan is None
+    for word in words:
+        assert word in result.reason, result.reason
+    return result.partial
+
+
+def test_a_goal_off_the_map_is_refused_with_how_far(athlete, ground, start):
+    refused(
+        plan_walk(athlete, ground, start, (10.0, 0.0)), Status.OFF_MAP, "(10, 0)", "2 m off the map", "x -4.00…8.00 m"
+    )
+
+
+def test_a_goal_on_unknown_ground_is_refused(athlete, start):
+    result = plan_walk(athlete, smooth(hole=(3.0, 0.0, 0.5)), start, (3.0, 0.0))
+    refused(result, Status.UNKNOWN_GROUND, "(3, 0) is unknown", "take images")
+
+
+def test_a_walk_begins_with_all_wheels_on_the_ground(athlete, ground, start):
+    result = plan_walk(athlete, ground, lifted(athlete, start, [1, 4]), GOAL)
+    refused(result, Status.START_INVALID, "all wheels on the ground", "legs 1, 4 are not")
+
+
+def test_a_limit_that_ends_before_a_foot_moves_gives_no_walk(athlete, ground, start, slow_clock):
+    result = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, time_limit=1.0))
+    refused(result, Status.TIME_LIMIT, "after 0 foot moves", "1 s passed", "within 1.20 m with 0 foot moves")
+    assert result.partial is None
+    assert result.blocked == ()
+
+
+def test_a_limit_on_the_way_gives_a_partial_walk_that_is_good_but_for_the_goal(athlete, ground, start, slow_clock):
+    result = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, time_limit=25.0))
+    partial = refused(result, Status.TIME_LIMIT, "25 s passed")
+    assert partial.foot_moves > 0
+    away, _ = off(partial, GOAL)
+    assert f"comes within {away:.2f} m with {foot_moves_told(partial)}" in result.reason
+    assert GOAL.within < away < 1.2
+    assert failed(athlete, ground, partial, start) == {"goal"}
+
+
+def test_a_goal_behind_a_wall_is_not_found_and_what_blocks_is_told(athlete, start, slow_clock):
+    wall = smooth(ridge=3.0)
+    result = plan_walk(athlete, wall, start, (5.6, 0.0), settings=replace(SETTINGS, time_limit=120.0))
+    partial = refused(result, Status.TIME_LIMIT)
+    counts = [one.count for one in result.blocked]
+    assert counts
+    assert counts == sorted(counts, reverse=True)
+    first = result.blocked[0]
+    assert first.leg in athlete.legs
+    assert f"{first.check_name} of leg {first.leg}" in result.reason
+    # the chassis stays on this side
+    assert partial.Ts_site_base[-1, 0, 3] < 3.0
+    assert failed(athlete, wall, partial, start) == {"goal"}
+
+
+def test_a_pinned_place_without_ground_is_refused(athlete, start):
+    settings = replace(SETTINGS, pinned=(Place(2.5, 0.5),))
+    result = plan_walk(athlete, smooth(hole=(2.5, 0.5, 0.4)), start, GOAL, settings=settings)
+    refused(result, Status.GOAL_INVALID, "pinned place (2.5, 0.5)")
+
+
+def test_forbidden_ground_everywhere_is_refused(athlete, ground, start):
+    settings = replace(SETTINGS, forbidden=(Place(0.0, 0.0, 30.0),))
+    refused(
+        plan_walk(athlete, ground, start, GOAL, settings=settings), Status.GOAL_INVALID, "no foot can be put anywhere"
+    )
+
+
+def test_a_heading_without_ground_for_a_foot_is_refused_with_the_leg(athlete, ground, start):
+    # at the edge of the map
+    result = plan_walk(athlete, ground, start, (7.9, 0.0, 0.0), settings=SETTINGS)
+    refused(result, Status.GOAL_INVALID, "would have no place to stand at the goal", "choose another goal or heading")
+
+
+@pytest.mark.parametrize("goal", [(np.nan, 0.0), (1.0, np.inf), (1.0, 0.0, np.nan), (1.0,), (1.0, 2.0, 3.0, 4.0)])
+def test_a_goal_that_makes_no_sense_is_misuse(athlete, ground, start, goal):
+    with pytest.raises(InvalidInput, match="goal needs"):
+        plan_walk(athlete, ground, start, goal)
+
+
+def test_the_state_of_another_robot_is_misuse(athlete, ground, start):
+    with pytest.raises(InvalidInput, match="state is of other"):
+        plan_walk(athlete, ground, replace(start, robot="other"), GOAL)
+
+
+def test_settings_of_a_step_are_misuse(athlete, ground, start):
+    settings: Any = StepSettings()
+    with pytest.raises(InvalidInput, match="WalkSettings"):
+        plan_walk(athlete, ground, start, GOAL, settings=settings)
