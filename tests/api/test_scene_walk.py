@@ -17,8 +17,8 @@ from footfall.session.registry import Sessions
 from footfall_ui.scene import Scene
 from footfall_ui.scene.walk import OVER_GROUND, chassis_line, end_text, footfall_marks
 from tests.support.chassis_ground import wavy
-from tests.support.waiting import until
 from tests.support.short_walks import LEG, short_walk
+from tests.support.waiting import until
 
 
 @pytest.fixture(scope="module")
