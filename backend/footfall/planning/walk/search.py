@@ -27,9 +27,6 @@ from footfall.planning.walk.world import World
 
 Array = NDArray[np.float64]
 
-LEFT = 2.0
-STRIDE = 0.5
-"""How far a foot gets in one foot move, for the estimate of what is left [m]."""
 STRIDE = 0.4
 """How far a foot's span gets in one foot move, for the estimate of what is left [m]."""
 DONE, LEFT = 0.4, 1.0
