@@ -59,8 +59,8 @@ class Watch:
         self._deadline = float("inf")
 
     def phase(self, fraction: float, text: str) -> None:
-        """Report that a new part of the work begins."""
-        self._fraction, self.text = fraction, text
+        """Report that a new part of the work begins. What is told never falls, also where a part is done again."""
+        self._fraction, self.text = max(self._fraction, fraction), text
         self._report(time.monotonic())
 
     def tick(self, looks: int = 1) -> None:

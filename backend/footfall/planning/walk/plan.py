@@ -20,7 +20,7 @@ from footfall.planning.walk.assemble import checks_of, walk_of
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import guide
-from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import vector_of
@@ -191,10 +191,11 @@ class _Attempt:
         why = f"{self.settings.time_limit:g} s passed"
         if status is not Status.TIME_LIMIT:
             why = "nothing more was left to try"
+        made = foot_moves_told(partial) if partial else "0 foot moves"
         stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
-            f"{short:.2f} m with {len(way)} foot moves; what failed most: {stopped or 'nothing'}; {TRY}"
+            f"{short:.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
         )
         blocked = tuple(Blocked(check, leg if leg >= 0 else None, x, y, count) for (check, leg, x, y), count in failed)
         return self._no(status, reason, partial, blocked)
