@@ -110,6 +110,13 @@ def test_no_place_is_on_ground_steeper_than_allowed(athlete):
     assert rows_of(found) < rows_of(anywhere)
 
 
+def test_places_are_left_out_for_their_slope_alone(athlete, ground, places):
+    tilts = np.arccos(places.normals[:, 2])
+    steepest = float(np.median(tilts))
+    found = footfalls(athlete, ground, LOW, HIGH, WalkSettings(spacing=SPACING, seed=5, steepest=steepest))
+    np.testing.assert_array_equal(found.contacts, places.contacts[tilts <= steepest])
+
+
 def test_contacts_lie_on_the_ground_and_normals_are_its_own(athlete):
     found = footfalls(athlete, ramp(0.2, 0.2), LOW, HIGH, SETTINGS)
     np.testing.assert_allclose(found.contacts[:, 2], 0.2 * found.contacts[:, 0], atol=1e-6)
@@ -171,6 +178,21 @@ def test_no_pose_near_the_one_that_suits_feet_best_suits_them_better(athlete, se
     assert (off[0] ** 2).sum() == pytest.approx(best, rel=1e-9)
     for by in rng.normal(0.0, 0.02, (20, 3)):
         assert squares(*(poses[0, [0, 1, 5]] + by)) >= best
+
+
+@given(SEED)
+def test_the_pose_that_suits_feet_leans_with_the_plane_through_them(athlete, seed):
+    rng = np.random.default_rng(seed)
+    ease = footprint(athlete)
+    contacts = np.column_stack([ease.at(1.0, 2.0, 0.7), np.zeros(6)]) + rng.normal(0.0, 0.4, (6, 3))
+    pose = ease.fits(contacts[None])[0][0]
+    east, north, middle = np.linalg.lstsq(
+        np.column_stack([contacts[:, :2] - contacts[:, :2].mean(axis=0), np.ones(6)]), contacts[:, 2], rcond=None
+    )[0]
+    ahead, left = np.array([math.cos(pose[5]), math.sin(pose[5])]), np.array([-math.sin(pose[5]), math.cos(pose[5])])
+    assert math.tan(pose[3]) == pytest.approx(FOLLOWS_SLOPE * (left @ (east, north)), abs=1e-9)
+    assert math.tan(pose[4]) == pytest.approx(-FOLLOWS_SLOPE * (ahead @ (east, north)), abs=1e-9)
+    assert pose[2] == pytest.approx(middle + ease.height, abs=1e-9)
 
 
 def test_the_height_of_a_rover_at_ease_is_the_one_asked_for(athlete):
