@@ -25,7 +25,7 @@ DRIFT = 0.001
 
 
 class Checks(NamedTuple):
-    """What is checked with: tables of legs, rover and forces, the balance, the torque that is allowed, the clearance.
+    """What is checked with: tables of legs on their way, of rover and forces, the balance, the torque that is allowed.
 
     reaches: (legs × 7,) how far the farthest point of each link is from its origin [m]. gap: how far anything may move
     from one sample to the next [m].

@@ -99,14 +99,14 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
     move = Move(leg, wheel, branch, world.settings.lift, np.array(at.stance.contacts))
     now = vector_of(np.ascontiguousarray(at.T_site_base[:3]))
     guesses, best = np.array([aim, now, 0.5 * (aim + now)]), np.empty(6)
-    lacks = find_pose(guesses, aim, feet, move, checks.legs, checks.rover, checks.balance, rng, LOOKS, best)
+    lacks = find_pose(guesses, aim, feet, move, world.legs, checks.rover, checks.balance, rng, LOOKS, best)
     if lacks > 0.0:
         return Fails("transition", leg)
     T, q, spares = np.empty((3, 4)), np.empty_like(at.posture), np.empty(len(feet.branches))
     pose_of(best, T)
-    legs_at(T, feet, checks.legs, q, spares)
+    legs_at(T, feet, world.legs, q, spares)
     after, q_leg = q.copy(), np.empty(6)
-    leg_at(T, wheel, branch, leg, checks.legs, q_leg)
+    leg_at(T, wheel, branch, leg, world.legs, q_leg)
     after[6 * leg : 6 * leg + 6] = q_leg
     poses = np.empty((7 * len(spares), 3, 4))
     for stance, posture in ((at.stance, q), (to, after)):
@@ -131,7 +131,32 @@ def _told(failed: int, code: int) -> str:
 
 
 def body_way(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
-    """The chassis' straight way over all its feet to a pose (4, 4), every check of it holding, or what fails."""
+    """The chassis' way over all its feet to a pose (4, 4), every check of it holding, or what fails.
+
+    It is straight, or where that fails up or down and level with the pose first, then straight.
+    """
+    straight = _straight(checks, at, T_site_base)
+    if not isinstance(straight, Fails):
+        return straight
+    vector, goal = (vector_of(np.ascontiguousarray(T[:3])) for T in (at.T_site_base, T_site_base))
+    vector[2:5] = goal[2:5]
+    T_via = np.eye(4)
+    pose_of(vector, T_via[:3])
+    first = _straight(checks, at, T_via)
+    if isinstance(first, Fails):
+        return straight
+    then = _straight(checks, At(at.stance, T_via, first.postures[-1]), T_site_base)
+    if isinstance(then, Fails):
+        return straight
+    return BodyWay(
+        *(
+            np.concatenate([getattr(first, name), getattr(then, name)[1:]])
+            for name in ("postures", "Ts_site_base", "margins", "torques")
+        )
+    )
+
+
+def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
     feet, legs = feet_of(at.stance), len(at.stance.branches)
     spares, q = np.empty(legs), np.empty(6 * legs)
     T_from, T_to = np.ascontiguousarray(at.T_site_base[:3]), np.ascontiguousarray(T_site_base[:3])

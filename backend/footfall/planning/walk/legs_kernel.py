@@ -16,10 +16,10 @@ from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, SHANK, THIGH
 
 Array = NDArray[np.float64]
 
-WRIST = 0.12
-"""How far a standing leg keeps from a straight wrist, where its knee roll would have to jump [rad]."""
-KNEE_ROLL = 1.2
-"""How far a standing leg's knee may be rolled [rad]: beyond, its wrist is about to pass straight on the other side."""
+WRIST, KNEE_ROLL = 0.12, 1.2
+"""``LegsTables.wrist`` and ``knee_roll`` where a foot is moved [rad]."""
+WRIST_ON_THE_WAY, KNEE_ROLL_ON_THE_WAY = 0.06, 1.4
+"""The same while the chassis moves [rad]: between two poses that keep the above it may come a little nearer."""
 UNREACHED = 1.0
 """What a leg that can't reach lacks more than one that is only short of its reserves [m or rad]."""
 
@@ -27,7 +27,9 @@ UNREACHED = 1.0
 class LegsTables(NamedTuple):
     """lengths: (legs, 5), see leg_frames.py; Ts_base_hip: (legs, 3, 4); lower, upper: (legs, 6) [rad].
 
-    reach_reserve [m], joint_reserve [rad]: see ``WalkSettings``.
+    reach_reserve [m], joint_reserve [rad]: see ``WalkSettings``. wrist: how far a standing leg keeps from a straight
+    wrist, where its knee roll would have to jump; knee_roll: how far its knee may be rolled [rad], beyond which the
+    wrist is about to pass straight on the other side.
     """
 
     lengths: Array
@@ -36,6 +38,8 @@ class LegsTables(NamedTuple):
     upper: Array
     reach_reserve: float
     joint_reserve: float
+    wrist: float = WRIST
+    knee_roll: float = KNEE_ROLL
 
 
 class Feet(NamedTuple):
@@ -50,8 +54,8 @@ def leg_at(T_site_base: Array, T_site_wheel: Array, branch: int, leg: int, table
     """Write the joints q (6,) [rad] that hold a wheel with the chassis there; returns what the leg has to spare.
 
     That is the least of its distance from straight and from folded [m] and of its joints from their limits [rad],
-    beyond the reserves, of its wrist from straight beyond WRIST, and of its knee's roll up to KNEE_ROLL. Negative:
-    it lacks so much; below −UNREACHED there is no such posture, and q is NaN.
+    beyond the reserves, of its wrist from straight beyond ``wrist``, and of its knee's roll up to ``knee_roll``.
+    Negative: it lacks so much; below −UNREACHED there is no such posture, and q is NaN.
     """
     lengths, H = tables.lengths[leg], tables.Ts_base_hip[leg]
     R, at = np.empty((3, 3)), np.empty(3)
@@ -88,7 +92,7 @@ def leg_at(T_site_base: Array, T_site_wheel: Array, branch: int, leg: int, table
         if outside > 0.0:
             q[:] = np.nan
             return -outside - UNREACHED
-    return min(spare, abs(math.sin(q[4])) - WRIST, KNEE_ROLL - abs(q[3]))
+    return min(spare, abs(math.sin(q[4])) - tables.wrist, tables.knee_roll - abs(q[3]))
 
 
 @njit()

@@ -266,7 +266,7 @@ class Search:
             aim,
             feet_of(reached.at.stance),
             nobody,
-            checks.legs,
+            self.world.legs,
             checks.rover,
             checks.balance,
             self._rng,

@@ -13,7 +13,7 @@ from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.kept import Kept
 from footfall.planning.walk.body_kernel import Checks
-from footfall.planning.walk.legs_kernel import LegsTables
+from footfall.planning.walk.legs_kernel import KNEE_ROLL_ON_THE_WAY, WRIST_ON_THE_WAY, LegsTables
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, Balance
 from footfall.robot.bvh import robot_meshes
@@ -79,7 +79,7 @@ class World:
         heights, geometry = dem.heights, dem.geometry
         rover = rover_tables(self.robot, heights, geometry, clearance, middle, self._within)
         checks = Checks(
-            self.legs,
+            self.legs._replace(wrist=WRIST_ON_THE_WAY, knee_roll=KNEE_ROLL_ON_THE_WAY),
             rover,
             self._held,
             self.balance,
