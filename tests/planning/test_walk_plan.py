@@ -190,6 +190,37 @@ def test_no_foot_is_put_on_forbidden_ground_and_one_on_each_pinned_place(athlete
     assert min(np.hypot(*(stance.contacts[leg, :2] - (x, y))) for leg, stance in before) > 0.1
 
 
+def test_no_leg_is_put_where_only_it_may_not_be(athlete, ground, start, found):
+    """Each place that a leg was put on is forbidden to it: the walk is another, and avoids them all."""
+    forbidden = tuple(
+        Place(float(stance.contacts[leg, 0]), float(stance.contacts[leg, 1]), 0.15, leg)
+        for leg, stance in zip(found.plan.legs, found.plan.stances[1:], strict=True)
+    )
+    plan = planned(plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, forbidden=forbidden)))
+    for leg, stance in zip(plan.legs, plan.stances[1:], strict=True):
+        for place in forbidden:
+            away = np.hypot(stance.contacts[leg, 0] - place.x, stance.contacts[leg, 1] - place.y)
+            assert place.leg != leg or away > place.radius
+
+
+def test_feet_are_put_on_pinned_places_though_the_chassis_is_at_the_goal(athlete, ground, start):
+    here, pins = WalkGoal(0.0, 0.0, 0.0), (Place(2.0, 1.2), Place(-2.0, -1.2))
+    plan = planned(plan_walk(athlete, ground, start, here, settings=replace(SETTINGS, pinned=pins)))
+    put = [stance.contacts[leg, :2] for leg, stance in zip(plan.legs, plan.stances[1:], strict=True)]
+    for pin in pins:
+        assert min(np.hypot(*(one - (pin.x, pin.y))) for one in put) < 1e-9
+    assert failed(athlete, ground, plan, start) == set()
+
+
+@pytest.mark.parametrize(("within", "turned"), [(0.02, 1.0), (0.5, 0.01)])
+def test_a_goal_that_is_narrow_is_met(athlete, ground, start, within, turned):
+    goal = WalkGoal(1.2, 0.1, 0.1, within, turned)
+    plan = planned(plan_walk(athlete, ground, start, goal, settings=SETTINGS))
+    away, off_heading = off(plan, goal)
+    assert away <= within
+    assert off_heading <= turned
+
+
 def refused(result, status, *words) -> Any:
     """The walk that comes nearest, of a request that is refused so."""
     assert result.status is status, result
