@@ -88,8 +88,12 @@ def test_the_newest_walk_is_drawn_while_its_ground_is_there(tmp_path, monkeypatc
         def there(name, shown=True):
             return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
 
+        def text_of(name):
+            label = server.scene.get_handle_by_name(name)
+            return label.text if isinstance(label, viser.LabelHandle) else None
+
         def end_says(text):
-            return until(lambda: (end := server.scene.get_handle_by_name("/walk/end")) and end.text == text, text)
+            return until(lambda: text_of("/walk/end") == text, text)
 
         ask(1)
         assert all(there(name) for name in ("/walk/marks", "/walk/chassis", "/walk/1", "/walk/end"))

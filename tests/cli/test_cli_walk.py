@@ -31,6 +31,7 @@ def test_a_walk_is_planned_told_and_written(waves, tmp_path):
     assert isinstance(stored, WalkResult)
     assert stored.digest == answer["digest"]
     plan, figures = stored.plan, answer["figures"]
+    assert plan is not None
     assert figures["foot_moves"] == len(plan.legs) == figures["steps"] / 2
     assert figures["chassis_way"] == pytest.approx(plan.chassis_way)
     assert figures["least_margin"] == pytest.approx(min(plan.margins))
@@ -53,6 +54,7 @@ def test_a_refusal_is_an_answer_with_its_reason(waves, tmp_path):
     out = tmp_path / "walk.npz"
     refused = run("plan", "walk", waves, "--goal", 90, 90, "--out", out, code=1)
     stored = decode(out.read_bytes())
+    assert isinstance(stored, WalkResult)
     assert "a plan that was refused" in run("export", out, code=2).stderr
     assert refused.stdout.startswith(f"{stored.status.value}: {stored.reason}")
     told = json.loads(run("plan", "walk", waves, "--goal", 90, 90, "--json", code=1).stdout)

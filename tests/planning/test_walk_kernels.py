@@ -13,6 +13,7 @@ from footfall.balance.support import margins
 from footfall.core.frames import inverse
 from footfall.planning.scene.rover_kernel import leg_too_near_itself
 from footfall.planning.stance.follow import DRIFT, base_path
+from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.body_kernel import waypoints_of
 from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, Fails, body_way, feet_of
@@ -48,6 +49,11 @@ def stood(robot, dem):
     return at
 
 
+def world_of(robot, dem, at):
+    """What a search asks where all the ground is known."""
+    return World(robot, Nearby(dem, np.isnan(dem.heights)), SETTINGS, at.T_site_base)
+
+
 @pytest.fixture(scope="module")
 def ground():
     return wavy()
@@ -60,7 +66,7 @@ def at(athlete, ground):
 
 @pytest.fixture(scope="module")
 def world(athlete, ground, at):
-    return World(athlete, ground, SETTINGS, at.T_site_base)
+    return world_of(athlete, ground, at)
 
 
 def any_pose(rng, far=0.5, turned=0.5):
@@ -267,7 +273,7 @@ def test_a_rock_under_the_chassis_stops_its_way_down_as_much_sooner_as_it_is_hig
     for height in (0.6, 0.9):
         dem = wavy([(0.0, 0.0, 0.6, height)])
         at = stood(athlete, dem)
-        checks = World(athlete, dem, SETTINGS, at.T_site_base).first.checks
+        checks = world_of(athlete, dem, at).first.checks
         depths = np.arange(0.4, 1.2, step)
         ways = [body_way(checks, at, moved(at, (0.0, 0.0, -depth))) for depth in depths]
         stopped = [isinstance(way, Fails) for way in ways]

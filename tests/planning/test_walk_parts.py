@@ -13,9 +13,9 @@ from footfall.core.frames import rotation
 from footfall.core.value import Provenance
 from footfall.planning.execution.plan import plan_execution
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.stance.stand import stand
-from footfall.planning.step.problem import Status, StepPlan
+from footfall.planning.step.problem import Status, StepPlan, StepSettings
 from footfall.planning.walk.parts import PLANNER, parts_of
 from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Stance, WalkGoal, WalkPlan, WalkSettings
 from tests.support.chassis_ground import wavy
@@ -91,6 +91,12 @@ def poses_of(part):
     return np.repeat(part.T_site_base[None], len(part.waypoints), axis=0)
 
 
+def asked_of(part):
+    settings = part.provenance.settings
+    assert isinstance(settings, BodyMoveSettings | StepSettings)
+    return settings
+
+
 @given(walks())
 def test_the_parts_join_to_the_walk_again(walk):
     parts = parts_of(walk)
@@ -115,14 +121,16 @@ def test_each_part_is_a_plan_of_its_kind(walk):
     over = 0
     for part in parts:
         assert part.parents == {"dem": "d", "robot": "r", "walk": walk.digest}
-        asked = part.provenance.settings
+        asked = asked_of(part)
         assert (asked.conservative, asked.least_margin, asked.friction, asked.clearance) == (False, 0.03, 0.5, 0.02)
         assert len(part.waypoints) > 1
         if isinstance(part, BodyMovePlan):
+            assert isinstance(asked, BodyMoveSettings)
             assert part.standing == tuple(range(LEGS))
             np.testing.assert_array_equal(part.contacts, walk.stances[over].contacts)
             np.testing.assert_allclose(part.shift.applied(part.Ts_site_base[0]), part.Ts_site_base[-1], atol=1e-12)
             continue
+        assert isinstance(asked, StepSettings)
         over += 1
         placed = walk.stances[over]
         np.testing.assert_array_equal(part.contact, placed.contacts[part.leg])
@@ -136,7 +144,7 @@ def test_each_part_is_a_plan_of_its_kind(walk):
 def test_a_required_support_is_asked_of_every_part():
     walk = made_up([2, 0], [(1, (LIFT, SWING, LOWER))], seed=0)
     walk = replace(walk, provenance=replace(walk.provenance, settings=WalkSettings(support="required")))
-    assert [part.provenance.settings.conservative for part in parts_of(walk)] == [True, True]
+    assert [asked_of(part).conservative for part in parts_of(walk)] == [True, True]
 
 
 def test_a_foot_move_without_a_foot_that_is_lifted_is_refused():
@@ -165,17 +173,22 @@ def test_the_parts_of_a_walk_are_the_plans_that_it_was_made_of(athlete, dem, sta
         for name in ("least_margin", "friction", "clearance", "conservative"):
             assert getattr(part.provenance.settings, name) == getattr(one.provenance.settings, name), name
         if isinstance(part, BodyMovePlan):
+            assert isinstance(one, BodyMovePlan)
             np.testing.assert_allclose(part.shift.vector, one.shift.vector, atol=1e-12)
             np.testing.assert_array_equal(part.contacts, one.contacts)
             assert part.standing == one.standing
         else:
+            assert isinstance(one, StepPlan)
             assert part.phases == one.phases
-            assert part.provenance.settings.lift == SETTINGS.lift
+            asked = asked_of(part)
+            assert isinstance(asked, StepSettings)
+            assert asked.lift == SETTINGS.lift
             np.testing.assert_allclose(part.contact, one.contact, atol=5e-3)
 
 
 def test_a_step_of_a_walk_can_be_executed_from_where_it_starts(athlete, dem, standing):
     [_, step, _] = parts_of(short_walk(athlete, dem, standing))
+    assert isinstance(step, StepPlan)
     here = replace(standing, posture=step.waypoints[0], T_site_base=step.T_site_base)
     done = plan_execution(athlete, dem, here, step)
     assert done.status is Status.FOUND, done.reason
@@ -187,4 +200,5 @@ def test_a_step_of_a_walk_can_be_executed_from_where_it_starts(athlete, dem, sta
 def test_shifts_of_a_walk_that_turns_are_told_as_they_are():
     walk = made_up([3, 0], [(0, (LIFT, LOWER))], seed=3)
     part = parts_of(walk)[0]
+    assert isinstance(part, BodyMovePlan)
     assert part.shift.digest == BodyShift.between(walk.Ts_site_base[0], walk.Ts_site_base[3]).digest

@@ -13,6 +13,7 @@ from footfall.planning.stance.stand import stand
 from footfall.planning.walk.parts import parts_of
 from footfall.sequence.make import make_sequence
 from footfall.sequence.rules import check_rules
+from footfall.sequence.settings import SequenceSettings
 from tests.support.chassis_ground import wavy
 from tests.support.sequences import require_same_commands
 from tests.support.short_walks import LEG, SETTINGS, short_walk
@@ -45,7 +46,7 @@ def test_a_walk_is_commanded_part_by_part_and_every_rule_holds(athlete, dem, wal
     assert commanded.valid, [(rule.rule, rule.row, rule.text) for rule in commanded.failures]
     asked = {rule.rule for rule in commanded.rules}
     assert {"no-drag", "balance", "torque", "terrain-collision", "self-collision", "ends-on-ground"} <= asked
-    each = [command for part in parts_of(walk) for command in make_sequence(part, athlete, dem).commands]
+    each = tuple(command for part in parts_of(walk) for command in make_sequence(part, athlete, dem).commands)
     require_same_commands(commanded.commands, each)
     assert [command.name for command in commanded.commands] == [
         *(["POSTURE_MOVE"] * 9),
@@ -73,6 +74,7 @@ def test_the_rules_ask_what_the_walk_was_planned_with(athlete, dem, walk, comman
     required = replace(SETTINGS, support="required", clearance=0.01)
     wary = replace(walk, provenance=replace(walk.provenance, settings=required))
     asked = make_sequence(wary, athlete).provenance.settings
+    assert isinstance(asked, SequenceSettings)
     assert (asked.conservative, asked.clearance) == (True, 0.01)
 
 

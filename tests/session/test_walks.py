@@ -8,7 +8,7 @@ import pytest
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
+from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.jobs.requests import WalkRequest
@@ -51,15 +51,21 @@ def test_a_walk_is_asked_for_recorded_and_replayed_to_the_same_digest(live, stan
 def test_a_replay_names_what_another_planner_makes_otherwise(live):
     walked(live, NEAR)
 
-    def otherwise(parents, settings, progress):
+    def found(parents, settings, progress):
         made = PRODUCTS["walk"](parents, settings, progress)
-        margins = np.array(made.plan.margins)
+        assert isinstance(made, WalkResult)
+        assert made.plan is not None, made.reason
+        return made, made.plan
+
+    def otherwise(parents, settings, progress):
+        made, plan = found(parents, settings, progress)
+        margins = np.array(plan.margins)
         margins[0] += 0.5
-        return replace(made, plan=replace(made.plan, margins=margins))
+        return replace(made, plan=replace(plan, margins=margins))
 
     def out_of_time(parents, settings, progress):
-        made = PRODUCTS["walk"](parents, settings, progress)
-        return replace(made, status=Status.TIME_LIMIT, plan=None, reason="60 s passed", partial=made.plan)
+        made, plan = found(parents, settings, progress)
+        return replace(made, status=Status.TIME_LIMIT, plan=None, reason="60 s passed", partial=plan)
 
     bundle = live.export_bundle()
     [report] = replay(bundle, recipes={**PRODUCTS, "walk": otherwise}).products

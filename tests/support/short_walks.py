@@ -10,9 +10,9 @@ import numpy as np
 from footfall.core.value import Provenance
 from footfall.planning.stance.body_move import plan_body_move
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.stance.move import BodyMoveSettings
+from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.plan import plan_step
-from footfall.planning.step.problem import StepSettings
+from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkPlan, WalkSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import leg_wheel_pose
@@ -21,17 +21,23 @@ LEG = 2
 SETTINGS = WalkSettings(support="ignored", least_margin=0.02, clearance=0.0, seed=7)
 
 
-def short_parts(robot, dem, state, by=(0.06, 0.02)):
-    """A move of the chassis ``by`` (x, y) [m] and down, a step of leg 2 after it, and a move on: three plans."""
+def short_parts(robot, dem, state, by=(0.06, 0.02)) -> tuple[BodyMovePlan, StepPlan, BodyMovePlan]:
+    """A move of the chassis ``by`` (x, y) [m] and down, a step of leg 2 after it, and a move on: three plans.
+
+    A refusal fails the test with its reason.
+    """
     move = BodyMoveSettings(least_margin=SETTINGS.least_margin)
     step = StepSettings(lift=SETTINGS.lift, raise_terrain=SETTINGS.raise_terrain, least_margin=SETTINGS.least_margin)
-    first = plan_body_move(robot, dem, state, BodyShift(dx=by[0], dy=by[1], dz=-0.3), move).plan
-    moved = replace(state, posture=first.waypoints[-1], T_site_base=first.Ts_site_base[-1])
+    first = plan_body_move(robot, dem, state, BodyShift(dx=by[0], dy=by[1], dz=-0.3), move)
+    assert first.plan is not None, first.reason
+    moved = replace(state, posture=first.plan.waypoints[-1], T_site_base=first.plan.Ts_site_base[-1])
     x, y, _ = contact_point(robot, moved.posture, LEG, moved.T_site_base)
-    swing = plan_step(robot, dem, moved, LEG, (float(x) + by[0], float(y) + by[1]), settings=step).plan
-    stepped = replace(moved, posture=swing.waypoints[-1])
-    last = plan_body_move(robot, dem, stepped, BodyShift(dx=by[0], dy=by[1], dyaw=0.02), move).plan
-    return first, swing, last
+    swing = plan_step(robot, dem, moved, LEG, (float(x) + by[0], float(y) + by[1]), settings=step)
+    assert swing.plan is not None, swing.reason
+    stepped = replace(moved, posture=swing.plan.waypoints[-1])
+    last = plan_body_move(robot, dem, stepped, BodyShift(dx=by[0], dy=by[1], dyaw=0.02), move)
+    assert last.plan is not None, last.reason
+    return first.plan, swing.plan, last.plan
 
 
 def short_walk(robot, dem, state):
