@@ -78,8 +78,9 @@ def _step(robot: Robot, ground: Dem, state: RobotState) -> None:
 
 def _walk(robot: Robot, ground: Dem, state: RobotState) -> None:
     import footfall
+    from footfall.planning.walk.problem import WalkSettings
 
-    footfall.plan_walk(robot, ground, state, (0.5, 0.0), seed=0)
+    footfall.plan_walk(robot, ground, state, (0.5, 0.0), seed=0, settings=WalkSettings(time_limit=1000.0))
 
 
 def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
