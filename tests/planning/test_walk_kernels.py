@@ -16,7 +16,7 @@ from footfall.planning.stance.follow import DRIFT, base_path
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.body_kernel import waypoints_of
-from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, Fails, body_way, feet_of
+from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, BodyWay, Fails, body_way, feet_of
 from footfall.planning.walk.legs_kernel import (
     KNEE_ROLL,
     UNREACHED,
@@ -256,6 +256,20 @@ def test_wheels_stand_still_while_the_chassis_moves(athlete, world, at, by, turn
         np.linalg.norm(np.diff(way.Ts_site_base[:, :3, 3], axis=0), axis=1), FARTHEST * BODY_STEP
     )
     assert np.isfinite([way.margins, way.torques]).all()
+
+
+def test_waypoints_as_far_apart_as_they_may_be_keep_wheels_where_they_stand(athlete, world, at):
+    T_to, feet = moved(at, (0.06, 0.04, -0.4), (0.0, 0.03, 0.08)), feet_of(at.stance)
+    Ts = base_path(at.T_site_base, T_to, np.linspace(0.0, 1.0, 200))
+    qs = np.empty((len(Ts), 36))
+    for q, T in zip(qs, Ts, strict=True):
+        assert legs_at(rows(T), feet, world.legs, q, np.empty(LEGS)) > -UNREACHED
+    kept = waypoints_of(qs, len(qs))
+    assert 3 < len(kept) < 100
+    way = BodyWay(qs[kept], Ts[kept], np.zeros(len(kept)), np.zeros(len(kept)))
+    assert wheels_off(athlete, way, at) < DRIFT
+    # fewer would not: the ends alone are far off
+    assert wheels_off(athlete, BodyWay(qs[[0, -1]], Ts[[0, -1]], np.zeros(2), np.zeros(2)), at) > 5 * DRIFT
 
 
 def test_where_joints_bend_more_waypoints_are_kept():
