@@ -150,7 +150,7 @@ class Search:
             if reached.left < self.nearest.left:
                 self.nearest = reached
                 share = 1.0 - reached.left / max(first.left, 1e-9)
-                self.watch.phase(min(0.05 + 0.9 * share, 0.95), f"{len(reached.way())} foot moves planned")
+                self.watch.phase(min(0.05 + 0.9 * share, 0.95), f"foot moves planned: {len(reached.way())}")
             found = self._closed(reached)
             if found is not None:
                 return reached, found
@@ -258,8 +258,12 @@ class Search:
             return None
         aim = self.guide.vectors[-1]
         checks = self.world.around(reached.at.T_site_base).checks
-        best = np.empty(6)
         now = vector_of(np.ascontiguousarray(reached.at.T_site_base[:3]))
+        if reached.before is None and self._is_there(now):
+            stays = body_way(checks, reached.at, np.array(reached.at.T_site_base))
+            if not isinstance(stays, Fails):
+                return stays
+        best = np.empty(6)
         nobody = Move(-1, np.zeros((3, 4)), 0, 0.0, contacts)
         lacks = find_pose(
             np.array([aim, now]),
@@ -273,9 +277,7 @@ class Search:
             CLOSING_LOOKS,
             best,
         )
-        if lacks > 0.0 or math.hypot(best[0] - self.goal.x, best[1] - self.goal.y) > self.goal.within:
-            return None
-        if self.goal.yaw is not None and abs(_angle(best[5] - self.goal.yaw)) > self.goal.turned:
+        if lacks > 0.0 or not self._is_there(best):
             return None
         T = np.eye(4)
         pose_of(best, T[:3])
@@ -284,6 +286,12 @@ class Search:
             self.failures[found.check, found.leg, round(self.goal.x, 1), round(self.goal.y, 1)] += 1
             return None
         return found
+
+    def _is_there(self, vector: Array) -> bool:
+        """Whether a chassis there, (6,), is at the goal."""
+        if math.hypot(vector[0] - self.goal.x, vector[1] - self.goal.y) > self.goal.within:
+            return False
+        return self.goal.yaw is None or abs(_angle(vector[5] - self.goal.yaw)) <= self.goal.turned
 
 
 def _inside(contacts: Array, place: Place) -> NDArray[np.bool_]:
