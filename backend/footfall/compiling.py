@@ -83,6 +83,33 @@ def _walk(robot: Robot, ground: Dem, state: RobotState) -> None:
     footfall.plan_walk(robot, ground, state, (0.5, 0.0), seed=0, settings=WalkSettings(time_limit=1000.0))
 
 
+def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import numpy as np
+
+    from footfall.balance.held import held_tables, placed_postures, postures_held
+    from footfall.balance.held_kernel import held_at_once
+    from footfall.balance.settings import BalanceSettings
+    from footfall.planning.scene.rover_kernel import rovers_are_clear
+    from footfall.planning.scene.rover_tables import rover_tables
+
+    qs, Ts_site_base = np.array([state.posture]), np.array([state.T_site_base])
+    standing = np.ones((1, robot.leg_count), bool)
+    normals = np.tile((0.0, 0.0, 1.0), (1, robot.leg_count, 1))
+    settings = BalanceSettings()
+    postures_held(robot, qs, Ts_site_base, standing, normals, settings)
+    placed = placed_postures(robot, qs, Ts_site_base, standing, normals)
+    held_at_once(*(of_all[0] for of_all in placed), held_tables(robot, settings), 1.0)
+    rovers_are_clear(qs, Ts_site_base, standing, 0.0, rover_tables(robot, ground.heights, ground.geometry))
+
+
+def _scan(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.terrain.gridding import terrain_of_scan
+    from footfall.terrain.ground.triangulate import triangulate
+    from footfall.terrain.scan import Scan
+
+    terrain_of_scan(Scan(triangulate(ground).vertices, "made up", unit="m", up="z"))
+
+
 def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.terrain.ground.mesh_terrain import height_error
     from footfall.terrain.ground.triangulate import triangulate
@@ -93,9 +120,11 @@ def _mesh(robot: Robot, ground: Dem, state: RobotState) -> None:
 WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "shift and step": _step,
     "walk": _walk,
+    "whole rover": _whole_rover,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,
     "mesh to terrain": _mesh,
+    "scan to terrain": _scan,
 }
 """In this order, what the maps share with the step is compiled before they are begun, and both processes end alike."""

@@ -254,8 +254,8 @@ def test_a_limit_that_ends_before_a_foot_moves_gives_no_walk(athlete, ground, st
 
 
 def test_a_limit_on_the_way_gives_a_partial_walk_that_is_good_but_for_the_goal(athlete, ground, start, slow_clock):
-    result = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, time_limit=25.0))
-    partial = refused(result, Status.TIME_LIMIT, "25 s passed")
+    result = plan_walk(athlete, ground, start, GOAL, settings=replace(SETTINGS, time_limit=16.0))
+    partial = refused(result, Status.TIME_LIMIT, "16 s passed")
     assert partial.foot_moves > 0
     away, _ = off(partial, GOAL)
     assert f"comes within {away:.2f} m with {foot_moves_told(partial)}" in result.reason
