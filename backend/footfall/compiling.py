@@ -97,8 +97,8 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     normals = np.tile((0.0, 0.0, 1.0), (1, robot.leg_count, 1))
     settings = BalanceSettings()
     postures_held(robot, qs, Ts_site_base, standing, normals, settings)
-    placed = placed_postures(robot, qs, Ts_site_base, standing, normals)
-    held_at_once(*(of_all[0] for of_all in placed), held_tables(robot, settings), 1.0)
+    poses, Ts, contacts, unit, down = placed_postures(robot, qs, Ts_site_base, standing, normals)
+    held_at_once(poses[0], Ts[0], contacts[0], unit[0], down[0], held_tables(robot, settings), 1.0)
     rovers_are_clear(qs, Ts_site_base, standing, 0.0, rover_tables(robot, ground.heights, ground.geometry))
 
 

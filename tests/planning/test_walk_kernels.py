@@ -17,6 +17,9 @@ from footfall.planning.step.ground import Nearby
 from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.body_kernel import waypoints_of
 from footfall.planning.walk.foot_move import BODY_STEP, FARTHEST, At, BodyWay, Fails, body_way, feet_of
+from footfall.planning.walk.footfalls import footfalls
+from footfall.planning.walk.footprint import footprint
+from footfall.planning.walk.guide import guide
 from footfall.planning.walk.legs_kernel import (
     KNEE_ROLL,
     UNREACHED,
@@ -28,6 +31,7 @@ from footfall.planning.walk.legs_kernel import (
     turn_between,
 )
 from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.reach import LEAST, reaches
 from footfall.planning.walk.spans_kernel import poses_of, spans
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, margin_without, vector_of
@@ -334,7 +338,8 @@ def test_spans_are_those_of_a_plain_loop(athlete, world, at, leg):
     wheels = wheel_pose_for_contact(athlete, contacts, np.tile([0.0, 0.0, 1.0], (count, 1)), headings, np.eye(4))
     first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
     rover, far, branches = world.first.checks.rover, athlete.leg_length(leg), np.zeros(count, np.int64)
-    spans(Ts, rows(wheels), branches, leg, lift, far, least, world.legs, rover, first, last, best)
+    every = np.zeros(count, np.int64), len(x)
+    spans(Ts, rows(wheels), branches, leg, lift, far, *every, least, world.legs, rover, first, last, best)
     poses, runs = np.empty((7 * LEGS, 3, 4)), []
     for j in range(count):
         spares = []
@@ -352,3 +357,24 @@ def test_spans_are_those_of_a_plain_loop(athlete, world, at, leg):
             assert best[j] == pytest.approx(max(spares))
     assert runs == [*zip(first.tolist(), last.tolist(), strict=True)]
     assert 10 < sum(run[1] >= 0 for run in runs) < count
+
+
+@pytest.mark.parametrize(("ahead", "turned"), [(9.0, 0.4), (0.0, 1.5)])
+def test_spans_look_at_every_pose_that_a_wheel_may_be_reached_from(athlete, ground, world, at, ahead, turned):
+    x, y, yaw = vector_of(rows(at.T_site_base))[[0, 1, 5]]
+    way = guide(ground, np.array([x, y, yaw]), np.array([x + ahead, y, yaw + turned]), footprint(athlete))
+    places = footfalls(athlete, ground, np.array([-4.0, -4.0]), np.array([4.0, 4.0]), SETTINGS)
+    Ts, count = np.empty((len(way.ways), 3, 4)), len(places.contacts)
+    poses_of(way.vectors, Ts)
+    reached = 0
+    for leg, found in enumerate(reaches(world, way, places)):
+        first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+        wheels, branches, every = rows(found.Ts_site_wheel), np.zeros(count, np.int64), np.zeros(count, np.int64)
+        asked = leg, SETTINGS.lift, athlete.leg_length(leg), every, len(Ts), LEAST, world.legs
+        spans(Ts, wheels, branches, *asked, world.first.checks.rover, first, last, best)
+        good = last >= 0
+        assert np.array_equal(np.isfinite(found.low), good)
+        assert found.low[good] == pytest.approx(way.ways[first[good]])
+        assert found.high[good] == pytest.approx(way.ways[last[good]])
+        reached += int(good.sum())
+    assert reached > 100

@@ -29,7 +29,7 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.ground.unseen import without_holes
+from footfall.terrain.ground.unseen import without_holes_between
 
 Array = NDArray[np.float64]
 
@@ -108,10 +108,10 @@ class _Attempt:
         if away > FARTHEST:
             reason = f"the goal is {away:.1f} m away, a walk covers at most {FARTHEST:g} m; choose a nearer one"
             return self._no(Status.GOAL_INVALID, reason)
-        whole = without_holes(self.dem, 0.5 * (here + there), 0.5 * away + 2 * BESIDE, np.array(start.stance.contacts))
+        low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
+        whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
         if whole is None:
             return self._no(Status.UNKNOWN_GROUND, "no ground at all is known between start and goal; build a terrain")
-        low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
         places = footfalls(self.robot, self.dem, low, high, self.settings)
         ease = footprint(self.robot, self.settings.height)
         refusal = self._places_refused(places, ease)

@@ -36,17 +36,19 @@ class Reach:
 
 def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
     """Of every leg and all places; its wheel heads outward from the chassis beside the place."""
-    xy = places.contacts[:, :2]
-    along = way.vectors[-1, :2] - way.vectors[0, :2]
-    square = max(float(along @ along), 1e-9)
-    share = np.clip((xy - way.vectors[0, :2]) @ along / square, 0.0, 1.0)
-    yaws = np.interp(share * way.length, way.ways, way.vectors[:, 5])
+    yaws = np.interp(_shares(way, places.contacts[:, :2]) * way.length, way.ways, way.vectors[:, 5])
     found = []
     for leg, spec in enumerate(world.robot.description.legs):
         headings = HEADING * np.rint((yaws + math.atan2(spec.T_base_hip[1, 0], spec.T_base_hip[0, 0])) / HEADING)
         wheels = wheel_pose_for_contact(world.robot, places.contacts, places.normals, headings, np.eye(4))
         found.append(_reach(world, way, leg, wheels, np.zeros(len(wheels), np.int64)))
     return tuple(found)
+
+
+def _shares(way: Guide, xy: Array) -> Array:
+    """How far along the guide is nearest to places (n, 2), as shares 0…1 of it."""
+    along = way.vectors[-1, :2] - way.vectors[0, :2]
+    return np.clip((xy - way.vectors[0, :2]) @ along / max(float(along @ along), 1e-9), 0.0, 1.0)
 
 
 def reach_of(world: World, way: Guide, stance: Stance) -> tuple[Array, Array]:
@@ -67,8 +69,27 @@ def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: N
     count = len(Ts_site_wheel)
     first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
     wheels = np.ascontiguousarray(Ts_site_wheel[:, :3])
-    far, rover = world.robot.leg_length(leg), world.first.checks.rover
-    spans(Ts, wheels, np.array(branches), leg, settings.lift, far, LEAST, world.legs, rover, first, last, best)
+    far, rover, poses = world.robot.leg_length(leg), world.first.checks.rover, len(way.ways)
+    beside = np.rint(_shares(way, wheels[:, :2, 3]) * (poses - 1)).astype(np.int64)
+    hip = float(np.hypot(*world.legs.Ts_base_hip[leg, :2, 3]))
+    step = float(np.linalg.norm(way.vectors[-1, :2] - way.vectors[0, :2])) / (poses - 1)
+    near = poses if step < 1e-6 else int((far + hip) / step) + 2
+    spans(
+        Ts,
+        wheels,
+        np.array(branches),
+        leg,
+        settings.lift,
+        far,
+        beside,
+        near,
+        LEAST,
+        world.legs,
+        rover,
+        first,
+        last,
+        best,
+    )
     reached = last >= 0
     low = np.where(reached, way.ways[np.minimum(first, len(way.ways) - 1)], np.inf)
     high = np.where(reached, way.ways[np.maximum(last, 0)], -np.inf)

@@ -45,8 +45,8 @@ FEET_APART = 0.5
 """Contacts are at least so far apart [m]: wheels of two legs would touch."""
 DEARER, TRIES = 1.0, 3
 """What a foot move that was not found costs more when it is tried again; how often it is tried."""
-FIRST_TRIED = 80
-"""Foot moves that the first attempt may try; each later one may try twice as many as the one before."""
+FIRST_TRIED, TRIED_A_METRE = 50, 12
+"""Foot moves that the first attempt may try, at least and for each metre; each later one may try twice as many."""
 NOISE = 0.5
 """Mean of what is added to the costs of later attempts."""
 STUCK = 0.1
@@ -142,7 +142,8 @@ class Search:
         if found is not None:
             return first, found
         self._expand(first)
-        while self._open and self.tried < FIRST_TRIED * 2**self.attempt:
+        most = (FIRST_TRIED + TRIED_A_METRE * self.guide.length) * 2**self.attempt
+        while self._open and self.tried < most:
             self.watch.tick()
             reached = self._tried(heapq.heappop(self._open))
             if reached is None:

@@ -21,6 +21,8 @@ def spans(
     leg: int,
     lift: float,
     reach: float,
+    beside: NDArray[np.int64],
+    near: int,
     least: float,
     legs: LegsTables,
     rover: RoverTables,
@@ -32,7 +34,8 @@ def spans(
 
     Ts_site_wheel: (m, 3, 4), branches: (m,). A leg reaches it where it has ``least`` to spare both on the ground
     and lifted by ``lift`` [m]; first is n and last −1 where it never does. reach: no wheel farther from its hip is
-    looked at [m]. best: (m,) most to spare.
+    looked at [m]; beside, near: (m,) the pose beside each wheel, and how many before and after it are looked at.
+    best: (m,) most to spare.
     """
     count = len(Ts_site_base)
     H = legs.Ts_base_hip[leg]
@@ -48,9 +51,10 @@ def spans(
         z = T_site_wheel[2, 3]
         first[j], last[j], best[j] = count, -1, -np.inf
         begin = -1
-        for i in range(count + 1):
+        end = min(beside[j] + near + 1, count)
+        for i in range(max(beside[j] - near, 0), end + 1):
             good = False
-            if i < count:
+            if i < end:
                 away = math.hypot(hips[i, 0] - T_site_wheel[0, 3], hips[i, 1] - T_site_wheel[1, 3])
                 if away <= reach:
                     T_site_wheel[2, 3] = z

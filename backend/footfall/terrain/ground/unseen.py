@@ -33,9 +33,14 @@ def without_holes(dem: Dem, center_xy: Array, radius: float, contacts: Array) ->
 
     contacts: (k, 3) where wheels stand, site [m].
     """
+    return without_holes_between(dem, center_xy - radius, center_xy + radius, contacts)
+
+
+def without_holes_between(dem: Dem, low_xy: Array, high_xy: Array, contacts: Array) -> Whole | None:
+    """The same of the ground between two corners (2,) [m]."""
     grid = dem.geometry
-    low = np.floor((center_xy - radius - (grid.x0, grid.y0)) / grid.resolution).astype(int)
-    high = np.ceil((center_xy + radius - (grid.x0, grid.y0)) / grid.resolution).astype(int) + 1
+    low = np.floor((low_xy - (grid.x0, grid.y0)) / grid.resolution).astype(int)
+    high = np.ceil((high_xy - (grid.x0, grid.y0)) / grid.resolution).astype(int) + 1
     heights = np.full((high[1] - low[1], high[0] - low[0]), np.nan, np.float32)
     rows, cols = slice(max(low[1], 0), min(high[1], grid.rows)), slice(max(low[0], 0), min(high[0], grid.cols))
     if rows.start < rows.stop and cols.start < cols.stop:
