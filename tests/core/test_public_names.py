@@ -25,13 +25,13 @@ def test_every_public_name_resolves(name):
 
 
 def test_an_unknown_name_is_refused_naming_what_exists():
-    with pytest.raises(AttributeError, match="'plan_walk'") as caught:
-        _ = footfall.plan_walk  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="'plan_dance'") as caught:
+        _ = footfall.plan_dance  # type: ignore[attr-defined]
     for name in footfall.__all__:
         if name != "__version__":
             assert name in str(caught.value)
     with pytest.raises(ImportError):
-        exec("from footfall import plan_walk")
+        exec("from footfall import plan_dance")
 
 
 def test_the_version_is_that_of_the_package():
