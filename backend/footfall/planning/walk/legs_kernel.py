@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 WRIST, KNEE_ROLL = 0.12, 1.2
 """``LegsTables.wrist`` and ``knee_roll`` where a foot is moved [rad]."""
-WRIST_ON_THE_WAY, KNEE_ROLL_ON_THE_WAY = 0.06, 1.4
+WRIST_ON_THE_WAY, KNEE_ROLL_ON_THE_WAY = 0.06, 2.2
 """The same while the chassis moves [rad]: between two poses that keep the above it may come a little nearer."""
 UNREACHED = 1.0
 """What a leg that can't reach lacks more than one that is only short of its reserves [m or rad]."""
