@@ -20,6 +20,7 @@ from footfall.map_commands import make_map
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
 from footfall.referee_commands import run_referee
+from footfall.route_commands import plan_route as run_plan_route
 from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
 from footfall.terminal import (
     AtX,
@@ -51,6 +52,7 @@ app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
 app.add_typer(sessions_app, name="sessions")
 plan_app.command("walk", cls=WithGoal)(run_plan_walk)
+plan_app.command("route")(run_plan_route)
 app.command("map")(make_map)
 app.command("referee")(run_referee)
 app.command("play")(run_play)

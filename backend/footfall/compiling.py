@@ -83,6 +83,16 @@ def _walk(robot: Robot, ground: Dem, state: RobotState) -> None:
     footfall.plan_walk(robot, ground, state, (0.5, 0.0), seed=0, settings=WalkSettings(time_limit=1000.0))
 
 
+def _route(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.core.grid import GridGeometry
+    from footfall.planning.route.field import CostField
+
+    costs = CostField(GridGeometry(0.0, 0.0, 1.0, 8, 8), [[1.0] * 8, [2.0] * 8] * 4, (1.0, 1.0))
+    costs.plan((5.0, 6.0))
+    costs.change([[3, 3]], [float("inf")])
+    costs.plan((5.0, 6.0))
+
+
 def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     import numpy as np
 
@@ -121,6 +131,7 @@ WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "shift and step": _step,
     "walk": _walk,
     "whole rover": _whole_rover,
+    "route": _route,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,

@@ -47,6 +47,13 @@ HOMES: dict[str, tuple[str, ...]] = {
         "ExecutionResult",
     ),
     "footfall.planning.execution.settings": ("ExecutionSettings",),
+    "footfall.planning.route.problem": (
+        "CostGrid",
+        "NoGo",
+        "Route",
+        "RouteResult",
+        "RouteSettings",
+    ),
     "footfall.planning.stance.find_problem": (
         "FindShiftSettings",
         "ShiftResult",

@@ -1,0 +1,108 @@
+"""What it costs to walk over the ground: goodness × certainty (Morphin), averaged under the rover.
+
+Source: S. Singh, R. Simmons, T. Smith, A. Stentz, V. Verma, A. Yahja, K. Schwehr, "Recent progress in local and global
+traversability for planetary rovers" (ICRA 2000).
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, uniform_filter1d
+
+from footfall.core.grid import GridGeometry
+from footfall.core.progress import Progress, no_progress
+from footfall.core.value import Provenance
+from footfall.maps.traversability import traversability
+from footfall.planning.route.problem import CostGrid, NoGo, RouteSettings
+from footfall.robot.ik import contact_point
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+
+def cost_grid(
+    robot: Robot, dem: Dem, settings: RouteSettings | None = None, progress: Progress = no_progress
+) -> CostGrid:
+    """Costs of the map's ground for a robot: 1 / (mean goodness × certainty under it).
+
+    A metre over ground half as good costs twice as much. Unknown ground has no certainty, and beyond the map nothing is
+    known. progress: may raise Cancelled.
+    """
+    settings = settings or RouteSettings()
+    found = traversability(dem, settings.maps, progress)
+    good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
+    geometry, size = _coarse_geometry(dem.geometry, settings.resolution)
+    side = _side(reach(robot) / geometry.resolution)
+    mean = _mean_under(_blocks(good, size, 0.0).mean(axis=(1, 3)), side)
+    with np.errstate(divide="ignore"):
+        costs = np.maximum(np.where(mean >= settings.worst, 1.0 / mean, math.inf), 1.0)
+    heights = _blocks(dem.heights.astype(np.float64), size, math.nan)
+    costs[_rise_under(heights, side) > settings.highest] = math.inf
+    for area in settings.no_go:
+        costs[_inside(geometry, area)] = math.inf
+    provenance = Provenance({"dem": dem.digest, "robot": robot.digest}, settings)
+    return CostGrid(costs, geometry, provenance)
+
+
+def reach(robot: Robot) -> float:
+    """How far from the middle of the chassis the wheels of a standing rover are, at most [m]."""
+    posture = robot.posture("stand")
+    feet = np.array([contact_point(robot, posture, leg, np.eye(4)) for leg in robot.legs])
+    return float(np.hypot(feet[:, 0], feet[:, 1]).max())
+
+
+def _coarse_geometry(geometry: GridGeometry, resolution: float) -> tuple[GridGeometry, int]:
+    """Blocks of cells about as large as ``resolution`` [m], and how many cells a side of one has."""
+    size = max(1, round(resolution / geometry.resolution))
+    rows, cols = (math.ceil(count / size) for count in geometry.shape)
+    shift = 0.5 * (size - 1) * geometry.resolution
+    return GridGeometry(geometry.x0 + shift, geometry.y0 + shift, size * geometry.resolution, rows, cols), size
+
+
+def _blocks(layer: Array, size: int, beyond: float) -> Array:
+    """(rows, size, cols, size) of a layer; beyond: what stands for the cells that the last blocks lack."""
+    rows, cols = (math.ceil(count / size) for count in layer.shape)
+    padded = np.full((rows * size, cols * size), beyond)
+    padded[: layer.shape[0], : layer.shape[1]] = layer
+    return padded.reshape(rows, size, cols, size)
+
+
+def _side(radius: float) -> int:
+    """Side of a square as large as a disc of ``radius``, an odd number of cells."""
+    return max(1, 2 * round((radius * math.sqrt(math.pi) - 1.0) / 2.0) + 1)
+
+
+def _mean_under(layer: Array, side: int) -> Array:
+    """Mean over the square around each cell; beyond the map there is 0."""
+    return uniform_filter1d(uniform_filter1d(layer, side, 0, mode="constant"), side, 1, mode="constant")
+
+
+def _rise_under(heights: Array, side: int) -> Array:
+    """How far the ground under the rover rises over its mean plane there, at least [m]; heights: blocks, see _blocks.
+
+    What is unknown rises nowhere. The plane's own rise over the square is left out, so slopes do not count.
+    """
+    known = np.isfinite(heights)
+    count = known.sum(axis=(1, 3)).astype(np.float64)
+    mean = np.where(known, heights, 0.0).sum(axis=(1, 3)) / np.maximum(count, 1.0)
+    highest = np.where(known, heights, -math.inf).max(axis=(1, 3))
+    some = (count > 0).astype(np.float64)
+    share = np.maximum(_mean_under(some, side), 1e-9)
+    tilt = sum(np.abs(_mean_under(_slope(mean, some, axis), side)) for axis in (0, 1)) / share
+    return maximum_filter(highest, side, mode="nearest") - _mean_under(mean * some, side) / share - tilt * (side // 2)
+
+
+def _slope(mean: Array, some: Array, axis: int) -> Array:
+    """Rise from cell to cell along an axis; 0 where a neighbour is unknown."""
+    if mean.shape[axis] < 2:
+        return np.zeros_like(mean)
+    rise = np.gradient(mean, axis=axis)
+    known = some * np.minimum(np.roll(some, 1, axis), np.roll(some, -1, axis))
+    return np.where(known > 0, rise, 0.0)
+
+
+def _inside(geometry: GridGeometry, area: NoGo) -> NDArray[np.bool_]:
+    away = geometry.centers() - (area.x, area.y)
+    return np.hypot(away[..., 0], away[..., 1]) <= area.radius

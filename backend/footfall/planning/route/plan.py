@@ -1,0 +1,110 @@
+"""Plan a route to a goal over the ground that a map knows, or say why there is none and where it is cut off."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label
+
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import Progress, no_progress, part
+from footfall.core.value import Provenance
+from footfall.planning.route.coarse import cheapest_way
+from footfall.planning.route.cost import cost_grid
+from footfall.planning.route.problem import CostGrid, NoGo, Route, RouteResult, RouteSettings
+from footfall.planning.step.problem import Status
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+
+def plan_route(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    goal: tuple[float, float],
+    settings: RouteSettings | None = None,
+    progress: Progress = no_progress,
+) -> RouteResult:
+    """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
+
+    Costs are the same in any heading. Nothing is said of footfalls: see ``plan_walk``. progress: may raise Cancelled.
+    Returns a result; where there is no way it says why. Raises InvalidInput where goal or settings make
+    no sense or the state is of another robot.
+    """
+    settings = settings or RouteSettings()
+    if not isinstance(settings, RouteSettings):
+        raise InvalidInput("a route takes RouteSettings")
+    if len(goal) != 2 or not np.isfinite(goal).all():
+        raise InvalidInput("the goal of a route needs finite x and y [m]", goal=list(goal))
+    if state.robot != robot.name:
+        raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
+    there = (float(goal[0]), float(goal[1]))
+    provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings)
+
+    def no(status: Status, reason: str, cut_off: tuple[float, ...] = ()) -> RouteResult:
+        return RouteResult(status, None, reason, there, provenance, cut_off)
+
+    west, south, east, north = dem.geometry.bounds
+    if not (west <= there[0] <= east and south <= there[1] <= north):
+        spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+        return no(Status.OFF_MAP, f"the goal ({there[0]:g}, {there[1]:g}) lies off the map: {spans}; choose one inside")
+    if not np.isfinite(height_at(dem, *there)):
+        reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
+        return no(Status.UNKNOWN_GROUND, reason)
+    grid = cost_grid(robot, dem, settings, part(progress, 0.0, 0.5))
+    here = (float(state.T_site_base[0, 3]), float(state.T_site_base[1, 3]))
+    free = np.isfinite(grid.costs)
+    if not free.any():
+        return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
+    for place, status, what in (
+        (here, Status.START_INVALID, "the rover is"),
+        (there, Status.GOAL_INVALID, "the goal lies"),
+    ):
+        row, col = _cell(grid, place)
+        if not free[row, col]:
+            x, y = _nearest(grid, free, place)
+            away = math.dist(place, (x, y))
+            reason = f"{what} on {_why(settings, place)}; the nearest that is better is {away:.2f} m away"
+            nearest = (x, y) if status is Status.GOAL_INVALID else ()
+            return no(status, f"{reason}, at ({x:.2f}, {y:.2f}); {_TRY}", nearest)
+    points, cost = cheapest_way(grid.geometry, grid.costs, here, there, part(progress, 0.5, 1.0))
+    if not len(points):
+        regions = np.empty(free.shape, np.int32)
+        label(free, output=regions)
+        x, y = _nearest(grid, regions == regions[_cell(grid, here)], there)
+        reason = (
+            f"no way leads to the goal: it ends at ({x:.2f}, {y:.2f}), {math.dist(there, (x, y)):.2f} m before it, "
+            f"where all ground around is too bad, too high, unknown or no-go; {_TRY}"
+        )
+        return no(Status.NO_PATH, reason, (x, y))
+    return RouteResult(Status.FOUND, Route(points, cost, provenance), "", there, provenance)
+
+
+_TRY = "take images of what is not known, allow worse ground, or choose another goal"
+
+
+def _why(settings: RouteSettings, place: tuple[float, float]) -> str:
+    if any(_in(area, place) for area in settings.no_go):
+        return "ground that is marked as no-go"
+    return (
+        f"ground that is too bad or too little known (mean goodness × certainty under the rover below "
+        f"{settings.worst:g}) or rises more than {settings.highest:g} m under it"
+    )
+
+
+def _in(area: NoGo, place: tuple[float, float]) -> bool:
+    return math.dist((area.x, area.y), place) <= area.radius
+
+
+def _cell(grid: CostGrid, place: tuple[float, float]) -> tuple[int, int]:
+    row, col = grid.geometry.cell(*place)
+    return int(np.clip(row, 0, grid.geometry.rows - 1)), int(np.clip(col, 0, grid.geometry.cols - 1))
+
+
+def _nearest(grid: CostGrid, chosen: NDArray[np.bool_], place: tuple[float, float]) -> tuple[float, float]:
+    """The centre x, y [m] of the cell that is nearest to a place, of the chosen ones."""
+    centers = grid.geometry.centers()[chosen]
+    at = int(np.argmin(np.linalg.norm(centers - place, axis=1)))
+    return float(centers[at, 0]), float(centers[at, 1])

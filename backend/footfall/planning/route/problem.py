@@ -1,0 +1,98 @@
+"""One route: what is asked, with which settings, and what comes back. A *route* is a path without footfalls."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.bounds import require_above_zero
+from footfall.core.errors import InvalidInput
+from footfall.core.grid import GridGeometry
+from footfall.core.value import Provenance, Value, value
+from footfall.maps.layers import MapSettings
+from footfall.planning.step.problem import Status
+
+
+@value
+class NoGo(Value):
+    """Ground that the chassis keeps off: a disc around x, y [m] of ``radius`` [m]."""
+
+    x: float
+    y: float
+    radius: float
+
+    def check(self) -> None:
+        if not np.isfinite([self.x, self.y]).all():
+            raise InvalidInput("a no-go area needs finite x and y [m]")
+        require_above_zero(radius=self.radius)
+
+
+@value
+class RouteSettings(Value):
+    """resolution: of the cells that the way is looked for on [m].
+
+    worst: least mean of goodness × certainty under the rover. highest: ground under it that rises at most so far over
+    the mean plane there [m]: more is not stepped over. no_go: what the chassis keeps off. maps: how goodness is judged.
+    """
+
+    resolution: float = 0.1
+    worst: float = 0.2
+    highest: float = 0.5
+    no_go: tuple[NoGo, ...] = ()
+    maps: MapSettings = MapSettings()
+
+    def check(self) -> None:
+        require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
+        if self.worst > 1:
+            raise InvalidInput("the worst ground that is allowed has a goodness of at most 1", worst=self.worst)
+
+
+@value
+class CostGrid(Value):
+    """What a metre costs where the chassis is over a cell: 1 on the best ground, infinite where it must not be.
+
+    costs: (rows, cols) float64.
+    """
+
+    costs: NDArray[np.float64]
+    geometry: GridGeometry
+    provenance: Provenance
+
+    def check(self) -> None:
+        if self.costs.shape != self.geometry.shape or not (self.costs >= 1.0).all():
+            raise InvalidInput("a grid of costs has one for each cell, at least 1 a metre")
+
+
+@value
+class Route(Value):
+    """A path of the chassis over a grid of costs. points: (n, 2) x, y [m], straight between.
+
+    cost: of all of it; on the best ground that is its length [m].
+    """
+
+    points: NDArray[np.float64]
+    cost: float
+    provenance: Provenance
+
+    @property
+    def length(self) -> float:
+        """Of the path [m]."""
+        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+
+
+@value
+class RouteResult(Value):
+    """The answer to one request for a route. ``reason`` says what is in the way, where, and what to try.
+
+    goal: x, y [m]. plan: with status FOUND, and only then. cut_off: where else the way ends, x, y [m], the place
+    nearest to the goal that can be reached; empty where that is not known.
+    """
+
+    status: Status
+    plan: Route | None
+    reason: str
+    goal: tuple[float, ...]
+    provenance: Provenance
+    cut_off: tuple[float, ...] = ()
+
+    def check(self) -> None:
+        if (self.status is Status.FOUND) != (self.plan is not None):
+            raise InvalidInput("a plan comes with status FOUND, and only then")

@@ -1,0 +1,56 @@
+"""The command ``footfall plan route``: the cheapest way of the chassis over a terrain, or why there is none."""
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from footfall import terminal
+from footfall.core.value import fields_of
+from footfall.planning.route.problem import RouteSettings
+from footfall.planning.step.problem import Status
+from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
+
+
+def plan_route(
+    terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
+    goal: Annotated[Pair, typer.Option("--goal", help="Where the chassis is to be, x and y [m].")],
+    x: AtX = 0.0,
+    y: AtY = 0.0,
+    yaw: AtYaw = 0.0,
+    worst: Annotated[
+        float, typer.Option(help="Least mean goodness × certainty of the ground under the rover, 0…1.")
+    ] = RouteSettings().worst,
+    resolution: Annotated[
+        float, typer.Option(help="Of the cells that the way is looked for on [m].")
+    ] = RouteSettings().resolution,
+    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
+    robot: RobotName = "athlete",
+    as_json: Json = False,
+) -> None:
+    """Plan a route over a terrain to a goal, without footfalls; exit code 1 where the answer is no."""
+    from footfall.io.artifacts import encode
+    from footfall.planning.route.plan import plan_route as run
+
+    settings = RouteSettings(worst=worst, resolution=resolution)
+    body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
+    began = time.monotonic()
+    with bar("route") as progress:
+        result = run(body, dem, state, goal, settings, progress)
+    seconds = time.monotonic() - began
+    if out is not None:
+        out.write_bytes(encode(result))
+    if as_json:
+        terminal.show({**fields_of(result), "digest": result.digest, "seconds": seconds})
+    else:
+        typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
+        if result.plan is not None:
+            route = result.plan
+            mean = route.cost / route.length if route.length else 1.0
+            parts = len(route.points) - 1
+            typer.echo(f"{route.length:.2f} m in {parts} straight parts, {mean:.2f} times the cost of the best ground")
+            for point in route.points:
+                typer.echo(f"  {point[0]:8.2f} {point[1]:8.2f}")
+        typer.echo(f"planned in {seconds:.2f} s")
+    raise typer.Exit(0 if result.status is Status.FOUND else 1)
