@@ -10,13 +10,15 @@ import json
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import replace
 from typing import Any
 
 from benchmarks.timing import machine
-from benchmarks.walks.attempts import attempt
+from benchmarks.walks.attempts import SMOOTHING, attempt
 from benchmarks.walks.summary import Attempt, summary
-from benchmarks.walks.terrains import FAMILIES, REPORTED, SIZES, TRAINING
+from benchmarks.walks.terrains import FAMILIES, REPORTED, SIZES, TRAINING, Slopes
+from footfall.core.value import fields_of
+from footfall.planning.walk.smoothing import WalkFigures
 
 
 def main() -> int:
@@ -28,26 +30,29 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=60.0, help="wall clock of one walk [s]")
     parser.add_argument("--training", action="store_true", help="terrains to look at while planners are made")
     parser.add_argument("--recheck", action="store_true")
+    parser.add_argument("--rounds", type=int, default=SMOOTHING.rounds, help="of smoothing; 0: walks as they are found")
+    parser.add_argument("--posture", help="whose height the smoothed chassis comes near")
     parser.add_argument("--json", action="store_true")
     asked = parser.parse_args()
+    smoothing = replace(SMOOTHING, rounds=asked.rounds, posture=asked.posture)
     about, numbers = machine(), TRAINING if asked.training else REPORTED
     if not asked.json:
         print(f"{about['processor']}, {about['cores']} cores, Python {about['python']}")
     told: dict[str, dict[str, Any]] = {}
     every: list[Attempt] = []
     for family in asked.only or list(FAMILIES):
-        attempt(family, TRAINING[-1], 0, asked.metres, asked.limit)
+        attempt(family, TRAINING[-1], 0, asked.metres, asked.limit, smoothing=smoothing)
         own: list[Attempt] = []
         for number in numbers[: asked.terrains]:
             for seed in range(asked.seeds):
-                own.append(attempt(family, number, seed, asked.metres, asked.limit, asked.recheck))
+                own.append(attempt(family, number, seed, asked.metres, asked.limit, asked.recheck, smoothing))
                 print(_line(own[-1]), file=sys.stderr, flush=True)
         told[family] = summary(own, asked.metres)
         every += own
         if not asked.json:
             _print(family, told[family])
     if asked.json:
-        report = {"machine": about, "families": told, "attempts": [asdict(one) for one in every]}
+        report = {"machine": about, "families": told, "attempts": [vars(one) for one in every]}
         print(json.dumps(_plain(report), indent=2, allow_nan=False))
     missed = any(False in wanted.values() for row in told.values() if isinstance(wanted := row.get("wanted"), dict))
     return 1 if missed or any(row["recheck_failed"] for row in told.values()) else 0
@@ -55,6 +60,10 @@ def main() -> int:
 
 def _plain(one: Any) -> Any:
     """What JSON can hold: no number where there is none."""
+    if isinstance(one, Slopes):
+        return _plain(vars(one))
+    if isinstance(one, WalkFigures):
+        return _plain(fields_of(one))
     if isinstance(one, Mapping):
         return {name: _plain(part) for name, part in one.items()}
     if isinstance(one, (list, tuple)):
@@ -85,6 +94,8 @@ def _print(family: str, row: Mapping[str, Any]) -> None:
         figures = row[name]
         also = f"; {2 * figures['median']:g} steps" if name == "foot_moves" and figures["median"] is not None else ""
         print(f"  {name:<11}" + ", ".join(f"{one} {_number(figures[one])}" for one in chosen) + f" {unit}{also}")
+    for name, (before, after) in row["smoothing"].items():
+        print(f"  mean {name.replace('_', ' ')}: {_number(before)} as found, {_number(after)} smoothed")
     print(f"  rechecked {row['rechecked']}, failed {row['recheck_failed']}, median {_number(row['recheck_wall'])} s")
     wanted = row.get("wanted")
     if isinstance(wanted, dict):

@@ -12,22 +12,30 @@ from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
+from footfall.planning.walk.smoothing import Smoothing
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 POSTURES = ("stand", "crouch", "tall")
 """A walk starts in the first of these that the rover can stand in at its place."""
+SMOOTHING = Smoothing()
 
 
 def attempt(
-    family: str, number: int, seed: int, metres: float = 2.75, limit: float = 60.0, recheck: bool = False
+    family: str,
+    number: int,
+    seed: int,
+    metres: float = 2.75,
+    limit: float = 60.0,
+    recheck: bool = False,
+    smoothing: Smoothing = SMOOTHING,
 ) -> Attempt:
     """The walk of so many metres on the terrain of a family and number; limit: of wall clock [s]."""
     dem, (x, y) = terrain(family, number, metres), start_of(metres)
     slope, state = slopes(dem), _standing(dem, x, y)
     if isinstance(state, str):
         return Attempt(family, number, seed, "no start", state, slope=slope)
-    goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit)
+    goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit, smoothing=smoothing)
     begun, worked = time.perf_counter(), time.process_time()
     result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings)
     took = time.perf_counter() - begun, time.process_time() - worked
@@ -46,7 +54,9 @@ def attempt(
             # a walk that comes near the goal is good as far as it goes
             if not one.holds and not (one.name == "goal" and result.plan is None)
         )
-    return Attempt(family, number, seed, result.status.value, result.reason, *took, *found, slope, failed, rechecked)
+    smoothed = result.smoothed
+    came = (result.status.value, result.reason, *took, *found, slope, failed, rechecked)
+    return Attempt(family, number, seed, *came, smoothed and smoothed.before, smoothed and smoothed.after)
 
 
 def _standing(dem: Dem, x: float, y: float) -> RobotState | str:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.walks.terrains import Slopes
+from footfall.core.value import fields_of
+from footfall.planning.walk.smoothing import WalkFigures
 
 
 @dataclass(frozen=True)
@@ -15,7 +17,7 @@ class Attempt:
     """family, terrain: its seed; seed: of the planner. status: of the result, or ``no start`` where the rover can't
     stand. wall, processor: of the planner [s]. Of the walk, or of the one that comes nearest: foot_moves, way of the
     chassis [m], least margin [m] and largest torque, as it tells them; failed: checks that the recheck refused, None:
-    it was not asked. rechecked: how long that took [s]. slope: of the ground.
+    it was not asked. rechecked: how long that took [s]. slope: of the ground. before, after: what smoothing came to.
     """
 
     family: str
@@ -32,6 +34,8 @@ class Attempt:
     slope: Slopes | None = None
     failed: tuple[str, ...] | None = None
     rechecked: float = float("nan")
+    before: WalkFigures | None = None
+    after: WalkFigures | None = None
 
     @property
     def found(self) -> bool:
@@ -75,6 +79,11 @@ def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:
             "least": min(numbers, default=None),
             "most": max(numbers, default=None),
         }
+    both = [(fields_of(one.before), fields_of(one.after)) for one in found if one.before and one.after]
+    figures["smoothing"] = {
+        name: tuple(_mean([pair[side][name] for pair in both]) for side in (0, 1))
+        for name in (both[0][0] if both else ())
+    }
     floor = FLOORS.get(attempts[0].family) if metres == 2.75 else None
     if floor is not None:
         times = [one.wall for one in found]
@@ -88,3 +97,7 @@ def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:
 
 def _median(numbers: Sequence[float]) -> float | None:
     return float(np.median(numbers)) if numbers else None
+
+
+def _mean(numbers: Sequence[float]) -> float:
+    return float(np.mean(numbers))

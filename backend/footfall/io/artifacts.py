@@ -73,6 +73,11 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkSettings",
     ),
     "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
+    "footfall.planning.walk.smoothing": (
+        "Smoothed",
+        "Smoothing",
+        "WalkFigures",
+    ),
     "footfall.planning.step.problem": (
         "Check",
         "Decision",

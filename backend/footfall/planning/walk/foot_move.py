@@ -92,21 +92,31 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
 
     The chassis goes first to where all feet but that one hold it before and after, and stays while the leg swings.
     """
-    piece = world.around(at.T_site_base)
-    checks = piece.checks
-    feet = feet_of(at.stance)
-    wheel, branch = np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg])
-    move = Move(leg, wheel, branch, world.settings.lift, np.array(at.stance.contacts))
+    checks = world.around(at.T_site_base).checks
     now = vector_of(np.ascontiguousarray(at.T_site_base[:3]))
     guesses, best = np.array([aim, now, 0.5 * (aim + now)]), np.empty(6)
+    feet, move = feet_of(at.stance), move_of(world, at.stance, leg, to)
     lacks = find_pose(guesses, aim, feet, move, world.legs, checks.rover, checks.balance, rng, LOOKS, best)
     if lacks > 0.0:
         return Fails("transition", leg)
+    return foot_move_at(world, at, leg, to, best, rng)
+
+
+def move_of(world: World, stance: Stance, leg: int, to: Stance) -> Move:
+    """The move of a foot from a stance to the next, as kernels take it."""
+    wheel, branch = np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg])
+    return Move(leg, wheel, branch, world.settings.lift, np.array(stance.contacts))
+
+
+def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng: np.random.Generator) -> Moved | Fails:
+    """The same with the chassis at ``vector`` (6,) while the leg moves."""
+    piece = world.around(at.T_site_base)
+    checks, feet = piece.checks, feet_of(at.stance)
     T, q, spares = np.empty((3, 4)), np.empty_like(at.posture), np.empty(len(feet.branches))
-    pose_of(best, T)
+    pose_of(vector, T)
     legs_at(T, feet, world.legs, q, spares)
     after, q_leg = q.copy(), np.empty(6)
-    leg_at(T, wheel, branch, leg, world.legs, q_leg)
+    leg_at(T, np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg]), leg, world.legs, q_leg)
     after[6 * leg : 6 * leg + 6] = q_leg
     poses = np.empty((7 * len(spares), 3, 4))
     for stance, posture in ((at.stance, q), (to, after)):

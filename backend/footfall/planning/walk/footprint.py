@@ -68,5 +68,14 @@ def footprint(robot: Robot, height: float | None = None) -> Footprint:
     posture = np.zeros(6 * robot.leg_count)
     posture[1::6], posture[2::6] = HIP_PITCH, KNEE_PITCH
     posture[4::6] = math.pi / 2 - HIP_PITCH - KNEE_PITCH
-    feet = np.array([contact_point(robot, posture, leg, np.eye(4)) for leg in robot.legs])
-    return Footprint(feet[:, :2].copy(), float(-feet[:, 2].mean()) if height is None else height)
+    feet = _feet(robot, posture)
+    return Footprint(feet[:, :2].copy(), height_above_feet(robot, posture) if height is None else height)
+
+
+def height_above_feet(robot: Robot, posture: Array) -> float:
+    """Of the base in a posture (legs × 6,) on level ground [m]."""
+    return float(-_feet(robot, posture)[:, 2].mean())
+
+
+def _feet(robot: Robot, posture: Array) -> Array:
+    return np.array([contact_point(robot, posture, leg, np.eye(4)) for leg in robot.legs])

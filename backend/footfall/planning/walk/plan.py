@@ -22,6 +22,7 @@ from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import guide
 from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.planning.walk.search import Search
+from footfall.planning.walk.smooth import smoothed
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
@@ -132,9 +133,11 @@ class _Attempt:
             except OutOfTime:
                 return self._not_found(searches, Status.TIME_LIMIT)
             if found is not None:
+                moves, closing, report = smoothed(world, start, found[0].way(), found[1], ease.height, self.watch)
                 self.watch.phase(1.0, "done")
-                plan = walk_of(self.goal, start, found[0].way(), found[1], self.provenance)
-                return WalkResult(Status.FOUND, plan, "", checks_of(plan, self.settings), self.goal, self.provenance)
+                plan = walk_of(self.goal, start, moves, closing, self.provenance)
+                checks = checks_of(plan, self.settings)
+                return WalkResult(Status.FOUND, plan, "", checks, self.goal, self.provenance, smoothed=report)
         return self._not_found(searches, Status.NO_PATH)
 
     def _goal_refused(self) -> tuple[Status, str] | None:

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.step.problem import Check, Status
+from footfall.planning.walk.smoothing import Smoothed, Smoothing
 
 SUPPORTS: Mapping[str, str] = {
     "required": "the feet that stand always have a conservative support polygon around the centre of mass",
@@ -83,7 +84,7 @@ class WalkSettings(Value):
     raised by this much [m].
     longest: foot move, at most [m]. height: of the chassis above its feet that is preferred [m]; None: the planner's.
     forbidden: ground on which no foot is put. pinned: places each of which a foot is put on, in any order.
-    seed: of all that is random. time_limit: wall clock [s].
+    seed: of all that is random. time_limit: wall clock [s]. smoothing: of the walk that is found.
     """
 
     spacing: float = 0.2
@@ -103,6 +104,7 @@ class WalkSettings(Value):
     pinned: tuple[Place, ...] = ()
     seed: int = 0
     time_limit: float = 60.0
+    smoothing: Smoothing = field(default=Smoothing(), metadata=before(Smoothing(rounds=0)))
 
     def check(self) -> None:
         if self.support not in SUPPORTS:
@@ -216,7 +218,8 @@ class WalkResult(Value):
     """The answer to one request for a walk. ``reason`` says what failed, where, by how much, what to try.
 
     plan: with status FOUND, and only then. partial: otherwise the walk that comes nearest to the goal, checked as far
-    as it goes, where there is one. blocked: what stopped the search, most often first.
+    as it goes, where there is one. blocked: what stopped the search, most often first. smoothed: what
+    smoothing came to, where there was any.
     """
 
     status: Status
@@ -227,6 +230,7 @@ class WalkResult(Value):
     provenance: Provenance
     partial: WalkPlan | None = None
     blocked: tuple[Blocked, ...] = field(default=())
+    smoothed: Smoothed | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if (self.status is Status.FOUND) != (self.plan is not None):

@@ -1,0 +1,152 @@
+"""What a walk costs, of the motions that it is made of: the sum over its foot moves and the chassis' last way."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.scene.rover_tables import RoverTables
+from footfall.planning.walk.body_kernel import Checks
+from footfall.planning.walk.foot_move import At, BodyWay, Moved, feet_of, move_of
+from footfall.planning.walk.footprint import height_above_feet
+from footfall.planning.walk.problem import Stance
+from footfall.planning.walk.smooth_kernel import (
+    METRES_A_RADIAN,
+    ROOMY,
+    ROOMY_MARGIN,
+    Weights,
+    off_height,
+    short_of,
+    tightness,
+)
+from footfall.planning.walk.smoothing import WalkFigures
+from footfall.planning.walk.transition_kernel import Move, vector_of
+from footfall.planning.walk.world import World
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A walk as its motions: foot moves from ``start``, then the chassis' way over the last stance."""
+
+    start: At
+    moves: tuple[Moved, ...]
+    closing: BodyWay
+
+    def at(self, number: int) -> At:
+        """The rover before the chassis moves for foot move ``number``, or for the last time."""
+        return self.moves[number - 1].to if number else self.start
+
+    def pose(self, number: int) -> Array:
+        """T_site_base (4, 4) of foot move ``number``, or at the end; −1: at the start."""
+        if number == len(self.moves):
+            return self.closing.Ts_site_base[-1]
+        return self.at(number + 1).T_site_base
+
+    def vector(self, number: int) -> Array:
+        """The same, (6,): x, y, z [m], roll, pitch, yaw [rad]."""
+        return vector_of(np.ascontiguousarray(self.pose(number)[:3]))
+
+    def with_move(self, number: int, moved: Moved, then: BodyWay) -> "Way":
+        """With another foot move ``number``, and the chassis' way after it; the next foot move's swing is as before."""
+        moves = [*self.moves[:number], moved, *self.moves[number + 1 :]]
+        if number + 1 == len(moves):
+            return replace(self, moves=tuple(moves), closing=then)
+        moves[number + 1] = replace(moves[number + 1], body=then)
+        return replace(self, moves=tuple(moves))
+
+
+class Cost:
+    """Of a walk in a world; height: of the chassis above its feet that is wanted, where no posture was asked for."""
+
+    def __init__(self, world: World, height: float) -> None:
+        self._world, self._asked = world, world.settings.smoothing
+        posture = self._asked.posture
+        self._height = height if posture is None else height_above_feet(world.robot, world.robot.posture(posture))
+
+    def weights(self, checks: Checks) -> Weights:
+        asked = self._asked
+        return Weights(
+            asked.way,
+            asked.torque,
+            asked.margin,
+            asked.clearance,
+            asked.nominal,
+            self._height,
+            _roomy(checks.rover),
+        )
+
+    def height_above(self, stance: Stance) -> float:
+        """Height in site that is wanted of the chassis over some feet [m]."""
+        return float(np.mean(stance.contacts[:, 2])) + self._height
+
+    def of(self, way: Way, number: int) -> float:
+        """What foot move ``number`` costs, or what is after the last."""
+        asked, at, vector = self._asked, way.at(number), way.vector(number)
+        closing = number == len(way.moves)
+        body = way.closing if closing else way.moves[number].body
+        torque, margin, turning = float(body.torques.max()), float(body.margins.min()), _turning(body.postures)
+        if closing:
+            move = nobody(at.stance)
+        else:
+            moved = way.moves[number]
+            move = move_of(self._world, at.stance, moved.leg, moved.to.stance)
+            torque, margin = max(torque, float(moved.torques.max())), min(margin, float(moved.margins.min()))
+            turning += _turning(moved.swing.waypoints)
+        checks = self._world.around(at.T_site_base).checks
+        feet, normals = feet_of(at.stance), np.array(at.stance.normals)
+        room = tightness(vector, feet, normals, move, self._world.legs, checks, self.weights(checks).roomy)[2]
+        return (
+            (0.0 if closing else asked.foot_move)
+            + asked.way * _length(body.Ts_site_base)
+            + asked.turning * turning
+            + asked.torque * torque**2
+            + asked.margin * short_of(margin - checks.balance.least, ROOMY_MARGIN)
+            + asked.clearance * short_of(room, ROOMY)
+            + asked.nominal * off_height(vector, move.contacts, self._height)
+        )
+
+    def figures(self, way: Way) -> WalkFigures:
+        bodies = [*(moved.body for moved in way.moves), way.closing]
+        torques = [max(float(moved.torques.max()), float(moved.body.torques.max())) for moved in way.moves]
+        torques += [float(way.closing.torques.max())]
+        margins = [float(body.margins.min()) for body in bodies] + [float(moved.margins.min()) for moved in way.moves]
+        turning = sum(_turning(body.postures) for body in bodies)
+        return WalkFigures(
+            foot_moves=len(way.moves),
+            chassis_way=float(sum(_far(body.Ts_site_base) for body in bodies)),
+            turning=turning + sum(_turning(moved.swing.waypoints) for moved in way.moves),
+            largest_torque=max(torques),
+            mean_torque=float(np.mean(torques)),
+            least_margin=min(margins),
+            cost=sum(self.of(way, number) for number in range(len(way.moves) + 1)),
+        )
+
+
+def nobody(stance: Stance) -> Move:
+    """No foot's move, over all feet of a stance."""
+    return Move(-1, np.zeros((3, 4)), 0, 0.0, np.array(stance.contacts))
+
+
+def _roomy(rover: RoverTables) -> RoverTables:
+    own = rover.own.copy()
+    own[:, 2] += ROOMY
+    fixed = np.where(rover.fixed < 0.0, rover.fixed, rover.fixed + ROOMY)
+    return rover._replace(own=own, fixed=fixed, between=rover.between + ROOMY)
+
+
+def _far(Ts_site_base: Array) -> float:
+    """How far a chassis' origin goes [m]."""
+    return float(np.linalg.norm(np.diff(Ts_site_base[:, :3, 3], axis=0), axis=1).sum())
+
+
+def _length(Ts_site_base: Array) -> float:
+    """The same with turns [m]: a rotation's change has the size √2 of its angle, where that is small."""
+    turned = np.linalg.norm(np.diff(Ts_site_base[:, :3, :3], axis=0), axis=(1, 2)).sum() / np.sqrt(2.0)
+    return _far(Ts_site_base) + METRES_A_RADIAN * float(turned)
+
+
+def _turning(postures: Array) -> float:
+    """How far the joints that turn farthest turn over rows of postures [rad]."""
+    return float(np.abs(np.diff(postures, axis=0)).max(axis=1).sum())
