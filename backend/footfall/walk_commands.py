@@ -13,6 +13,7 @@ from footfall import terminal
 from footfall.core.value import fields_of
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
@@ -58,6 +59,10 @@ def plan_walk(
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same walk.")] = 0,
     time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = WalkSettings().time_limit,
+    rounds: Annotated[int, typer.Option(help="Rounds of smoothing; 0: the walk as it is found.")] = Smoothing().rounds,
+    posture: Annotated[
+        str | None, typer.Option(help="Posture of the robot whose height the chassis comes near: stand, crouch, tall.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -69,7 +74,8 @@ def plan_walk(
     from footfall.io.artifacts import encode
     from footfall.planning.walk.plan import plan_walk as run
 
-    settings, wanted = WalkSettings(seed=seed, time_limit=time_limit), WalkGoal(*goal, yaw=goal_yaw)
+    smoothing, wanted = Smoothing(rounds=rounds, posture=posture), WalkGoal(*goal, yaw=goal_yaw)
+    settings = WalkSettings(seed=seed, time_limit=time_limit, smoothing=smoothing)
     body, dem, state = terminal.stance(robot, terrain, *(at or (x, y, yaw)))
     began = time.monotonic()
     with bar("walk") as progress:
@@ -95,6 +101,8 @@ def _show(result: WalkResult, seconds: float, as_json: bool) -> None:
         typer.echo(f"  blocked {one.count} times by {_told(one)}")
     if result.plan is not None:
         typer.echo(f"{_in_words(result.plan)}, digest {result.plan.digest}")
+    if result.smoothed is not None:
+        typer.echo(f"smoothed: {_smoothed_in_words(result.smoothed)}")
     if result.partial is not None:
         away = float(np.hypot(*(result.partial.Ts_site_base[-1, :2, 3] - (result.goal.x, result.goal.y))))
         typer.echo(f"as far as it comes, {away:.2f} m from the goal: {_in_words(result.partial)}")
@@ -117,6 +125,16 @@ def _in_words(plan: WalkPlan) -> str:
     return (
         f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
         f"least margin {told['least_margin']:.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
+    )
+
+
+def _smoothed_in_words(smoothed: Smoothed) -> str:
+    old, new = smoothed.before, smoothed.after
+    return (
+        f"foot moves {old.foot_moves} → {new.foot_moves}, the chassis' way {old.chassis_way:.2f} → "
+        f"{new.chassis_way:.2f} m, joints' turning {old.turning:.1f} → {new.turning:.1f} rad, largest torque "
+        f"{old.largest_torque:.0%} → {new.largest_torque:.0%}, in the mean of foot moves {old.mean_torque:.0%} → "
+        f"{new.mean_torque:.0%}, least margin {old.least_margin:.3f} → {new.least_margin:.3f} m"
     )
 
 

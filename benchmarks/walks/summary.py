@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.walks.terrains import Slopes
-from footfall.core.value import fields_of
 from footfall.planning.walk.smoothing import WalkFigures
 
 
@@ -79,10 +78,10 @@ def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:
             "least": min(numbers, default=None),
             "most": max(numbers, default=None),
         }
-    both = [(fields_of(one.before), fields_of(one.after)) for one in found if one.before and one.after]
+    smoothed = [one for one in found if one.before is not None]
     figures["smoothing"] = {
-        name: tuple(_mean([pair[side][name] for pair in both]) for side in (0, 1))
-        for name in (both[0][0] if both else ())
+        name: [float(np.mean([getattr(getattr(one, side), name) for one in smoothed])) for side in ("before", "after")]
+        for name in (WalkFigures.__dataclass_fields__ if smoothed else ())
     }
     floor = FLOORS.get(attempts[0].family) if metres == 2.75 else None
     if floor is not None:
@@ -97,7 +96,3 @@ def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:
 
 def _median(numbers: Sequence[float]) -> float | None:
     return float(np.median(numbers)) if numbers else None
-
-
-def _mean(numbers: Sequence[float]) -> float:
-    return float(np.mean(numbers))

@@ -114,9 +114,11 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
     checks, feet = piece.checks, feet_of(at.stance)
     T, q, spares = np.empty((3, 4)), np.empty_like(at.posture), np.empty(len(feet.branches))
     pose_of(vector, T)
-    legs_at(T, feet, world.legs, q, spares)
+    least = legs_at(T, feet, world.legs, q, spares)
     after, q_leg = q.copy(), np.empty(6)
-    leg_at(T, np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg]), leg, world.legs, q_leg)
+    wheel, branch = np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg])
+    if not min(least, leg_at(T, wheel, branch, leg, world.legs, q_leg)) >= 0.0:
+        return Fails(NAMES[LEG], leg)
     after[6 * leg : 6 * leg + 6] = q_leg
     poses = np.empty((7 * len(spares), 3, 4))
     for stance, posture in ((at.stance, q), (to, after)):

@@ -60,8 +60,8 @@ def plan_walk(
 
     seed: replaces that of ``settings`` unless None. progress: may raise Cancelled. Returns a result; a walk that is
     not found is a result with a reason, and with the walk that comes nearest. Raises InvalidInput where goal or
-    settings make no sense or the state is of another robot. The same arguments give the same walk in any process,
-    unless the time limit cuts the search short.
+    settings make no sense or the state is of another robot, NotFound for a posture that the robot does not have. The
+    same arguments give the same walk in any process, unless the time limit cuts search or smoothing short.
     """
     settings = settings or WalkSettings()
     if not isinstance(settings, WalkSettings):
@@ -70,6 +70,8 @@ def plan_walk(
         settings = replace(settings, seed=seed)
     if state.robot != robot.name or state.leg_count != robot.leg_count:
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
+    if settings.smoothing.posture is not None:
+        robot.posture(settings.smoothing.posture)
     asked = goal if isinstance(goal, WalkGoal) else _goal(goal)
     provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings, settings.seed)
     return _Attempt(robot, dem, state, asked, settings, provenance, progress).run()

@@ -48,10 +48,10 @@ def smoothed(
     """The foot moves and the chassis' last way, smoothed as the settings say, and what came of it.
 
     height: of the chassis above its feet that is wanted where no posture was asked for [m]. Where the time limit passes
-    the walk is as far smoothed as it is.
+    the walk is as far smoothed as it is. A rover that is at its goal stays.
     """
     rounds = world.settings.smoothing.rounds
-    if not rounds:
+    if not rounds or not moves:
         return moves, closing, None
     smoothing = _Smoothing(world, Way(start, tuple(moves), closing), Cost(world, height), watch)
     before = smoothing.figures()

@@ -84,23 +84,19 @@ class Cost:
     def of(self, way: Way, number: int) -> float:
         """What foot move ``number`` costs, or what is after the last."""
         asked, at, vector = self._asked, way.at(number), way.vector(number)
-        closing = number == len(way.moves)
-        body = way.closing if closing else way.moves[number].body
-        torque, margin, turning = float(body.torques.max()), float(body.margins.min()), _turning(body.postures)
-        if closing:
-            move = nobody(at.stance)
-        else:
+        margin, torque = _tightest(way, number)
+        body, turning, move = way.closing, 0.0, nobody(at.stance)
+        if number < len(way.moves):
             moved = way.moves[number]
+            body, turning = moved.body, _turning(moved.swing.waypoints)
             move = move_of(self._world, at.stance, moved.leg, moved.to.stance)
-            torque, margin = max(torque, float(moved.torques.max())), min(margin, float(moved.margins.min()))
-            turning += _turning(moved.swing.waypoints)
         checks = self._world.around(at.T_site_base).checks
         feet, normals = feet_of(at.stance), np.array(at.stance.normals)
         room = tightness(vector, feet, normals, move, self._world.legs, checks, self.weights(checks).roomy)[2]
         return (
-            (0.0 if closing else asked.foot_move)
+            asked.foot_move * (move.leg >= 0)
             + asked.way * _length(body.Ts_site_base)
-            + asked.turning * turning
+            + asked.turning * (turning + _turning(body.postures))
             + asked.torque * torque**2
             + asked.margin * short_of(margin - checks.balance.least, ROOMY_MARGIN)
             + asked.clearance * short_of(room, ROOMY)
@@ -109,9 +105,8 @@ class Cost:
 
     def figures(self, way: Way) -> WalkFigures:
         bodies = [*(moved.body for moved in way.moves), way.closing]
-        torques = [max(float(moved.torques.max()), float(moved.body.torques.max())) for moved in way.moves]
-        torques += [float(way.closing.torques.max())]
-        margins = [float(body.margins.min()) for body in bodies] + [float(moved.margins.min()) for moved in way.moves]
+        numbers = range(len(bodies))
+        margins, torques = zip(*(_tightest(way, number) for number in numbers), strict=True)
         turning = sum(_turning(body.postures) for body in bodies)
         return WalkFigures(
             foot_moves=len(way.moves),
@@ -120,8 +115,19 @@ class Cost:
             largest_torque=max(torques),
             mean_torque=float(np.mean(torques)),
             least_margin=min(margins),
-            cost=sum(self.of(way, number) for number in range(len(way.moves) + 1)),
+            cost=sum(self.of(way, number) for number in numbers),
         )
+
+
+def _tightest(way: Way, number: int) -> tuple[float, float]:
+    """Least margin [m] and largest torque of a foot move, or of what is after the last, at the walk's waypoints."""
+    # ways and swings begin with the waypoint before, which is the walk's only at its start
+    first = min(number, 1)
+    if number == len(way.moves):
+        return float(way.closing.margins[first:].min()), float(way.closing.torques[first:].max())
+    moved = way.moves[number]
+    margins = np.concatenate([moved.body.margins[first:], moved.margins[1:]])
+    return float(margins.min()), float(max(moved.body.torques[first:].max(), moved.torques[1:].max()))
 
 
 def nobody(stance: Stance) -> Move:
