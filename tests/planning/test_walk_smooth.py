@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from itertools import count, pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -17,13 +17,15 @@ from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
 from footfall.planning.walk import smooth
 from footfall.planning.walk.assemble import walk_of
-from footfall.planning.walk.foot_move import Fails, body_way, foot_move
+from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, foot_move
 from footfall.planning.walk.footprint import footprint, height_above_feet
 from footfall.planning.walk.problem import BODY, Stance, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smooth_kernel import METRES_A_RADIAN, OFF_HEIGHT, ROOMY_MARGIN
 from footfall.planning.walk.smoothing import MOST_ROUNDS, Smoothing
+from footfall.planning.walk.world import World
+from footfall.terrain.dem import Dem
 
 GOAL = WalkGoal(1.2, 0.0, 0.0)
 AS_FOUND = Smoothing(rounds=0)
@@ -48,6 +50,17 @@ def failed(robot, dem, plan):
     }
 
 
+class Caught(NamedTuple):
+    """What is given to be smoothed."""
+
+    dem: Dem
+    world: World
+    start: At
+    moves: list[Moved]
+    closing: BodyWay
+    height: float
+
+
 @pytest.fixture(scope="module", params=GROUND, ids=lambda one: one[0])
 def ground(request):
     return terrain(*request.param)
@@ -61,7 +74,6 @@ def both(athlete, ground):
 
 @pytest.fixture(scope="module")
 def caught(athlete):
-    """What is given to be smoothed: the ground, world, start, foot moves, last way of the chassis, height."""
     dem, given = terrain(*GROUND[0]), []
 
     def catch(*arguments):
@@ -71,7 +83,11 @@ def caught(athlete):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(planning, "smoothed", catch)
         walked(athlete, dem, Smoothing())
-    return dem, *given[0]
+    return Caught(dem, *given[0])
+
+
+def smoothed(caught: Caught) -> tuple[Any, Any, Any]:
+    return smooth.smoothed(*caught[1:], Watch())
 
 
 def plan_of(way, closing, start, world):
@@ -120,7 +136,7 @@ def cost_of(plan, height, asked) -> float:
         total += asked.way * (way + METRES_A_RADIAN * sum(turns))
         total += asked.turning * sum(np.abs(b - a).max() for a, b in pairwise(plan.waypoints[rows]))
         spare = min(max(plan.margins[own].min() - least, 0.0) / ROOMY_MARGIN, 1.0)
-        total += asked.torque * plan.torques[own].max() ** 2 + asked.margin * (1.0 - spare) ** 2
+        total += asked.torque * plan.torques[own].max() ** 4 + asked.margin * (1.0 - spare) ** 2
         high = plan.Ts_site_base[own[-1], 2, 3] - plan.stances[number].contacts[:, 2].mean()
         total += asked.nominal * ((high - height) / OFF_HEIGHT) ** 2
     return total
@@ -153,15 +169,14 @@ def test_each_leg_has_the_footfalls_that_it_had_or_fewer(both):
 
 def test_more_rounds_never_cost_more(athlete, caught):
     costs = []
-    _, world, start, moves, closing, height = caught
-    asked = world.settings
+    asked = caught.world.settings
     try:
         for rounds in (1, 2, 4):
-            world.settings = replace(asked, smoothing=Smoothing(rounds=rounds))
-            _, _, told = smooth.smoothed(world, start, moves, closing, height, Watch())
+            caught.world.settings = replace(asked, smoothing=Smoothing(rounds=rounds))
+            _, _, told = smoothed(caught)
             costs.append(told.after.cost)
     finally:
-        world.settings = asked
+        caught.world.settings = asked
     assert costs == sorted(costs, reverse=True)
     assert costs[0] < told.before.cost
 
@@ -169,7 +184,6 @@ def test_more_rounds_never_cost_more(athlete, caught):
 @pytest.mark.parametrize("size", [0.1, 0.5, 3.0])
 def test_whatever_pose_is_proposed_the_walk_stays_good_and_gets_no_dearer(athlete, caught, monkeypatch, size):
     """Poses at random instead of better ones, but for where the goal is."""
-    dem, world, start, moves, closing, height = caught
     rng, proposed = np.random.default_rng(5), []
 
     def at_random(now, *rest):
@@ -179,10 +193,10 @@ def test_whatever_pose_is_proposed_the_walk_stays_good_and_gets_no_dearer(athlet
         return 1.0
 
     monkeypatch.setattr(smooth, "better_pose", at_random)
-    way, last, told = smooth.smoothed(world, start, moves, closing, height, Watch())
+    way, last, told = smoothed(caught)
     assert len(proposed) > len(way)
     assert told.after.cost <= told.before.cost
-    assert failed(athlete, dem, plan_of(way, last, start, world)) == set()
+    assert failed(athlete, caught.dem, plan_of(way, last, caught.start, caught.world)) == set()
 
 
 def proposing(by):
@@ -199,29 +213,27 @@ def proposing(by):
 @pytest.mark.parametrize("by", [(0.0, 0.0, 3.0), (1.5, 0.0, 0.0), (0.0, 0.0, -1.0)])
 def test_a_pose_that_breaks_a_check_is_rejected(caught, monkeypatch, by):
     """Though it would cost less: looks at the cost tell less each time."""
-    _, world, start, moves, closing, height = caught
     falling = count(0.0, -1.0)
     monkeypatch.setattr(smooth._Smoothing, "_shorten", lambda self: None)
     monkeypatch.setattr(smooth.Cost, "of", lambda *_: next(falling))
     monkeypatch.setattr(smooth, "better_pose", proposing(by))
-    way, last, _ = smooth.smoothed(world, start, moves, closing, height, Watch())
-    assert [one is other for one, other in zip(way, moves, strict=True)] == [True] * len(moves)
-    assert last is closing
+    way, last, _ = smoothed(caught)
+    assert [one is other for one, other in zip(way, caught.moves, strict=True)] == [True] * len(caught.moves)
+    assert last is caught.closing
 
 
 def test_a_pose_that_costs_no_less_is_rejected(caught, monkeypatch):
     """Though it holds: it is taken as soon as it costs less."""
-    _, world, start, moves, closing, height = caught
     monkeypatch.setattr(smooth._Smoothing, "_shorten", lambda self: None)
     monkeypatch.setattr(smooth, "better_pose", proposing((0.0, 0.0, 0.01)))
     monkeypatch.setattr(smooth.Cost, "of", lambda *_: 1.0)
-    way, last, _ = smooth.smoothed(world, start, moves, closing, height, Watch())
-    assert [one is other for one, other in zip(way, moves, strict=True)] == [True] * len(moves)
-    assert last is closing
+    way, last, _ = smoothed(caught)
+    assert [one is other for one, other in zip(way, caught.moves, strict=True)] == [True] * len(caught.moves)
+    assert last is caught.closing
     falling = count(0.0, -1.0)
     monkeypatch.setattr(smooth.Cost, "of", lambda *_: next(falling))
-    way, _, _ = smooth.smoothed(world, start, moves, closing, height, Watch())
-    assert not any(one is other for one, other in zip(way, moves, strict=True))
+    way, _, _ = smoothed(caught)
+    assert not any(one is other for one, other in zip(way, caught.moves, strict=True))
 
 
 def test_a_rover_that_is_at_its_goal_stays(athlete):
@@ -234,44 +246,42 @@ def test_a_rover_that_is_at_its_goal_stays(athlete):
 
 
 def test_a_foot_that_goes_forth_and_back_stays(athlete, caught):
-    dem, world, start, moves, closing, height = caught
-    rng, at = np.random.default_rng(2), moves[-1].to
+    rng, at = np.random.default_rng(2), caught.moves[-1].to
     forth = back = Fails("none was tried")
     for leg in athlete.legs:
-        # on ground that is as good as that where the foot is
+        # 3 cm higher, in the air: a walk that stays so would fail
         contacts, wheels = np.array(at.stance.contacts), np.array(at.stance.Ts_site_wheel)
         contacts[leg, 2] += 0.03
         wheels[leg, 2, 3] += 0.03
         away = Stance(contacts, at.stance.normals, wheels, at.stance.branches)
-        aim = smooth.Way(start, tuple(moves), closing).vector(len(moves) - 1)
-        forth = foot_move(world, at, leg, away, aim, rng)
-        back = forth if isinstance(forth, Fails) else foot_move(world, forth.to, leg, at.stance, aim, rng)
+        aim = smooth.Way(caught.start, tuple(caught.moves), caught.closing).vector(len(caught.moves) - 1)
+        forth = foot_move(caught.world, at, leg, away, aim, rng)
+        back = forth if isinstance(forth, Fails) else foot_move(caught.world, forth.to, leg, at.stance, aim, rng)
         if not isinstance(back, Fails):
             break
     assert not isinstance(forth, Fails), forth
     assert not isinstance(back, Fails), back
-    then = body_way(world.around(back.to.T_site_base).checks, back.to, closing.Ts_site_base[-1])
+    then = body_way(caught.world.around(back.to.T_site_base).checks, back.to, caught.closing.Ts_site_base[-1])
     assert not isinstance(then, Fails), then
-    _, _, plain = smooth.smoothed(world, start, moves, closing, height, Watch())
-    way, last, told = smooth.smoothed(world, start, [*moves, forth, back], then, height, Watch())
+    _, _, plain = smoothed(caught)
+    way, last, told = smoothed(caught._replace(moves=[*caught.moves, forth, back], closing=then))
     assert told.before.foot_moves == plain.before.foot_moves + 2
     assert told.after.foot_moves <= plain.before.foot_moves
-    assert failed(athlete, dem, plan_of(way, last, start, world)) == set()
+    assert failed(athlete, caught.dem, plan_of(way, last, caught.start, caught.world)) == set()
 
 
 def test_a_limit_that_passes_while_smoothing_leaves_the_walk_as_good_as_it_is(athlete, caught, monkeypatch):
-    dem, world, start, moves, closing, height = caught
     better = smooth._Smoothing._better
 
     def late(self, number):
-        if number == len(moves) // 2:
+        if number == len(caught.moves) // 2:
             raise OutOfTime
         better(self, number)
 
     monkeypatch.setattr(smooth._Smoothing, "_better", late)
-    way, last, told = smooth.smoothed(world, start, moves, closing, height, Watch())
+    way, last, told = smoothed(caught)
     assert told.after.cost < told.before.cost
-    assert failed(athlete, dem, plan_of(way, last, start, world)) == set()
+    assert failed(athlete, caught.dem, plan_of(way, last, caught.start, caught.world)) == set()
 
 
 def test_the_chassis_comes_nearer_to_the_posture_that_was_chosen(athlete):

@@ -97,7 +97,7 @@ class Cost:
             asked.foot_move * (move.leg >= 0)
             + asked.way * _length(body.Ts_site_base)
             + asked.turning * (turning + _turning(body.postures))
-            + asked.torque * torque**2
+            + asked.torque * torque**4
             + asked.margin * short_of(margin - checks.balance.least, ROOMY_MARGIN)
             + asked.clearance * short_of(room, ROOMY)
             + asked.nominal * off_height(vector, move.contacts, self._height)

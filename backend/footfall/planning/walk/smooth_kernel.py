@@ -86,13 +86,13 @@ def off_height(vector: Array, contacts: Array, height: float) -> float:
 def tightness(
     vector: Array, feet: Feet, normals: Array, move: Move, legs: LegsTables, checks: Checks, roomy: RoverTables
 ) -> tuple[float, float, float]:
-    """How near its limits a chassis at ``vector`` (6,) is with the foot before, lifted, above its new place, and there.
+    """How near its limits a rover is with its chassis at ``vector`` (6,), at five moments of a foot's move.
 
-    Returned are the largest share of a torque limit, the least margin beyond what is asked for [m], and what legs and
-    clearances have to spare, as far as it is less than ROOMY [m, rad]. normals: (legs, 3) of the ground under the feet.
+    Returned are the largest share of a torque limit, an upper bound; the least margin beyond what is asked for [m]; and
+    what legs and clearances have to spare, at most ROOMY [m, rad]. normals: (legs, 3) of the ground under the feet.
     """
     count = len(legs.lengths)
-    T, q, spares, above = np.empty((3, 4)), np.empty(6 * count), np.empty(count), np.empty((4, 6))
+    T, q, spares, above = np.empty((3, 4)), np.empty(6 * count), np.empty(count), np.empty((5, 6))
     poses, standing, held = np.empty((7 * count, 3, 4)), np.full(count, STANDING), np.ones(count, np.bool_)
     pose_of(vector, T)
     room = legs_at(T, feet, legs, q, spares)
@@ -102,17 +102,19 @@ def tightness(
         own = slice(6 * move.leg, 6 * move.leg + 6)
         held[move.leg] = False
         above[0] = q[own]
-        room = min(room, leg_at(T, move.T_site_wheel, move.branch, move.leg, legs, above[3]))
+        room = min(room, leg_at(T, move.T_site_wheel, move.branch, move.leg, legs, above[4]))
         for put in range(2):
             raised[:] = move.T_site_wheel if put else feet.Ts_site_wheel[move.leg]
             raised[2, 3] += move.lift
             branch = move.branch if put else feet.branches[move.leg]
-            room = min(room, leg_at(T, raised, branch, move.leg, legs, above[1 + put]))
+            room = min(room, leg_at(T, raised, branch, move.leg, legs, above[1 + 2 * put]))
+        # a swing is mostly a straight line of joints
+        above[2] = 0.5 * (above[1] + above[3])
     torque, margin = 0.0, np.inf
-    for k in range(4 if move.leg >= 0 else 1):
+    for k in range(len(above) if move.leg >= 0 else 1):
         if move.leg >= 0:
             q[own] = above[k]
-            standing[move.leg] = LIFTED if k in (1, 2) else STANDING
+            standing[move.leg] = LIFTED if 0 < k < 4 else STANDING
         place_rover(q, T, checks.rover, poses)
         com = np.array(center_of_mass(poses, T, checks.rover))
         margin = min(margin, margin_without(move.contacts, move.leg, com, support) - checks.balance.least)
@@ -142,7 +144,7 @@ def _pose_cost(
     torque, margin, room = tightness(vector, feet, normals, move, legs, checks, weights.roomy)
     if not torque <= checks.most_torque:
         return np.inf
-    cost += weights.torque * torque**2 + weights.margin * short_of(margin, ROOMY_MARGIN)
+    cost += weights.torque * torque**4 + weights.margin * short_of(margin, ROOMY_MARGIN)
     return cost + weights.clearance * short_of(room, ROOMY)
 
 

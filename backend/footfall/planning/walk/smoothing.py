@@ -18,8 +18,8 @@ class Smoothing(Value):
 
     The others are what each costs. foot_move: of each. way: a metre of the chassis' way, or 0.8 rad of its turns.
     turning: a radian that joints turn, of the one that turns farthest. torque: the largest share of a torque limit in a
-    foot move, squared. margin, clearance: of a foot move that has none to spare, as far as more is worth having.
-    nominal: the chassis 0.25 m above or below the height wanted, growing with the square.
+    foot move, to the fourth power. margin, clearance: of a foot move that has none to spare; one that has enough costs
+    nothing. nominal: the chassis 0.25 m above or below the height wanted, growing with the square.
     """
 
     rounds: int = 2
@@ -27,7 +27,7 @@ class Smoothing(Value):
     foot_move: float = 1.0
     way: float = 1.0
     turning: float = 0.1
-    torque: float = 2.0
+    torque: float = 4.0
     margin: float = 1.0
     clearance: float = 0.5
     nominal: float = 0.3
