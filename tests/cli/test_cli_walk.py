@@ -44,10 +44,24 @@ def test_a_walk_is_planned_told_and_written(waves, tmp_path):
     assert f"least margin {figures['least_margin']:.3f} m" in said
     assert f"largest torque {figures['largest_torque']:.0%} of its limit" in said
     assert "planned in " in said
+    smoothed = answer["smoothed"]
+    old, new = smoothed["before"], smoothed["after"]
+    assert new["cost"] < old["cost"]
+    assert f"smoothed: foot moves {old['foot_moves']} → {new['foot_moves']}, the chassis' way" in said
+    assert f"largest torque {old['largest_torque']:.0%} → {new['largest_torque']:.0%}" in said
     assert said.startswith("found\n")
     steps = json.loads(run("export", out, "--format", "seqjson").stdout)["steps"]
     assert len(steps) == len(plan.waypoints) - 1
     assert {one["stem"] for one in steps} >= {"POSTURE_MOVE", "LEG_MOVE"}
+
+
+def test_a_walk_as_it_was_found_and_one_near_a_posture(waves):
+    found = json.loads(run("plan", "walk", waves, *SHORT, "--seed", 3, "--rounds", 0, "--json").stdout)
+    tall = json.loads(run("plan", "walk", waves, *SHORT, "--seed", 3, "--posture", "tall", "--json").stdout)
+    assert found["smoothed"] is None
+    assert found["figures"]["chassis_way"] == pytest.approx(tall["smoothed"]["before"]["chassis_way"])
+    assert tall["plan"]["Ts_site_base"][-1][2][3] > found["plan"]["Ts_site_base"][-1][2][3]
+    assert "no posture 'kneel'" in run("plan", "walk", waves, *SHORT, "--posture", "kneel", code=2).stderr
 
 
 def test_a_refusal_is_an_answer_with_its_reason(waves, tmp_path):
