@@ -17,7 +17,8 @@ from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
-from footfall.planning.execution.plan import GENTLE, SWAY, plan_execution, rim_clearance
+from footfall.planning.execution.pace import GENTLE, SWAY
+from footfall.planning.execution.plan import plan_execution, rim_clearance
 from footfall.planning.execution.problem import PHASES
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status, StepSettings

@@ -6,22 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.forces import distribute, equilibrium_matrix
-from footfall.balance.payload import loaded
 from footfall.core.frames import apply
 from footfall.core.progress import Progress
-from footfall.planning.compliance.from_telemetry import holding, wheel_arms
 from footfall.planning.compliance.predict import advanced
 from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.execution.forces import Holder
 from footfall.planning.execution.leg_moves import strained, with_hub_at
 from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.walker import ROW, Lost, Walker
 from footfall.planning.step.problem import StepPlan
-from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.robot.kinematics import wheel_centers
 
 Array = NDArray[np.float64]
 
-ROW = 0.05
-"""Largest change of a planned joint between two waypoints [rad]."""
 SHARES = 10
 """Waypoints in which load leaves the leg, or comes onto it, with the chassis held."""
 HALF = 0.5
@@ -35,10 +32,6 @@ LEAST_FALL = 0.01
 """A shorter way down has no direction worth following [m]."""
 ROUNDS = 3
 """In which a set point that depends on the sag that it causes is found; the error shrinks tenfold in each."""
-
-
-class Lost(Exception):
-    """The motion can't be commanded or predicted any further; its text says why."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,31 +53,6 @@ class Course:
         return np.array([rest.commanded for rest in self.rests])
 
 
-class _Walker:
-    """Follows set points from row to row and remembers where the rover was."""
-
-    def __init__(self, rover: CompliantRover, start: Rest, rows: int, progress: Progress) -> None:
-        """rows: about how many there will be."""
-        self.rover, self.rest, self._rows, self._progress = rover, start, rows, progress
-        self.rests, self.phases = [start], ["unload"]
-
-    def go(self, commanded: Array, phase: str) -> None:
-        self._progress(min(len(self.rests) / self._rows, 1.0), f"predicting how the rover gives way: {phase}")
-        rest = advanced(self.rover, self.rest, commanded)
-        if not rest.settled:
-            raise Lost(f"in {phase}, at waypoint {len(self.rests)}, nothing holds the rover in balance")
-        self.rest = rest
-        self.rests.append(rest)
-        self.phases.append(phase)
-
-    def line(self, commanded: Array, phase: str, rows: int | None = None) -> None:
-        """Straight to the set points in so many rows, else as many as keep ``ROW``."""
-        origin = self.rest.commanded
-        count = rows or max(1, int(np.ceil(np.abs(commanded - origin).max() / ROW)))
-        for row in range(1, count + 1):
-            self.go(commanded if row == count else origin + row / count * (commanded - origin), phase)
-
-
 class Commander(ABC):
     """What one mode commands. The plan's wheel path is kept in site; ``T_plan`` is the chassis pose planned with."""
 
@@ -95,10 +63,10 @@ class Commander(ABC):
         self.leg, self.own = plan.leg, slice(6 * plan.leg, 6 * plan.leg + 6)
         self.T_plan = np.asarray(plan.T_site_base)
         self.postures, self.phases = _finer(plan)
-        self.walker = _Walker(rover, start, len(self.postures) + 3 * SHARES, progress)
+        self.holder = Holder(rover, start)
+        self.walker = Walker(rover, start, "unload", len(self.postures) + 3 * SHARES, progress)
         self.hubs = self._planned_hubs()
         self.deepest = self.hubs[-1] - (0.0, 0.0, settings.overshoot)
-        self.normals = start.normals.copy()
         weight = rover.mass * float(np.linalg.norm(rover.gravity))
         self.stop_force = settings.stop_share * weight / self.robot.leg_count
 
@@ -115,7 +83,7 @@ class Commander(ABC):
         target[self.own] = lowest
         stopped_at = self._lowered(target)
         if stopped_at >= 0:
-            self.normals[self.leg] = self.plan.normal
+            self.holder.normals[self.leg] = self.plan.normal
             self.load()
         walker = self.walker
         return Course(tuple(walker.rests), tuple(walker.phases), guarded_from, stopped_at, lowest, self.stop_force)
@@ -123,7 +91,7 @@ class Commander(ABC):
     @property
     def higher(self) -> Array:
         """How much higher than planned the wheel is to stand, site (3,) [m]: as the others find the ground."""
-        return self.rover.found_higher(self.start) * self.normals[self.leg]
+        return self.rover.found_higher(self.start) * self.holder.normals[self.leg]
 
     @abstractmethod
     def unload(self) -> None:
@@ -141,12 +109,6 @@ class Commander(ABC):
     def load(self) -> None:
         """Give the leg its load again."""
 
-    def set_points(self, posture: Array, T_site_base: Array, hubs: Array, forces: Array) -> Array:
-        """Set points (legs × 6,) that hold a posture against gravity and the ground's forces (legs, 3)."""
-        torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
-        bias = np.where(np.repeat(forces.any(axis=1), 6), self.start.bias, 0.0)
-        return posture + torques / self.start.stiffness - self.start.offset - bias
-
     def hanging(self, T_site_base: Array, near: Array, hub: Array) -> Array:
         """Set points (6,) of the swing leg that hang its hub at a place in site; near: a posture (legs × 6,)."""
         q = with_hub_at(self.robot, self.leg, near, T_site_base, hub)
@@ -155,38 +117,20 @@ class Commander(ABC):
         posture = near.copy()
         posture[self.own] = q
         nothing = np.zeros((self.robot.leg_count, 3))
-        hubs, _ = self.rover.wheels(posture, T_site_base)
-        return self.set_points(posture, T_site_base, hubs, nothing)[self.own]
+        return self.holder.set_points(posture, T_site_base, nothing)[self.own]
 
     def standing_forces(self, near: Array | None = None) -> Array:
         """Forces (legs, 3) [N] of least norm that hold the rover on its new stance, in the planned goal posture.
 
         near: (legs, 3) [N]; with them those that differ least from these.
         """
-        hubs, center, mass = self.goal()
-        R = self.rover.settings.balance.R_level_site
         standing = self.start.touching.copy()
         standing[self.leg] = True
-        found = distribute(
-            wheel_arms(self.rover, hubs, self.normals)[standing] @ R.T,
-            self.normals[standing] @ R.T,
-            R @ center,
-            mass,
-            self.rover.settings.balance.gravity,
-            (1 - self.settings.spare_friction) * self.rover.settings.balance.friction,
-            None if near is None else near[standing] @ R.T,
-        )
+        spare = self.settings.spare_friction
+        found = self.holder.inside_friction(self.postures[-1], self.T_plan, standing, spare, near)
         if found is None:
             raise Lost("no contact forces inside friction hold the rover on its new stance")
-        forces = np.zeros_like(hubs)
-        forces[standing] = found @ R
-        return forces
-
-    def goal(self) -> tuple[Array, Array, float]:
-        """Hubs (legs, 3), centre of mass (3,), all in site, and mass [kg], in the planned goal posture."""
-        hubs, _ = self.rover.wheels(self.postures[-1], self.T_plan)
-        mass, center = loaded(self.robot, center_of_mass(self.robot, self.postures[-1]), self.rover.settings.balance)
-        return hubs, apply(self.T_plan, center), mass
+        return found
 
     def _planned_hubs(self) -> Array:
         """Where the swing leg's hub is to be, site, (n, 3) [m]: as planned.
@@ -285,11 +229,13 @@ class DroopAware(AsCommanded):
 
     def load(self) -> None:
         forces = self.standing_forces()
-        hubs, _, _ = self.goal()
         strains = np.zeros_like(forces)
         strains[self.leg] = self.higher - forces[self.leg] / self.rover.wheel_stiffness
-        posture = strained(self.robot, self.postures[-1], self.T_plan, self.normals, strains, self.rover.body.rolled)
-        self._leg_to(self.set_points(posture, self.T_plan, hubs, forces)[self.own], "load")
+        posture = strained(
+            self.robot, self.postures[-1], self.T_plan, self.holder.normals, strains, self.rover.body.rolled
+        )
+        hubs, _ = self.rover.wheels(self.postures[-1], self.T_plan)
+        self._leg_to(self.holder.set_points(posture, self.T_plan, forces, hubs)[self.own], "load")
 
 
 class PoseHeld(DroopAware):
@@ -322,7 +268,9 @@ class PoseHeld(DroopAware):
         posture = _with(self._posture, self.postures[-1], self.own)
         strains = np.zeros_like(self._forces)
         strains[self.leg] = self.higher
-        self._shift(strained(self.robot, posture, self._T, self.normals, strains, self.rover.body.rolled), np.zeros(3))
+        self._shift(
+            strained(self.robot, posture, self._T, self.holder.normals, strains, self.rover.body.rolled), np.zeros(3)
+        )
         # what held all wheels before holds them again: forces of least norm push a wheel on a steep side along it
         in_the_air, standing = self._forces.copy(), self.standing_forces(near=self.start.forces)
         share_now = self.walker.rest.forces[self.leg, 2] / max(standing[self.leg, 2], 1.0)
@@ -339,27 +287,20 @@ class PoseHeld(DroopAware):
 
     def _shift(self, posture: Array, swing: Array) -> None:
         """Take the posture, with a force (3,) on the swing leg's wheel: the others' change least."""
-        mass, center = loaded(self.robot, center_of_mass(self.robot, posture), self.rover.settings.balance)
-        hubs, _ = self.rover.wheels(posture, self._T)
         others = self.start.touching.copy()
         others[self.leg] = False
         forces = self._forces.copy()
         forces[self.leg] = swing
-        matrix = equilibrium_matrix(wheel_arms(self.rover, hubs, self.normals), apply(self._T, center))
-        lacking = np.append(-mass * self.rover.gravity, np.zeros(3)) - matrix @ forces.ravel()
-        columns = np.repeat(others, 3)
-        forces[others] += np.linalg.lstsq(matrix[:, columns], lacking, rcond=None)[0].reshape(-1, 3)
-        self._strain(posture, forces)
+        self._strain(posture, self.holder.least_change(posture, self._T, forces, others))
 
     def _strain(self, posture: Array, forces: Array) -> None:
         """Let the hubs go where the forces' change presses them; a swinging wheel is pressed by nothing."""
         strains = -(forces - self._forces) / self.rover.wheel_stiffness
-        self._posture = strained(self.robot, posture, self._T, self.normals, strains, self.rover.body.rolled)
+        self._posture = strained(self.robot, posture, self._T, self.holder.normals, strains, self.rover.body.rolled)
         self._forces = forces
 
     def _command(self, phase: str) -> None:
-        hubs, _ = self.rover.wheels(self._posture, self._T)
-        self.walker.go(self.set_points(self._posture, self._T, hubs, self._forces), phase)
+        self.walker.go(self.holder.set_points(self._posture, self._T, self._forces), phase)
 
 
 COMMANDERS: dict[str, type[Commander]] = {

@@ -17,10 +17,12 @@ from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
 from footfall.planning.execution.checks import ADVICE, checks_of
-from footfall.planning.execution.course import COMMANDERS, FALL, Course, Lost
-from footfall.planning.execution.problem import Execution, ExecutionResult, ends_of
+from footfall.planning.execution.course import COMMANDERS, FALL, Course
+from footfall.planning.execution.pace import GENTLE, durations, pauses
+from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
 from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.walker import Lost
 from footfall.planning.stance.body_move import No, stance_of
 from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.plan import plan_step
@@ -37,10 +39,6 @@ MORE = 0.02
 """Lifted more than what was lacking, as a higher lift sags more [m]."""
 MOVED_Q, MOVED = 0.02, 0.03
 """A joint [rad] and the chassis [m] may be so far from where the plan starts: more, and it is another stance."""
-SWAY = 0.7
-"""Half the period in which the chassis sways after a stop [s]: 1.2 to 1.5 s, mostly about the vertical."""
-GENTLE = 0.05
-"""Speed of the wheel where it is lowered towards the ground [m/s]."""
 
 
 def plan_execution(
@@ -169,7 +167,9 @@ class _Attempt:
         )
         touched = [i for i in range(course.guarded_from, len(rests)) if rests[i].touching[leg]]
         touch_down = rests[touched[0]].contacts[leg] if touched else np.full(3, np.nan)
-        durations = _durations(self.robot, course, settings.speed_fraction)
+        guarded = slice(
+            course.guarded_from + 1, course.stopped_at + 1 if course.stopped_at >= 0 else len(course.phases)
+        )
         return Execution(
             leg=leg,
             mode=settings.mode,
@@ -178,8 +178,10 @@ class _Attempt:
             predicted=np.array([one.posture for one in rests]),
             Ts_site_base=np.array([one.T_site_base for one in rests]),
             phases=course.phases,
-            durations=durations,
-            pauses=_pauses(course.phases, settings.pause),
+            durations=durations(
+                self.robot, course.commanded, course.phases, settings.speed_fraction, guarded, FALL / GENTLE
+            ),
+            pauses=pauses(course.phases, settings.pause),
             forces=forces,
             loads=loads,
             friction_use=use,
@@ -209,34 +211,6 @@ def softer(settings: ComplianceSettings, share: float) -> ComplianceSettings:
     """The settings with all springs softer by a share 0…1."""
     joint, wheel = (max(scale * (1 - share), 1 / WIDEST) for scale in (settings.joint_scale, settings.wheel_scale))
     return replace(settings, joint_scale=joint, wheel_scale=wheel)
-
-
-def _durations(robot: Robot, course: Course, fraction: float) -> Array:
-    """Seconds to each waypoint, (n,); 0 to the first. At a share of the speed limits, with two exceptions.
-
-    The last SWAY seconds of each phase go at half speed: a stop in two halves, half a period of the chassis' sway
-    apart, leaves it still, as the second sway cancels the first (Singer & Seering 1990). Guarded lowering is slow, so
-    that it stops close to where the ground was met.
-    """
-    travel = np.abs(np.diff(course.commanded, axis=0)) / (fraction * robot.speed_limits)
-    out = np.append(0.0, travel.max(axis=1))
-    guarded = slice(course.guarded_from + 1, course.stopped_at + 1 if course.stopped_at >= 0 else len(out))
-    out[guarded] = np.maximum(out[guarded], FALL / GENTLE)
-    ends = [i for i in ends_of(course.phases) if not guarded.start <= i < guarded.stop]
-    for end in ends:
-        slow, row = 0.0, end
-        while row > 0 and course.phases[row] == course.phases[end] and slow < SWAY:
-            out[row] *= 2
-            slow += out[row]
-            row -= 1
-    return out
-
-
-def _pauses(phases: tuple[str, ...], pause: float) -> Array:
-    """Seconds to wait after each waypoint: at the end of each phase."""
-    out = np.zeros(len(phases))
-    out[ends_of(phases)] = pause
-    return out
 
 
 def _require_fit(robot: Robot, state: RobotState, plan: StepPlan) -> None:

@@ -1,0 +1,80 @@
+"""Set points that hold a posture, and contact forces that change least while the rover is moved."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.forces import distribute, equilibrium_matrix
+from footfall.balance.payload import loaded
+from footfall.core.frames import apply
+from footfall.planning.compliance.from_telemetry import holding, wheel_arms
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.robot.kinematics import center_of_mass
+
+Array = NDArray[np.float64]
+
+
+class Holder:
+    """What holds the rover that started at rest in ``start``, whatever its legs do since.
+
+    normals: (legs, 3) of the ground at the wheels, site; one changes where a wheel is put down elsewhere.
+    """
+
+    def __init__(self, rover: CompliantRover, start: Rest) -> None:
+        self.rover, self.start, self.normals = rover, start, start.normals.copy()
+
+    def set_points(self, posture: Array, T_site_base: Array, forces: Array, hubs: Array | None = None) -> Array:
+        """Set points (legs × 6,) that hold a posture against gravity and the ground's forces (legs, 3), site.
+
+        In closed form, q + (G − Jᵀ f) / k, less what the joints yield that springs don't explain. hubs: (legs, 3),
+        site, under which the forces act; None: the posture's.
+        """
+        hubs = self.rover.wheels(posture, T_site_base)[0] if hubs is None else hubs
+        torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
+        bias = np.where(np.repeat(forces.any(axis=1), 6), self.start.bias, 0.0)
+        return posture + torques / self.start.stiffness - self.start.offset - bias
+
+    def least_change(self, posture: Array, T_site_base: Array, forces: Array, wheels: NDArray[np.bool_]) -> Array:
+        """Forces (legs, 3) that balance the rover, those on ``wheels`` (legs,) changed least from ``forces``."""
+        mass, center = self.weighed(posture)
+        hubs, _ = self.rover.wheels(posture, T_site_base)
+        matrix = equilibrium_matrix(wheel_arms(self.rover, hubs, self.normals), apply(T_site_base, center))
+        lacking = np.append(-mass * self.rover.gravity, np.zeros(3)) - matrix @ forces.ravel()
+        out = forces.copy()
+        out[wheels] += np.linalg.lstsq(matrix[:, np.repeat(wheels, 3)], lacking, rcond=None)[0].reshape(-1, 3)
+        return out
+
+    def inside_friction(
+        self,
+        posture: Array,
+        T_site_base: Array,
+        standing: NDArray[np.bool_],
+        spare: float,
+        near: Array | None = None,
+    ) -> Array | None:
+        """Forces (legs, 3) of least norm on the wheels ``standing`` (legs,) that hold the rover inside friction.
+
+        spare: share of friction that they leave. near: (legs, 3) [N]; with them those that differ least from these.
+        None where no forces can.
+        """
+        mass, center = self.weighed(posture)
+        hubs, _ = self.rover.wheels(posture, T_site_base)
+        balance = self.rover.settings.balance
+        R = balance.R_level_site
+        found = distribute(
+            wheel_arms(self.rover, hubs, self.normals)[standing] @ R.T,
+            self.normals[standing] @ R.T,
+            R @ apply(T_site_base, center),
+            mass,
+            balance.gravity,
+            (1 - spare) * balance.friction,
+            None if near is None else near[standing] @ R.T,
+        )
+        if found is None:
+            return None
+        forces = np.zeros_like(hubs)
+        forces[standing] = found @ R
+        return forces
+
+    def weighed(self, posture: Array) -> tuple[float, Array]:
+        """Mass [kg] and centre of mass (3,) [m] in base, payload included."""
+        return loaded(self.rover.robot, center_of_mass(self.rover.robot, posture), self.rover.settings.balance)
