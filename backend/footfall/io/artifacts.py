@@ -43,6 +43,8 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.planning.compliance.settings": ("ComplianceSettings",),
     "footfall.planning.execution.problem": (
+        "BodyExecution",
+        "BodyExecutionResult",
         "Execution",
         "ExecutionResult",
     ),
@@ -71,6 +73,11 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkPlan",
         "WalkResult",
         "WalkSettings",
+    ),
+    "footfall.planning.walk_execution.problem": (
+        "FootMoveExecution",
+        "WalkExecution",
+        "WalkExecutionResult",
     ),
     "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
     "footfall.planning.walk.smoothing": (

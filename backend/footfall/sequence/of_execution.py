@@ -1,4 +1,7 @@
-"""An execution, with the set points and the predicted motion of a step, becomes commands: nothing is left out."""
+"""An execution, with set points and the predicted motion, becomes commands: nothing is left out.
+
+It may be that of a step, of a move of the chassis, or of a foot move, which is one after the other.
+"""
 
 from dataclasses import dataclass
 
@@ -7,8 +10,9 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
-from footfall.planning.execution.problem import Execution
+from footfall.planning.execution.problem import BodyExecution, Execution, Predicted
 from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.walk_execution.problem import FootMoveExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command, Sequence, leg_lower, leg_move, posture_move, wait
 from footfall.sequence.rules import check_rules
@@ -19,17 +23,21 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
+Executed = Execution | BodyExecution | FootMoveExecution
+"""What becomes commands here."""
+
 
 @dataclass(frozen=True)
 class _Row:
-    """A command and the waypoint of the execution that it ends at."""
+    """A command, and the waypoint that it ends at: of which part of the execution, and which of its waypoints."""
 
     command: Command
+    part: Predicted
     at: int
 
 
 def sequence_of_execution(
-    execution: Execution, robot: Robot, dem: Dem | None = None, settings: SequenceSettings | None = None
+    execution: Executed, robot: Robot, dem: Dem | None = None, settings: SequenceSettings | None = None
 ) -> Sequence:
     """LEG_MOVEs and POSTURE_MOVEs to the set points, WAITs for the pauses, one LEG_LOWER for the guarded lowering.
 
@@ -38,15 +46,17 @@ def sequence_of_execution(
 
     Raises InvalidSequence where the execution is of another robot.
     """
-    _require_fit(execution, robot)
-    settings = settings or settings_of(execution)
-    rows = _rows(execution)
+    parts = execution.parts if isinstance(execution, FootMoveExecution) else (execution,)
+    for part in parts:
+        _require_fit(part, robot)
+    settings = settings or settings_of(parts[0])
+    rows = [row for part in parts for row in _rows(part)]
     commands = tuple(row.command for row in rows)
-    at_rest = _at_rest(execution, robot, settings)
+    at_rest = _at_rest(parts[0], robot, settings)
     parents = {"execution": execution.digest, "robot": robot.digest}
-    ends = [row.at for row in rows]
-    predicted, poses = execution.predicted[ends], execution.Ts_site_base[ends]
-    commanded, yielding = execution.commanded[ends], None
+    predicted = np.array([row.part.predicted[row.at] for row in rows])
+    poses = np.array([row.part.Ts_site_base[row.at] for row in rows])
+    commanded, yielding = np.array([row.part.commanded[row.at] for row in rows]), None
     if dem is not None:
         parents["dem"] = dem.digest
         yielding = follow(robot, at_rest, commands, dem, settings)
@@ -68,7 +78,7 @@ def sequence_of_execution(
     )
 
 
-def settings_of(execution: Execution) -> SequenceSettings:
+def settings_of(execution: Predicted) -> SequenceSettings:
     """Sequence settings that check what the execution was checked with."""
     made_with = execution.provenance.settings
     if not isinstance(made_with, ExecutionSettings):
@@ -81,7 +91,7 @@ def settings_of(execution: Execution) -> SequenceSettings:
     )
 
 
-def _at_rest(execution: Execution, robot: Robot, settings: SequenceSettings) -> AtRest:
+def _at_rest(execution: Predicted, robot: Robot, settings: SequenceSettings) -> AtRest:
     """How the rover stood when the execution starts."""
     posture, T_site_base = execution.predicted[0], execution.Ts_site_base[0]
     stiffness = (1.0 if settings.compliance is None else settings.compliance.joint_scale) * robot.stiffness
@@ -90,18 +100,26 @@ def _at_rest(execution: Execution, robot: Robot, settings: SequenceSettings) -> 
     return AtRest(state, execution.commanded[0])
 
 
-def _rows(execution: Execution) -> list[_Row]:
-    guarded, end = execution.guarded_from, len(execution.phases)
-    stopped = execution.stopped_at if execution.stopped_at >= 0 else end - 1
+def _rows(execution: Predicted) -> list[_Row]:
+    lowering = _lowered(execution) if isinstance(execution, Execution) else range(0)
     rows: list[_Row] = []
-    for at in range(1, end):
-        if guarded < at < stopped:
+    for at in range(1, len(execution.phases)):
+        if at in lowering[:-1]:
             continue
-        command = _lowering(execution, stopped) if at == stopped else _move(execution, at)
-        rows.append(_Row(command, at))
+        if isinstance(execution, BodyExecution):
+            command = posture_move(execution.commanded[at], float(execution.durations[at]), execution.phases[at])
+        else:
+            command = _lowering(execution, at) if at in lowering else _move(execution, at)
+        rows.append(_Row(command, execution, at))
         if execution.pauses[at] > 0:
-            rows.append(_Row(wait(float(execution.pauses[at])), at))
+            rows.append(_Row(wait(float(execution.pauses[at])), execution, at))
     return rows
+
+
+def _lowered(execution: Execution) -> range:
+    """The waypoints of the guarded lowering, which is one command to the last of them."""
+    stopped = execution.stopped_at if execution.stopped_at >= 0 else len(execution.phases) - 1
+    return range(execution.guarded_from + 1, stopped + 1)
 
 
 def _move(execution: Execution, at: int) -> Command:
@@ -124,7 +142,7 @@ def _lowering(execution: Execution, stopped: int) -> Command:
     return leg_lower(leg, execution.lowest, seconds, execution.stop_force, "lower")
 
 
-def _require_fit(execution: Execution, robot: Robot) -> None:
+def _require_fit(execution: Predicted, robot: Robot) -> None:
     planned_for = execution.parents.get("robot")
     if planned_for is not None and planned_for != robot.digest:
         raise InvalidSequence(

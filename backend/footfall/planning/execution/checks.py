@@ -10,7 +10,7 @@ from footfall.balance.support import margins
 from footfall.core.frames import apply
 from footfall.planning.compliance.ball_contact import second_gaps
 from footfall.planning.compliance.rover import Rest
-from footfall.planning.execution.problem import Execution, ends_of
+from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, ends_of
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.stance.whole_body import Nearest, WholeBody
@@ -34,11 +34,14 @@ ADVICE = {
     "load on the supporting wheels": "move the chassis away from the leg",
     "wheels on one side of the ground": "take the mode pose_held, or move that leg first",
     "balance": "move the chassis away from the leg",
+    "pose of the chassis": "move the chassis less far at a time",
     "touch-down": "ask for more overshoot; the ground may be lower than the map says",
     "touch-down offset": "take the mode droop_aware or pose_held",
 }
 """What to try where a check fails, by its name."""
 
+ASTRAY = 0.01
+"""So far a chassis whose pose is held may be predicted from where it is to be [m]."""
 LEAN = 0.003
 """A wheel nearer than this to the ground on another side leans against it [m]: hubs are predicted so well."""
 
@@ -48,13 +51,10 @@ def checks_of(
 ) -> tuple[Check, ...]:
     """Every check of an execution; rests: where the rover is predicted to be, n of them."""
 
-    def where(at: int) -> str:
-        return f"waypoint {at} ({done.phases[at]})"
-
+    where = _where(done)
     swings = np.flatnonzero([phase == "swing" for phase in done.phases])
     supports = [leg for leg in robot.legs if leg != done.leg]
     path = dense(done.predicted, done.Ts_site_base)
-    ratios = np.abs([one.torques for one in rests]) / robot.torque_limits
     contacts = np.array([one.contacts for one in rests])
     return (
         _clearance(done, settings, swings, where),
@@ -62,6 +62,52 @@ def checks_of(
         _limits("joint limits", robot, inside(robot, done.predicted), where),
         _own(body, done, path),
         _ground(body, done, path, supports),
+        *_borne(robot, done, rests, supports, settings),
+        *([] if done.mode == "pose_held" else [_one_contact(robot, done, rests, body.ground.dem, supports, where)]),
+        _balance(robot, done, contacts[:, supports], settings),
+        _touch_down(done, settings),
+        _offset(done, settings),
+    )
+
+
+def body_checks_of(
+    robot: Robot, done: BodyExecution, rests: Sequence[Rest], body: WholeBody, settings: ExecutionSettings
+) -> tuple[Check, ...]:
+    """Every check of a move of the chassis; rests: where the rover is predicted to be, n of them."""
+    where = _where(done)
+    supports = [int(leg) for leg in np.flatnonzero(rests[0].touching)]
+    standing = {link_name(leg, part) for leg in supports for part in LOCKED}
+    path = dense(done.predicted, done.Ts_site_base)
+    Ts_site_link = path.Ts_site_base[:, None] @ body.poses(path.postures)
+    nearest = body.ground_gap(Ts_site_link, [link for link in body.links if link not in standing])
+    contacts = np.array([one.contacts for one in rests])
+    return (
+        _limits("joint limits of the set points", robot, done.commanded, where),
+        _limits("joint limits", robot, inside(robot, done.predicted), where),
+        _own(body, done, path),
+        _near("terrain collision", nearest, np.arange(len(path.part)), done, path),
+        *_borne(robot, done, rests, supports, settings),
+        _balance(robot, done, contacts[:, supports], settings),
+        _pose(done),
+    )
+
+
+def _where(done: Predicted) -> Callable[[int], str]:
+    return lambda at: f"waypoint {at} ({done.phases[at]})"
+
+
+def _pose(done: BodyExecution) -> Check:
+    away = np.linalg.norm(done.Ts_site_base[:, :3, 3] - done.wanted[:, :3, 3], axis=1)
+    return _worst("pose of the chassis", ASTRAY - away[:, None], "m", lambda at, _: _where(done)(at))
+
+
+def _borne(
+    robot: Robot, done: Predicted, rests: Sequence[Rest], supports: list[int], settings: ExecutionSettings
+) -> tuple[Check, ...]:
+    """What joints and supporting wheels bear."""
+    where = _where(done)
+    ratios = np.abs([one.torques for one in rests]) / robot.torque_limits
+    return (
         _worst("torque", 1.0 - ratios, "of the limit", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}"),
         _worst(
             "friction",
@@ -75,10 +121,6 @@ def checks_of(
             "N",
             lambda at, i: f"leg {supports[i]}, {where(at)}",
         ),
-        *([] if done.mode == "pose_held" else [_one_contact(robot, done, rests, body.ground.dem, supports, where)]),
-        _balance(robot, done, contacts[:, supports], settings, where),
-        _touch_down(done, settings),
-        _offset(done, settings),
     )
 
 
@@ -111,7 +153,7 @@ def _limits(name: str, robot: Robot, postures: Array, where: Callable[[int], str
     return _worst(name, spare, "rad", lambda at, joint: f"{robot.joint_names[joint]}, {where(at)}")
 
 
-def _own(body: WholeBody, done: Execution, path: Path) -> Check:
+def _own(body: WholeBody, done: Predicted, path: Path) -> Check:
     return _near("self collision", body.own_gap(body.poses(path.postures)), np.arange(len(path.part)), done, path)
 
 
@@ -143,7 +185,7 @@ def _ground(body: WholeBody, done: Execution, path: Path, supports: list[int]) -
     return min(found, key=lambda check: check.margin)
 
 
-def _near(name: str, found: Nearest, rows: NDArray[np.int64], done: Execution, path: Path) -> Check:
+def _near(name: str, found: Nearest, rows: NDArray[np.int64], done: Predicted, path: Path) -> Check:
     at = int(np.ceil(path.part[rows[found.at]] * (len(done.phases) - 1) - 1e-9))
     spare = found.gap.spare
     return Check(name, spare >= 0, spare, "m", f"{found.gap.between}, beyond δ, waypoint {at} ({done.phases[at]})")
@@ -167,9 +209,7 @@ def _one_contact(
     )
 
 
-def _balance(
-    robot: Robot, done: Execution, feet: Array, settings: ExecutionSettings, where: Callable[[int], str]
-) -> Check:
+def _balance(robot: Robot, done: Predicted, feet: Array, settings: ExecutionSettings) -> Check:
     """The centre of mass over the polygon of the wheels (n, k, 3) that support all along, looked at along gravity."""
     R_level_site = settings.compliance.balance.R_level_site
     coms = coms_of(robot, done.predicted[0], done.predicted)
@@ -179,7 +219,7 @@ def _balance(
         com_level = R_level_site @ apply(T_site_base, center)
         spare[i] = margins(feet[i] @ R_level_site.T, com_level[None, :2])[0]
     at = int(np.argmin(spare))
-    return Check("balance", bool(spare[at] >= 0), float(spare[at]), "m", where(at))
+    return Check("balance", bool(spare[at] >= 0), float(spare[at]), "m", _where(done)(at))
 
 
 def _touch_down(done: Execution, settings: ExecutionSettings) -> Check:
@@ -200,3 +240,9 @@ def _offset(done: Execution, settings: ExecutionSettings) -> Check:
     if np.isnan(offset):
         return Check(name, False, float("nan"), "m", "the wheel does not touch the ground")
     return Check(name, offset <= settings.largest_offset, settings.largest_offset - offset, "m", f"{offset:.3f} m off")
+
+
+def refusal_told(check: Check) -> str:
+    """The check that fails, by how much, where, and what to try."""
+    size = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
+    return f"the predicted motion fails the check of {check.name}{size} ({check.where}); {ADVICE[check.name]}"

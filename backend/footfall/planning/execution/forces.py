@@ -1,5 +1,7 @@
 """Set points that hold a posture, and contact forces that change least while the rover is moved."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,3 +80,16 @@ class Holder:
     def weighed(self, posture: Array) -> tuple[float, Array]:
         """Mass [kg] and centre of mass (3,) [m] in base, payload included."""
         return loaded(self.rover.robot, center_of_mass(self.rover.robot, posture), self.rover.settings.balance)
+
+
+def borne(rover: CompliantRover, rests: Sequence[Rest], least_load: float) -> tuple[Array, Array, Array]:
+    """Forces (n, legs, 3) [N], loads along the normals (n, legs) [N], and shares of friction in use (n, legs).
+
+    The share is 0 where a wheel bears no more than ``least_load`` [N].
+    """
+    forces = np.array([one.forces for one in rests])
+    normals = np.array([one.normals for one in rests])
+    loads = np.sum(forces * normals, axis=2)
+    sideways = np.linalg.norm(forces - loads[..., None] * normals, axis=2)
+    friction = rover.settings.balance.friction
+    return forces, loads, np.where(loads > least_load, sideways / (friction * np.maximum(loads, 1e-9)), 0.0)

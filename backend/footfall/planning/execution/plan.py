@@ -4,7 +4,8 @@ The method of the prediction is in :mod:`footfall.planning.compliance.rover`, th
 :mod:`footfall.planning.execution.course`.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +17,9 @@ from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
-from footfall.planning.execution.checks import ADVICE, checks_of
+from footfall.planning.execution.checks import checks_of, refusal_told
 from footfall.planning.execution.course import COMMANDERS, FALL, Course
+from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import GENTLE, durations, pauses
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
@@ -37,6 +39,8 @@ MOST_LIFTS = 5
 """Heights of the lift that are tried."""
 MORE = 0.02
 """Lifted more than what was lacking, as a higher lift sags more [m]."""
+REACH_OUT = 0.5
+"""Ground beyond feet and chassis that the leg may step onto [m]."""
 MOVED_Q, MOVED = 0.02, 0.03
 """A joint [rad] and the chassis [m] may be so far from where the plan starts: more, and it is another stance."""
 
@@ -61,18 +65,18 @@ def plan_execution(
     settings = settings or ExecutionSettings()
     if not isinstance(settings, ExecutionSettings):
         raise InvalidInput("an execution takes ExecutionSettings")
-    _require_fit(robot, state, plan)
+    require_fit(robot, state, plan.parents)
     parents = {"plan": plan.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
     provenance = Provenance(parents, settings)
 
-    def no(status: Status, reason: str, checks: tuple[Check, ...] = ()) -> ExecutionResult:
-        return ExecutionResult(status, None, reason, checks, provenance)
+    def no(status: Status, reason: str) -> ExecutionResult:
+        return ExecutionResult(status, None, reason, (), provenance)
 
     progress(0.0, "looking at the ground")
-    moved = _moved(state, plan)
-    if moved:
-        return no(Status.START_INVALID, f"{moved}; plan the step anew from where the rover is")
-    stance = stance_of(robot, dem, state, settings.clearance, reach_out=_REACH_OUT)
+    away = moved(state, plan.waypoints[0], plan.T_site_base)
+    if away:
+        return no(Status.START_INVALID, f"{away}; plan the step anew from where the rover is")
+    stance = stance_of(robot, dem, state, settings.clearance, reach_out=REACH_OUT)
     if isinstance(stance, No):
         return no(stance.status, stance.reason)
     rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance, stance.body.ground.filled)
@@ -80,23 +84,45 @@ def plan_execution(
         start = measured(rover, state, commanded)
     except InvalidInput as err:
         return no(Status.START_INVALID, f"{err.message}; put the legs down first")
-    attempt = _Attempt(rover, stance.body, state, start, settings, provenance)
+    return executed(rover, stance.body, dem, state, start, plan, settings, provenance, progress).result
+
+
+@dataclass(frozen=True)
+class Executed:
+    """The answer, and how the rover rests after it; None where that was not predicted."""
+
+    result: ExecutionResult
+    end: Rest | None
+
+
+def executed(
+    rover: CompliantRover,
+    body: WholeBody,
+    dem: Dem,
+    state: RobotState,
+    start: Rest,
+    plan: StepPlan,
+    settings: ExecutionSettings,
+    provenance: Provenance,
+    progress: Progress = no_progress,
+) -> Executed:
+    """The step from the rest ``start``, measured or predicted, checked where the rover is predicted to be.
+
+    state: what telemetry says, or would say, of that rest; dem: the map, where ``as_commanded`` plans a higher lift.
+    """
+    attempt = _Attempt(rover, body, state, start, settings, provenance)
     try:
         if settings.mode == "as_commanded":
             done, checks = attempt.lifted_enough(dem, plan, progress)
         else:
             done, checks = attempt.run(plan, progress)
     except Lost as lost:
-        return no(Status.NO_PATH, f"{lost}; move the chassis, choose another footfall, or take another mode")
+        reason = f"{lost}; move the chassis, choose another footfall, or take another mode"
+        return Executed(ExecutionResult(Status.NO_PATH, None, reason, (), provenance), None)
     progress(1.0, "done")
     bad = [check for check in checks if not check.holds]
-    if bad:
-        return ExecutionResult(Status.NO_PATH, done, _told(bad[0]), checks, provenance)
-    return ExecutionResult(Status.FOUND, done, "", checks, provenance)
-
-
-_REACH_OUT = 0.5
-"""Ground beyond feet and chassis that the leg may step onto [m]."""
+    status, reason = (Status.NO_PATH, refusal_told(bad[0])) if bad else (Status.FOUND, "")
+    return Executed(ExecutionResult(status, done, reason, checks, provenance), attempt.end)
 
 
 class _Attempt:
@@ -111,6 +137,7 @@ class _Attempt:
     ) -> None:
         self.rover, self.robot, self.body, self.state, self.start = rover, rover.robot, body, state, start
         self.settings, self.provenance = settings, provenance
+        self.end: Rest | None = None
 
     def lifted_enough(self, dem: Dem, plan: StepPlan, progress: Progress) -> tuple[Execution, tuple[Check, ...]]:
         """The execution with the lift raised until the wheel clears the ground, or the last that could be planned."""
@@ -151,17 +178,12 @@ class _Attempt:
         progress(0.6, "how sure the clearance is")
         done = self._execution(plan, course)
         progress(0.7, "checking where the rover will be")
-        rests = course.rests
-        return done, checks_of(self.robot, done, rests, self.body, self.settings)
+        self.end = course.rests[-1]
+        return done, checks_of(self.robot, done, course.rests, self.body, self.settings)
 
     def _execution(self, plan: StepPlan, course: Course) -> Execution:
         rests, leg, settings = course.rests, plan.leg, self.settings
-        forces = np.array([one.forces for one in rests])
-        normals = np.array([one.normals for one in rests])
-        loads = np.sum(forces * normals, axis=2)
-        sideways = np.linalg.norm(forces - loads[..., None] * normals, axis=2)
-        friction = self.rover.settings.balance.friction
-        use = np.where(loads > settings.least_load, sideways / (friction * np.maximum(loads, 1e-9)), 0.0)
+        forces, loads, use = borne(self.rover, rests, settings.least_load)
         clearance = rim_clearance(
             self.body.ground.dem, np.array([one.hubs[leg] for one in rests]), self.robot.wheel_radius
         )
@@ -213,10 +235,11 @@ def softer(settings: ComplianceSettings, share: float) -> ComplianceSettings:
     return replace(settings, joint_scale=joint, wheel_scale=wheel)
 
 
-def _require_fit(robot: Robot, state: RobotState, plan: StepPlan) -> None:
+def require_fit(robot: Robot, state: RobotState, parents: Mapping[str, str]) -> None:
+    """Raises InvalidInput where the state, or a plan of these parents, is of another robot."""
     if state.robot != robot.name or state.leg_count != robot.leg_count:
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
-    planned_for = plan.parents.get("robot")
+    planned_for = parents.get("robot")
     if planned_for is not None and planned_for != robot.digest:
         raise InvalidInput(
             f"the plan was made for another robot than {robot.name}; give the one it was planned with",
@@ -225,15 +248,10 @@ def _require_fit(robot: Robot, state: RobotState, plan: StepPlan) -> None:
         )
 
 
-def _moved(state: RobotState, plan: StepPlan) -> str:
-    """How far the rover is from where the plan starts; empty where it is there."""
-    joints = float(np.abs(state.posture - plan.waypoints[0]).max())
-    chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - plan.T_site_base[:3, 3]))
+def moved(state: RobotState, posture: Array, T_site_base: Array) -> str:
+    """How far the rover is from where a plan starts, (legs × 6,) and (4, 4); empty where it is there."""
+    joints = float(np.abs(state.posture - posture).max())
+    chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     if joints > MOVED_Q or chassis > MOVED:
         return f"a joint is {joints:.3f} rad and the chassis {chassis:.3f} m from where the plan starts"
     return ""
-
-
-def _told(check: Check) -> str:
-    size = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
-    return f"the predicted motion fails the check of {check.name}{size} ({check.where}); {ADVICE[check.name]}"

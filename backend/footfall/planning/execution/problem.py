@@ -1,13 +1,16 @@
-"""What is sent to the rover for one step, and what is expected of it."""
+"""What is sent to the rover for one step, or one move of the chassis, and what is expected of it."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
+from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
 
 PHASES = ("unload", "lift", "swing", "lower", "load")
+BODY = "body"
+"""Phase in which the chassis moves while all wheels stay where they stand."""
 
 
 def ends_of(phases: tuple[str, ...]) -> list[int]:
@@ -86,3 +89,58 @@ class ExecutionResult(Value):
     def check(self) -> None:
         if self.status is Status.FOUND and self.execution is None:
             raise InvalidInput("an execution comes with status FOUND")
+
+
+@value
+class BodyExecution(Value):
+    """A checked move of the chassis over its standing wheels: set points, and where the rover is predicted to be.
+
+    plan: the move as it was planned for a rigid rover. wanted: (n, 4, 4) T_site_base that the set points are made for:
+    the plan's, with what the chassis is off it at first fading on the way. commanded, predicted, Ts_site_base,
+    durations, pauses, forces, loads, friction_use: as in :class:`Execution`.
+    """
+
+    plan: BodyMovePlan
+    wanted: NDArray[np.float64]
+    commanded: NDArray[np.float64]
+    predicted: NDArray[np.float64]
+    Ts_site_base: NDArray[np.float64]
+    durations: NDArray[np.float64]
+    pauses: NDArray[np.float64]
+    forces: NDArray[np.float64]
+    loads: NDArray[np.float64]
+    friction_use: NDArray[np.float64]
+    provenance: Provenance
+
+    @property
+    def phases(self) -> tuple[str, ...]:
+        """(n,), the same all the way."""
+        return (BODY,) * len(self.commanded)
+
+    @property
+    def parents(self) -> dict[str, str]:
+        """name → digest of the values it was computed from."""
+        return dict(self.provenance.parents)
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes [s]."""
+        return float(self.durations.sum() + self.pauses.sum())
+
+
+@value
+class BodyExecutionResult(Value):
+    """The answer to one request to execute a move of the chassis; as :class:`ExecutionResult`."""
+
+    status: Status
+    execution: BodyExecution | None
+    reason: str
+    checks: tuple[Check, ...]
+    provenance: Provenance
+
+    def check(self) -> None:
+        if self.status is Status.FOUND and self.execution is None:
+            raise InvalidInput("an execution comes with status FOUND")
+
+
+Predicted = Execution | BodyExecution

@@ -1,0 +1,105 @@
+"""The set points of a move of the chassis, row by row, so that the yielding rover carries it where it was planned.
+
+Standing wheels are locked and neither roll nor turn: a pose of the chassis and the strain of the wheels' springs give
+every leg, and the ground's forces then give the set points.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from footfall.core.frames import inverse
+from footfall.core.progress import Progress
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.execution.forces import Holder
+from footfall.planning.execution.problem import BODY
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.walker import ROW, Lost, Walker
+from footfall.planning.stance.follow import base_path, unwrapped
+from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.step.lift import LARGEST_STEP
+from footfall.robot.ik import solve_leg
+from footfall.robot.model import Robot
+
+Array = NDArray[np.float64]
+
+FEWEST = 4
+"""Rows of the shortest move."""
+
+
+class BodyCourse:
+    """The chassis' way: rests, one for each row, and where the chassis was wanted, Ts (n, 4, 4).
+
+    Forces go from those that hold the rover at first to those nearest to them that hold it inside friction where it
+    ends, changed least on the way so that they balance it. Each standing hub is shifted by −Δf / k_w, and set points
+    are q + (G − Jᵀ f) / k. Raises Lost where no legs, or no forces, hold the chassis.
+    """
+
+    def __init__(
+        self, rover: CompliantRover, start: Rest, plan: BodyMovePlan, settings: ExecutionSettings, progress: Progress
+    ) -> None:
+        self.rover, self.robot, self.start = rover, rover.robot, start
+        self.standing = start.touching
+        self._holder = Holder(rover, start)
+        planned, shares = _finer(plan)
+        self.wanted = faded(start.T_site_base, planned, shares)
+        ends = self._holder.inside_friction(
+            plan.waypoints[-1], self.wanted[-1], self.standing, settings.spare_friction, start.forces
+        )
+        if ends is None:
+            raise Lost("no contact forces inside friction hold the rover where the chassis is to go")
+        walker = Walker(rover, start, BODY, len(shares), progress)
+        posture, forces = start.posture, start.forces
+        for T, share in zip(self.wanted[1:], shares[1:], strict=True):
+            posture = self._over_wheels(T, forces, posture)
+            near = start.forces + share * (ends - start.forces)
+            forces = self._holder.least_change(posture, T, near, self.standing)
+            posture = self._over_wheels(T, forces, posture)
+            walker.go(self._holder.set_points(posture, T, forces), BODY)
+        self.rests = tuple(walker.rests)
+
+    def _over_wheels(self, T_site_base: Array, forces: Array, last: Array) -> Array:
+        """The posture nearest to ``last`` whose standing wheels are where these forces press them, as turned as ever.
+
+        Legs in the air keep theirs.
+        """
+        T_base_site = inverse(T_site_base)
+        hubs = self.start.hubs - (forces - self.start.forces) / self.rover.wheel_stiffness
+        posture = last.copy()
+        for leg in np.flatnonzero(self.standing).tolist():
+            T_site_wheel = np.eye(4)
+            T_site_wheel[:3, :3], T_site_wheel[:3, 3] = self.start.turns[leg], hubs[leg]
+            own = slice(6 * leg, 6 * leg + 6)
+            posture[own] = _nearest(self.robot, leg, T_base_site @ T_site_wheel, last[own])
+        return posture
+
+
+def faded(T_site_base: Array, planned: Array, shares: Array) -> Array:
+    """The planned poses (n, 4, 4), begun from T_site_base: how far that is off the first fades as shares go 0…1."""
+    off = T_site_base[:3, 3] - planned[0, :3, 3]
+    turned = Rotation.from_matrix(T_site_base[:3, :3] @ planned[0, :3, :3].T).as_rotvec()
+    left = (1.0 - shares)[:, None]
+    out = planned.copy()
+    out[:, :3, 3] += left * off
+    out[:, :3, :3] = Rotation.from_rotvec(left * turned).as_matrix() @ planned[:, :3, :3]
+    return out
+
+
+def _finer(plan: BodyMovePlan) -> tuple[Array, Array]:
+    """The plan's poses (n, 4, 4) with others between, no joint changing by more than ``ROW``; share of the way each."""
+    poses, rows = [plan.Ts_site_base[:1]], np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1) / ROW
+    counts = np.maximum(np.ceil(rows).astype(int), -(-FEWEST // len(rows)))
+    for before, after, count in zip(plan.Ts_site_base[:-1], plan.Ts_site_base[1:], counts, strict=True):
+        poses.append(base_path(before, after, np.arange(1, count + 1) / count))
+    found = np.concatenate(poses)
+    return found, np.linspace(0.0, 1.0, len(found))
+
+
+def _nearest(robot: Robot, leg: int, T_base_wheel: Array, last: Array) -> Array:
+    """Angles (6,) that put the wheel there, those nearest to the last ones (6,)."""
+    q = unwrapped(solve_leg(robot, leg, T_base_wheel[None]).q[0], last)
+    away = np.abs(q - last).max(axis=1)
+    away[np.isnan(away)] = np.inf
+    if not away.min() <= LARGEST_STEP:
+        raise Lost(f"leg {leg} can't follow the chassis while its wheel stays where it stands")
+    return q[np.argmin(away)]

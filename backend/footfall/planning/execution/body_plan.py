@@ -1,0 +1,117 @@
+"""A planned move of the chassis becomes set points whose predicted motion is the planned one; everything is checked."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from footfall.core.errors import InvalidInput
+from footfall.core.progress import Progress, no_progress, part
+from footfall.core.value import Provenance
+from footfall.planning.compliance.from_telemetry import measured
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.execution.body_course import BodyCourse
+from footfall.planning.execution.checks import body_checks_of, refusal_told
+from footfall.planning.execution.forces import borne
+from footfall.planning.execution.pace import durations, pauses
+from footfall.planning.execution.plan import moved, require_fit
+from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.walker import Lost
+from footfall.planning.stance.body_move import No, stance_of
+from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.step.problem import Status
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+
+def plan_body_execution(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    plan: BodyMovePlan,
+    settings: ExecutionSettings | None = None,
+    commanded: ArrayLike | None = None,
+    progress: Progress = no_progress,
+) -> BodyExecutionResult:
+    """What to command so that the chassis of the yielding rover goes the way of ``plan``; its wheels stay.
+
+    Of the settings mode, lift and lowering count for nothing. state: as measured now, where the plan starts; commanded:
+    (legs × 6,) the present set points; None: posture + torque / stiffness. progress: may raise Cancelled.
+
+    Returns a result; a move that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
+    settings are of another robot or make no sense.
+    """
+    settings = settings or ExecutionSettings()
+    if not isinstance(settings, ExecutionSettings):
+        raise InvalidInput("an execution takes ExecutionSettings")
+    require_fit(robot, state, plan.parents)
+    parents = {"plan": plan.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
+    provenance = Provenance(parents, settings)
+
+    def no(status: Status, reason: str) -> BodyExecutionResult:
+        return BodyExecutionResult(status, None, reason, (), provenance)
+
+    progress(0.0, "looking at the ground")
+    away = moved(state, plan.waypoints[0], plan.Ts_site_base[0])
+    if away:
+        return no(Status.START_INVALID, f"{away}; plan the move anew from where the rover is")
+    stance = stance_of(robot, dem, state, settings.clearance)
+    if isinstance(stance, No):
+        return no(stance.status, stance.reason)
+    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance, stance.body.ground.filled)
+    try:
+        start = measured(rover, state, commanded)
+    except InvalidInput as err:
+        return no(Status.START_INVALID, f"{err.message}; put the legs down first")
+    return body_executed(rover, stance.body, start, plan, settings, provenance, progress).result
+
+
+@dataclass(frozen=True)
+class BodyExecuted:
+    """The answer, and how the rover rests after it; None where that was not predicted."""
+
+    result: BodyExecutionResult
+    end: Rest | None
+
+
+def body_executed(
+    rover: CompliantRover,
+    body: WholeBody,
+    start: Rest,
+    plan: BodyMovePlan,
+    settings: ExecutionSettings,
+    provenance: Provenance,
+    progress: Progress = no_progress,
+) -> BodyExecuted:
+    """The move from the rest ``start``, measured or predicted, checked where the rover is predicted to be."""
+    try:
+        course = BodyCourse(rover, start, plan, settings, part(progress, 0.0, 0.7))
+    except Lost as lost:
+        reason = f"{lost}; move the chassis less far, or step with that leg first"
+        return BodyExecuted(BodyExecutionResult(Status.NO_PATH, None, reason, (), provenance), None)
+    rests = course.rests
+    commanded = np.array([one.commanded for one in rests])
+    phases = (BODY,) * len(rests)
+    forces, loads, use = borne(rover, rests, settings.least_load)
+    done = BodyExecution(
+        plan=plan,
+        wanted=course.wanted,
+        commanded=commanded,
+        predicted=np.array([one.posture for one in rests]),
+        Ts_site_base=np.array([one.T_site_base for one in rests]),
+        durations=durations(rover.robot, commanded, phases, settings.speed_fraction),
+        pauses=pauses(phases, settings.pause),
+        forces=forces,
+        loads=loads,
+        friction_use=use,
+        provenance=provenance,
+    )
+    progress(0.7, "checking where the rover will be")
+    checks = body_checks_of(rover.robot, done, rests, body, settings)
+    progress(1.0, "done")
+    bad = [check for check in checks if not check.holds]
+    status, reason = (Status.NO_PATH, refusal_told(bad[0])) if bad else (Status.FOUND, "")
+    return BodyExecuted(BodyExecutionResult(status, done, reason, checks, provenance), rests[-1])

@@ -1,0 +1,218 @@
+"""A planned walk becomes executions: foot move by foot move, each from where the one before is predicted to rest."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
+from footfall.core.progress import Progress, no_progress, part
+from footfall.core.value import Provenance
+from footfall.planning.compliance.from_telemetry import measured
+from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.execution.body_plan import BodyExecuted, body_executed
+from footfall.planning.execution.plan import MOVED, REACH_OUT, Executed, executed, require_fit
+from footfall.planning.execution.problem import BodyExecution, Execution
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.stance.body_move import No, Stance, stance_of
+from footfall.planning.stance.move import BodyMovePlan
+from footfall.planning.step.problem import Check, Status, StepPlan
+from footfall.planning.walk.parts import parts_of
+from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution, WalkExecutionResult
+from footfall.robot.kinematics import wheel_centers
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+Part = BodyMovePlan | StepPlan
+
+HELD = ("pose_held", "droop_aware")
+"""Modes that a walk can be executed in; the others don't tell where a foot comes down."""
+FOOT_MOVED = 0.06
+"""A wheel's middle may be so far from where the walk has it [m]: the weight presses it in by some 25 mm, and where
+telemetry was planned from it was so already. More, and it stands elsewhere."""
+
+
+def plan_walk_execution(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    walk: WalkPlan,
+    settings: ExecutionSettings | None = None,
+    commanded: ArrayLike | None = None,
+    first: int = 0,
+    count: int | None = None,
+    progress: Progress = no_progress,
+) -> WalkExecutionResult:
+    """What to command so that the yielding rover makes ``count`` foot moves of a walk from number ``first`` on.
+
+    The chassis is held on its planned way; feet go where they were planned, from where they are predicted to stand.
+    state: as measured now, where foot move ``first`` starts. settings: their mode, one of HELD, is that of the steps.
+    commanded: (legs × 6,) the present set points; None: posture + torque / stiffness. count: None: all that are left
+    and the chassis' way after the last one. progress: may raise Cancelled.
+
+    Returns a result; where a foot move can't be executed, that says which and why, and holds those before it. Raises
+    InvalidInput where walk, state or settings are of another robot or make no sense.
+    """
+    settings = settings or ExecutionSettings()
+    if not isinstance(settings, ExecutionSettings) or settings.mode not in HELD:
+        raise InvalidInput(f"a walk is executed with ExecutionSettings of a mode of {', '.join(HELD)}")
+    asked = _asked(walk, first, count)
+    require_fit(robot, state, walk.parents)
+    parents = {"walk": walk.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
+    way = _Way(robot, dem, state, commanded, settings, Provenance(parents, settings))
+    done: list[FootMoveExecution] = []
+    for i, (number, parts) in enumerate(asked):
+        now = part(progress, i / len(asked), (i + 1) / len(asked))
+        found = way.foot_move(number, parts, _saying(number, now))
+        if isinstance(found, No):
+            return way.result(found.status, done, number, found.reason, found.checks)
+        done.append(found)
+    progress(1.0, "done")
+    return way.result(Status.FOUND, done, None, "", least_of(way.checks))
+
+
+def foot_moves_of(walk: WalkPlan) -> tuple[tuple[Part, ...], ...]:
+    """The parts of each foot move, and of the chassis' way after the last, m + 1 of them; empty where nothing moves."""
+    moves: list[tuple[Part, ...]] = []
+    now: tuple[Part, ...] = ()
+    for one in parts_of(walk):
+        now = (*now, one)
+        if isinstance(one, StepPlan):
+            moves.append(now)
+            now = ()
+    return (*moves, now)
+
+
+def least_of(checks: Iterable[Check]) -> tuple[Check, ...]:
+    """Of each check, by its name, the one with the least margin."""
+    least: dict[str, Check] = {}
+    for check in checks:
+        known = least.get(check.name)
+        if known is None or not known.margin <= check.margin:
+            least[check.name] = check
+    return tuple(least.values())
+
+
+class _Way:
+    """The rover on its way, at rest between the parts of a walk."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        dem: Dem,
+        state: RobotState,
+        commanded: ArrayLike | None,
+        settings: ExecutionSettings,
+        provenance: Provenance,
+    ) -> None:
+        self.robot, self.dem, self.settings, self.provenance = robot, dem, settings, provenance
+        self.state, self._commanded = state, commanded
+        self.rest: Rest | None = None
+        self.checks: list[Check] = []
+
+    def foot_move(self, number: int, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
+        """The executions of a foot move, all of whose checks hold, or why there are none."""
+        body: BodyExecution | None = None
+        step: Execution | None = None
+        parts = tuple(parts)
+        for i, one in enumerate(parts):
+            found = self._part(number, one, part(progress, i / len(parts), (i + 1) / len(parts)))
+            if isinstance(found, No):
+                return replace(found, reason=_told(number, found.reason))
+            if isinstance(found, Execution):
+                step = found
+            else:
+                body = found
+        return FootMoveExecution(number, body, step)
+
+    def result(
+        self,
+        status: Status,
+        done: list[FootMoveExecution],
+        failed_at: int | None,
+        reason: str,
+        checks: tuple[Check, ...],
+    ) -> WalkExecutionResult:
+        execution = WalkExecution(tuple(done), self.provenance) if done else None
+        return WalkExecutionResult(status, execution, reason, checks, self.provenance, failed_at)
+
+    def _part(self, number: int, plan: Part, progress: Progress) -> BodyExecution | Execution | No:
+        progress(0.0, "looking at the ground")
+        away = self._moved(plan)
+        if away:
+            return No(Status.START_INVALID, f"{away}; plan a walk from there")
+        stance = stance_of(self.robot, self.dem, self.state, self.settings.clearance, reach_out=REACH_OUT)
+        if isinstance(stance, No):
+            return stance
+        rover = CompliantRover(self.robot, stance.body.ground.dem, self.settings.compliance, stance.body.ground.filled)
+        start = self._start(rover)
+        if isinstance(start, No):
+            return start
+        found = self._executed(rover, stance, start, plan, progress)
+        result = found.result
+        told = tuple(replace(check, where=_told(number, check.where)) for check in result.checks)
+        if result.status is not Status.FOUND or result.execution is None or found.end is None:
+            return No(result.status, result.reason, told)
+        self.checks += told
+        self.rest, self.state = found.end, rover.state(found.end, self.state.time)
+        return result.execution
+
+    def _executed(
+        self, rover: CompliantRover, stance: Stance, start: Rest, plan: Part, progress: Progress
+    ) -> BodyExecuted | Executed:
+        provenance = replace(self.provenance, parents=dict(self.provenance.parents) | {"plan": plan.digest})
+        if isinstance(plan, BodyMovePlan):
+            return body_executed(rover, stance.body, start, plan, self.settings, provenance, progress)
+        return executed(rover, stance.body, self.dem, self.state, start, plan, self.settings, provenance, progress)
+
+    def _start(self, rover: CompliantRover) -> Rest | No:
+        """The rest that the part before ended in; of the first part the measured one."""
+        if self.rest is not None:
+            return self.rest
+        try:
+            return measured(rover, self.state, self._commanded)
+        except InvalidInput as err:
+            return No(Status.START_INVALID, f"{err.message}; put the legs down first")
+
+    def _moved(self, plan: Part) -> str:
+        """How far the rover is from where the walk has it; empty where it is there."""
+        T = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
+        chassis = float(np.linalg.norm(self.state.T_site_base[:3, 3] - T[:3, 3]))
+        hubs, planned = (
+            apply(pose, wheel_centers(self.robot, posture))
+            for pose, posture in ((self.state.T_site_base, self.state.posture), (T, plan.waypoints[0]))
+        )
+        wheels = np.linalg.norm(hubs - planned, axis=1)
+        leg = int(np.argmax(wheels))
+        if chassis > MOVED or wheels[leg] > FOOT_MOVED:
+            return f"the chassis is {chassis:.3f} m and the wheel of leg {leg} {wheels[leg]:.3f} m from where it starts"
+        return ""
+
+
+def _asked(walk: WalkPlan, first: int, count: int | None) -> list[tuple[int, tuple[Part, ...]]]:
+    """Number and parts of the foot moves that are asked for and move something."""
+    last = walk.foot_moves if count is None else first + count - 1
+    if not 0 <= first <= last <= walk.foot_moves:
+        raise InvalidInput(
+            f"a walk of {walk.foot_moves} foot moves is executed from one of 0 to {walk.foot_moves} on, one or more",
+            first=first,
+            count=count,
+        )
+    moves: Iterator[tuple[int, tuple[Part, ...]]] = enumerate(foot_moves_of(walk))
+    asked = [(number, parts) for number, parts in moves if first <= number <= last and parts]
+    if not asked:
+        raise InvalidInput("the walk goes nowhere there: there is nothing to execute", first=first, count=count)
+    return asked
+
+
+def _saying(number: int, progress: Progress) -> Progress:
+    return lambda share, text: progress(share, _told(number, text))
+
+
+def _told(number: int, text: str) -> str:
+    return f"foot move {number}: {text}"
