@@ -108,6 +108,7 @@ def referee(
         sag=np.array(sag),
         torque=watch.torque,
         tipped=rover.fault,
+        least_load=watch.least_load,
     )
     return replace(report, failures=failures(report, sorted(in_air), refused))
 
@@ -178,7 +179,8 @@ def _moved_most(sequence: Sequence, rows: range) -> int | None:
 def _message(sequence: Sequence, row: int) -> CommandMessage:
     one = sequence.commands[row]
     return CommandMessage(
-        id=f"row {row}",
+        # one rover may carry out several sequences, and does what an id says once
+        id=f"{sequence.digest} {row}",
         sequence=sequence.digest,
         row=row,
         name=one.name,

@@ -82,6 +82,7 @@ class RefereeReport(Value):
     it stood, at its contact [m]. drag: (legs,) the same of the leg that is moved. chassis: (rows,) largest distance of
     the chassis from where it is expected within the row [m]. sag: (rows,) how much lower it is than expected at the
     row's end [m]. torque: (legs × 6,) largest share of each joint's limit. tipped: why the rover fell, or "".
+    least_load: (legs,) least force of the ground on each wheel while it supports [N]; infinite for one that never does.
     """
 
     sequence: str
@@ -102,6 +103,7 @@ class RefereeReport(Value):
     sag: NDArray[np.float64]
     torque: NDArray[np.float64]
     tipped: str
+    least_load: NDArray[np.float64]
 
     @property
     def passed(self) -> bool:

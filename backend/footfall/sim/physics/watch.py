@@ -52,7 +52,7 @@ class Watch:
         legs = rover.robot.leg_count
         self.events: list[WheelEvent] = []
         self.slip, self.drag = np.zeros(legs), np.zeros(legs)
-        self.torque = np.zeros(6 * legs)
+        self.torque, self.least_load = np.zeros(6 * legs), np.full(legs, np.inf)
         self.clearance = np.nan
         self._contacts: dict[tuple[str, str], Contact] = {}
         self._over: list[Contact] = []
@@ -86,6 +86,8 @@ class Watch:
         touching = self._rover.touches()
         self._unplanned(touching)
         forces, points = self._on_wheels(touching)
+        standing = np.arange(len(forces)) != self._leg
+        self.least_load[standing] = np.minimum(self.least_load, forces)[standing]
         centers, velocities, spins = self._rover.rims()
         self._slipped(forces, points - centers, velocities, spins)
         for leg, wheel in enumerate(self._wheels):
