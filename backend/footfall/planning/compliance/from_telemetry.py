@@ -101,7 +101,7 @@ def forces_of_deflection(
 ) -> Array:
     """Forces of the ground, site, (legs, 3) [N]: of each leg those that explain its deflection by least squares."""
     torques = rover.stiffness * (commanded - posture)
-    G, J_site = _gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
+    G, J_site = gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
     pushed = (G - torques).reshape(-1, 6)
     return np.array([np.linalg.lstsq(J.T, tau, rcond=None)[0] for J, tau in zip(J_site, pushed, strict=True)])
 
@@ -110,7 +110,7 @@ def holding(
     rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array, forces: Array
 ) -> Array:
     """Torques that hold the joints against gravity and the wheels' forces (legs, 3), (legs × 6,) [N·m]: G − Jᵀ f."""
-    G, J_site = _gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
+    G, J_site = gravity_and_jacobians(rover, posture, T_site_base, hubs, normals)
     return G - (forces[:, None] @ J_site).ravel()
 
 
@@ -119,7 +119,7 @@ def wheel_arms(rover: CompliantRover, hubs: Array, normals: Array) -> Array:
     return hubs - rover.body.rolled * normals
 
 
-def _gravity_and_jacobians(
+def gravity_and_jacobians(
     rover: CompliantRover, posture: Array, T_site_base: Array, hubs: Array, normals: Array
 ) -> tuple[Array, Array]:
     """Gravity's torques (legs × 6,) [N·m], and Jacobians (legs, 3, 6), site, of the points where the ground pushes."""

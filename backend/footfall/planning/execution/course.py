@@ -30,6 +30,8 @@ FALL = 0.002
 """Guarded lowering is looked at every so far [m]."""
 LEAST_FALL = 0.01
 """A shorter way down has no direction worth following [m]."""
+SPARE = 0.1
+"""Where the others would bear a leg's load with less to spare than this share, other forces are looked for."""
 ROUNDS = 3
 """In which a set point that depends on the sag that it causes is found; the error shrinks tenfold in each."""
 
@@ -247,9 +249,14 @@ class PoseHeld(DroopAware):
 
     def unload(self) -> None:
         self._posture, self._forces = self.start.posture.copy(), self.start.forces.copy()
-        swing = self.start.forces[self.leg]
+        swing, eased = self.start.forces[self.leg], self._eased()
         for row in range(1, SHARES + 1):
-            self._shift(self._posture, (1 - row / SHARES) * swing)
+            share = row / SHARES
+            if eased is None:
+                self._shift(self._posture, (1 - share) * swing)
+            else:
+                near = self.start.forces + share * (eased - self.start.forces)
+                self._strain(self._posture, self.holder.least_change(self._posture, self._T, near, self._others))
             self._command("unload")
 
     def carry(self, i: int) -> None:
@@ -287,11 +294,35 @@ class PoseHeld(DroopAware):
 
     def _shift(self, posture: Array, swing: Array) -> None:
         """Take the posture, with a force (3,) on the swing leg's wheel: the others' change least."""
-        others = self.start.touching.copy()
-        others[self.leg] = False
         forces = self._forces.copy()
         forces[self.leg] = swing
-        self._strain(posture, self.holder.least_change(posture, self._T, forces, others))
+        self._strain(posture, self.holder.least_change(posture, self._T, forces, self._others))
+
+    @property
+    def _others(self) -> NDArray[np.bool_]:
+        """The wheels that stand all along, (legs,)."""
+        others = self.start.touching.copy()
+        others[self.leg] = False
+        return others
+
+    def _eased(self) -> Array | None:
+        """Forces (legs, 3) that the other wheels are to bear while the leg is lifted; None: those that change least.
+
+        Those may take a wheel's load, its friction or a joint's torque to the limit where other forces would not.
+        """
+        start, others = self.start, self._others
+        forces = start.forces.copy()
+        forces[self.leg] = 0.0
+        plain = self.holder.least_change(start.posture, self._T, forces, others)
+        spare = self.holder.spare(start.posture, self._T, plain, others)
+        if spare >= SPARE:
+            return None
+        best = None
+        for near in (None, self.holder.least_torque(start.posture, self._T, others)):
+            found = self.holder.inside_friction(start.posture, self._T, others, self.settings.spare_friction, near)
+            if found is not None and self.holder.spare(start.posture, self._T, found, others) > spare:
+                best, spare = found, self.holder.spare(start.posture, self._T, found, others)
+        return best
 
     def _strain(self, posture: Array, forces: Array) -> None:
         """Let the hubs go where the forces' change presses them; a swinging wheel is pressed by nothing."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from footfall.balance.forces import distribute, equilibrium_matrix
 from footfall.balance.payload import loaded
 from footfall.core.frames import apply
-from footfall.planning.compliance.from_telemetry import holding, wheel_arms
+from footfall.planning.compliance.from_telemetry import gravity_and_jacobians, holding, wheel_arms
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.robot.kinematics import center_of_mass
 
@@ -76,6 +76,47 @@ class Holder:
         forces = np.zeros_like(hubs)
         forces[standing] = found @ R
         return forces
+
+    def least_torque(self, posture: Array, T_site_base: Array, standing: NDArray[np.bool_]) -> Array:
+        """Forces (legs, 3) on the wheels ``standing`` that balance the rover with the least torques.
+
+        Of all that balance it, those with the least sum of squares of torque / limit; friction counts for nothing.
+        """
+        hubs, _ = self.rover.wheels(posture, T_site_base)
+        G, J_site = gravity_and_jacobians(self.rover, posture, T_site_base, hubs, self.normals)
+        legs = np.flatnonzero(standing)
+        limits = self.rover.robot.torque_limits.reshape(-1, 6)
+        mass, center = self.weighed(posture)
+        balance = equilibrium_matrix(wheel_arms(self.rover, hubs, self.normals)[legs], apply(T_site_base, center))
+        # the Lagrange conditions of least squares with equations
+        size = 3 * len(legs)
+        rows = np.zeros((size + 6, size + 6))
+        right = np.append(np.zeros(size), np.append(-mass * self.rover.gravity, np.zeros(3)))
+        for i, leg in enumerate(legs):
+            own = slice(3 * i, 3 * i + 3)
+            push = J_site[leg].T / limits[leg][:, None]
+            rows[own, own] = push.T @ push
+            right[own] = push.T @ (G.reshape(-1, 6)[leg] / limits[leg])
+        rows[:size, size:], rows[size:, :size] = balance.T, balance
+        forces = np.zeros_like(hubs)
+        forces[legs] = np.linalg.lstsq(rows, right, rcond=None)[0][:size].reshape(-1, 3)
+        return forces
+
+    def spare(self, posture: Array, T_site_base: Array, forces: Array, standing: NDArray[np.bool_]) -> float:
+        """The least of what is spare of a wheel's share of the weight, of friction, and of the torque limits."""
+        hubs, _ = self.rover.wheels(posture, T_site_base)
+        torques = holding(self.rover, posture, T_site_base, hubs, self.normals, forces)
+        loads = np.sum(forces * self.normals, axis=1)[standing]
+        sideways = np.linalg.norm(forces - np.sum(forces * self.normals, axis=1)[:, None] * self.normals, axis=1)
+        held = self.rover.settings.balance.friction * np.maximum(loads, 1e-9)
+        weight = self.rover.mass * float(np.linalg.norm(self.rover.gravity))
+        return float(
+            min(
+                loads.min() / weight * len(forces),
+                1.0 - (sideways[standing] / held).max(),
+                1.0 - (np.abs(torques) / self.rover.robot.torque_limits).max(),
+            )
+        )
 
     def weighed(self, posture: Array) -> tuple[float, Array]:
         """Mass [kg] and centre of mass (3,) [m] in base, payload included."""
