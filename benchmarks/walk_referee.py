@@ -56,9 +56,9 @@ class Walked:
 
     moves: foot moves carried out, of ``planned`` in the walk as it was first planned. anew: how often a walk was
     planned again. tips, contacts, stayed: see :class:`footfall.sim.physics.walked.FootMoveReport`. slip: of a wheel
-    while it stands, over all foot moves; touch: of the worst touch-down from the planned contact; rest: of the chassis, at the
-    end of a foot move, from the prediction; chassis: the same on the way [m]. load: least on a supporting wheel [N].
-    goal: from where the chassis ends to the goal, seen from above [m]; NaN where the walk was not ended.
+    while it stands, over all foot moves; touch: of the worst touch-down from the planned contact; rest: of the chassis,
+    at the end of a foot move, from the prediction; chassis: the same on the way [m]. load: least on a supporting wheel
+    [N]. goal: from where the chassis ends to the goal, seen from above [m]; NaN where the walk was not ended.
     """
 
     case: Case
