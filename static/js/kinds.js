@@ -19,6 +19,7 @@ export const KINDS = {
   body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
   walk: { area: "plan", sign: "plan", made: ({ status }) => `planned a walk: ${inWords(status)}` },
   sequence: { title: "commands", area: "commands", sign: "sequence", made: () => "made commands" },
+  foot_moves: { title: "commands of foot moves", area: "commands", sign: "sequence", made: () => "made commands of a walk" },
   outcome: { made: () => "compared the run with its prediction" },
   edit: { area: "commands", sign: "sequence", made: () => "edited the commands" },
   import: { area: "commands", sign: "sequence", made: () => "read commands from a file" },

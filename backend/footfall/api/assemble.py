@@ -52,6 +52,7 @@ from footfall.api.routes import (
     stop,
     telemetry,
     terrains,
+    walks,
 )
 from footfall.api.streams import Streams
 from footfall.core.value import SOFTWARE_VERSION
@@ -137,6 +138,7 @@ def assemble(
         hand,
         executions,
         sequences,
+        walks,
         conn,
         runs,
         stop,

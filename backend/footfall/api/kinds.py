@@ -112,6 +112,7 @@ SERVED: dict[Kind, Served] = {
         answer=WalkResult,
         ask=_plan_walk,
     ),
+    kinds.FOOT_MOVES: Served(f"POST {_SESSION}/walks/{{digest}}/sequence"),
     kinds.SEQUENCE: Served(f"POST {_SESSION}/sequences"),
     kinds.EDIT: Served("PATCH /sequences/{sequence}"),
     kinds.IMPORT: Served(f"POST {_SESSION}/sequences/import"),

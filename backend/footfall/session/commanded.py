@@ -76,7 +76,11 @@ class CommandedSession(LinkedSession):
                 asked=expected,
             )
         sequence, names = self._shelf.typed(Sequence, digest), self.description.joint_names
-        return self._commanding.send(token, sequence, self._facts(digest), names, who, step_by_step)
+
+        def facts() -> Facts:
+            return self._facts(digest)
+
+        return self._commanding.send(token, sequence, facts(), names, who, step_by_step, facts)
 
     def hold_run(self, who: Identity = LOCAL) -> None:
         """Nothing more goes to the rover by itself; the present row is carried out. Raises CommandRefused."""

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from footfall.core.errors import Conflict
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import Identity
+from footfall.session.gate.between import Between
 from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
 from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
@@ -23,8 +24,8 @@ from footfall.session.log.fold import SessionState
 from footfall.session.rover.heard import ENDED, Heard
 from footfall.session.rover.link import RoverLink
 from footfall.session.stop_log import StopLog
-from footfall.session.telling import Telling
-from footfall.telemetry.link import CommandMessage, HelloMessage, encode
+from footfall.session.telling import Telling, message_of
+from footfall.telemetry.link import HelloMessage, encode
 
 WATCH_PERIOD = 0.1
 """How often a run looks for a lost link or an overdue row, and the conn for the end of its time [s]."""
@@ -71,6 +72,7 @@ class Commanding:
         self._watch: threading.Thread | None = None
         self._stop_log = StopLog()
         self._heard = Heard()
+        self._between: Between | None = None
         self._closing = threading.Event()
         self.latest_end: tuple[float, dict[str, Any]] | None = None
         """When the latest run ended [s since 1970] and how, as its record says, whether or not that is written."""
@@ -113,11 +115,13 @@ class Commanding:
         joint_names: tuple[str, ...],
         who: Identity,
         step_by_step: bool = False,
+        facts_later: Callable[[], Facts] | None = None,
     ) -> dict[str, Any]:
-        """See :meth:`footfall.session.commanded.CommandedSession.send`."""
+        """See :meth:`footfall.session.commanded.CommandedSession.send`. facts_later: as ``facts``, asked in the run."""
         with self._audited("send", who):
             require_fit(sequence, facts, joint_names)
             run = self.gate.begin(token, sequence, who, step_by_step)
+        self._between = None if facts_later is None else Between(facts_later, joint_names)
         rows = len(sequence.commands)
         started = {"run": run.number, "mark": run.mark, "sequence": run.digest, "rows": rows, "mode": run.mode}
         try:
@@ -141,6 +145,8 @@ class Commanding:
             run = self.gate.steer(who)
             if run.phase == "waiting":
                 require_fit_to_go_on(run.sequence, run.row, facts, joint_names)
+                if self._between is not None:
+                    self._between.passed()
             run = self.gate.go_on(who, going)
         self._record_anyway("run_resumed", {"run": run.number, "row": run.row, "mode": run.mode, **self._by(who)})
         self._send_next(run.number)
@@ -174,6 +180,8 @@ class Commanding:
             self._end(run.number, "refused", f"the rover refused row {run.row}: {reason}")
         elif state == "done" and (after := self.gate.row_done(run)) is not None:
             if not after.over:
+                if self._between is not None and after.phase == "due":
+                    self._between.row_done(after, self._link.received_at)
                 self._send_next(run.number)
             elif after.unsent:
                 self._end(run.number, "aborted", "aborted")
@@ -281,6 +289,8 @@ class Commanding:
 
     def _send_next(self, number: int) -> None:
         """The row of run ``number`` that is due goes to the rover, if nothing is in its way."""
+        if self._between is not None and self._between.waits:
+            return  # until the rover was looked at: :meth:`look`
         run, hindered = self.gate.claim(number, self._fresh)
         if run is None:
             waits = self.gate.run
@@ -290,7 +300,7 @@ class Commanding:
             elif hindered == "telemetry":
                 self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:.1f} s old")
             return
-        message = _message(run, self.gate.epoch)
+        message = message_of(run, self.gate.epoch)
         text, row = encode(message), {"sequence": run.digest, "run": run.number, "row": run.row}
         sent = {"id": message.id, **row, "epoch": message.epoch}
         try:
@@ -307,6 +317,17 @@ class Commanding:
             # a stop came between the log and the wire, or an abort, or the conn was lost
             self._record_anyway("command_refused", {"id": run.command_id, "reason": "held back: the run had ended"})
             self._end(number, "held_back", "what let the row go had ended when it was to go")
+
+    def _look_between(self, run: Run, between: Between) -> None:
+        """Go on with the next foot move where the rover stands as the one before was to leave it, else hold."""
+        against = between.look(run, self._link.received_at)
+        if against is None:
+            return
+        if against and (held := self.gate.hold_for(run, against)) is not None:
+            told = {"run": held.number, "row": held.row, "reason": held.why, "by": None, "conn": self.gate.conn_number}
+            self._record_anyway("run_held", told)
+        elif not against:
+            self._send_next(run.number)
 
     @property
     def _fresh(self) -> bool:
@@ -363,20 +384,7 @@ class Commanding:
         age = self._link.age
         if age is None or age > STALE_AFTER:
             self.lost(f"the rover has sent no telemetry for {age or 0.0:.1f} s")
+        elif self._between is not None and run.phase == "due":
+            self._look_between(run, self._between)
         elif late := self.gate.overdue(self._link.light_time.round_trip):
             self._end(run.number, "overdue", late)
-
-
-def _message(run: Run, epoch: int) -> CommandMessage:
-    command = run.command
-    return CommandMessage(
-        id=run.command_id,
-        sequence=run.digest,
-        row=run.row,
-        name=command.name,
-        leg=command.leg,
-        joints=command.joints,
-        duration=command.duration,
-        force=command.force,
-        epoch=epoch,
-    )

@@ -23,13 +23,13 @@ from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.step.problem import PlanResult
 from footfall.session.gate.checks import STALE_AFTER, pose_difference
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
-from footfall.session.planned import PlannedSession
 from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, PLAN, SEQUENCE
 from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
 from footfall.session.summary import summary
+from footfall.session.walking import WalkingSession
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
@@ -40,7 +40,7 @@ STILL_TOLERANCE = 1e-4
 """A rover whose joints [rad] and chassis [m] differ by less has not moved."""
 
 
-class LiveSession(PlannedSession):
+class LiveSession(WalkingSession):
     """A session with its rover, products and commands; see the module's docstring. Made by
     :class:`footfall.session.registry.Sessions`; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.

@@ -7,12 +7,12 @@ import numpy as np
 
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
-from footfall.session.planned import PlannedSession
 from footfall.session.products.kinds import KINDS
+from footfall.session.walking import WalkingSession
 from footfall.terrain.dem import Dem
 
 
-def summary(session: PlannedSession) -> dict[str, Any]:
+def summary(session: WalkingSession) -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
     state, up_to_date = session.state, session.up_to_date()
     return {
@@ -56,6 +56,7 @@ def summary(session: PlannedSession) -> dict[str, Any]:
         "to_command": session.to_command,
         "commands_of_another_plan": session.commands_of_another_plan,
         "played": session.played,
+        "walking": session.walking_told(),
         "can_undo": bool(state.sequence_history),
         "can_redo": bool(state.sequence_ahead),
         "exports": [fields_of(one) for one in state.exports],
@@ -73,7 +74,7 @@ def summary(session: PlannedSession) -> dict[str, Any]:
     }
 
 
-def _what_if(session: PlannedSession) -> dict[str, Any] | None:
+def _what_if(session: WalkingSession) -> dict[str, Any] | None:
     """The shift that the planning state has against how the rover stands; None where that is what it is."""
     if session.state.what_if is None or session.state.state is None:
         return None
@@ -81,20 +82,20 @@ def _what_if(session: PlannedSession) -> dict[str, Any] | None:
     return fields_of(cast(BodyShift, shifted.provenance.settings or BodyShift()))
 
 
-def _after(session: PlannedSession) -> str | None:
+def _after(session: WalkingSession) -> str | None:
     """The plan or sequence from whose end it is planned; None where that is not so."""
     if session.state.what_if is None or session.state.state is None:
         return None
     return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
 
 
-def _ends(session: PlannedSession) -> dict[str, Any]:
+def _ends(session: WalkingSession) -> dict[str, Any]:
     """What it would be gone on from, and what it is planned from the end of; None: nothing."""
     told = {"go_on": session.planned_end(), "after": _after(session)}
     return {name: None if digest is None else session.end_told(digest) for name, digest in told.items()}
 
 
-def _pairs(session: PlannedSession) -> list[str]:
+def _pairs(session: WalkingSession) -> list[str]:
     """Names of the pairs of the present snapshot."""
     for event in reversed(session.events()):
         if event.type == "snapshot_taken":
@@ -102,7 +103,7 @@ def _pairs(session: PlannedSession) -> list[str]:
     return []
 
 
-def _terrain(session: PlannedSession) -> dict[str, Any] | None:
+def _terrain(session: WalkingSession) -> dict[str, Any] | None:
     """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
     digest = session.state.dem
     if digest is None:
@@ -122,7 +123,7 @@ def _terrain(session: PlannedSession) -> dict[str, Any] | None:
     }
 
 
-def _footfall_answer(session: PlannedSession) -> dict[str, Any] | None:
+def _footfall_answer(session: WalkingSession) -> dict[str, Any] | None:
     """What terrain and maps say now of the chosen footfall."""
     chosen = session.state.footfall
     return None if chosen is None or session.state.dem is None else session.footfall_answer(chosen)

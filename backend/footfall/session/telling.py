@@ -11,9 +11,11 @@ from collections.abc import Callable
 
 from footfall.core.errors import Conflict
 from footfall.session.gate.gate import Gate
+from footfall.session.gate.runs import Run
 from footfall.session.rover.link import RoverLink
 from footfall.telemetry.link import (
     ClearStopMessage,
+    CommandMessage,
     EpochMessage,
     HelloMessage,
     Message,
@@ -105,3 +107,19 @@ class Telling:
             self._link.send(encode(message))
             return True
         return False
+
+
+def message_of(run: Run, epoch: int) -> CommandMessage:
+    """The message that releases the present row of ``run``."""
+    command = run.command
+    return CommandMessage(
+        id=run.command_id,
+        sequence=run.digest,
+        row=run.row,
+        name=command.name,
+        leg=command.leg,
+        joints=command.joints,
+        duration=command.duration,
+        force=command.force,
+        epoch=epoch,
+    )

@@ -151,7 +151,7 @@ function drawTable(summary, sequence) {
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
-  $("commands").tBodies[0].replaceChildren(...sequence.commands.map((command, row) => tableRow(command, row, broken, states.get(row))));
+  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row))]).filter(Boolean));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
@@ -166,6 +166,12 @@ function follow() {
   const label = row?.querySelector("button").ariaLabel ?? null;
   if (label !== followed) row?.scrollIntoView({ block: "nearest" });
   followed = label;
+}
+
+// The rows of a walk are told by their foot moves.
+function groupRow({ foot_moves: moves, commands }, row) {
+  const first = moves?.find((one) => one.first_row === row);
+  return first && element("tr", { className: "group" }, element("th", { colSpan: 8, scope: "rowgroup", textContent: `${first.text} (rows ${row + 1}–${Math.min(commands.length, row + first.rows)})` }));
 }
 
 function tableRow(command, row, broken, state) {

@@ -1,13 +1,15 @@
-// Walk: ask for a walk to a goal, and read its foot moves, or what stopped it and how far it comes.
+// Walk: ask for a walk to a goal, read its foot moves, or what stopped it and how far it comes, and carry it out: each foot
+// move becomes commands from where the rover stands, which are armed and sent as all are.
 
 import { act } from "../acts.js";
-import { get, post } from "../api.js";
+import { get, once, post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 
 let shown = ""; // digest of the walk that is shown
+let places = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
@@ -16,6 +18,11 @@ export function start() {
     refusal: () => (known.summary?.footfall ? "" : "Choose a place first: click on the ground."),
   });
   act({ text: "Plan the walk to its goal", button: "plan-walk", run: plan });
+  act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
+  act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
+  act({ text: "Re-plan the walk from here", button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : "There is no walk yet.") });
+  act({ text: "Forget forbidden and pinned places", button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
+  for (const id of ["walk-ahead", "walk-toward"]) $(id).addEventListener("input", goAhead);
   subscribe(draw);
 }
 
@@ -27,13 +34,51 @@ const takeFootfall = () => attempt(async () => {
   $("walk-y").value = y.toFixed(3);
 });
 
+// Straight on, or aside, from where the chassis is by the latest telemetry.
+function goAhead() {
+  const T = known.frame?.T_site_base;
+  if (!T || $("walk-ahead").value === "") return;
+  const toward = Math.atan2(T[1][0], T[0][0]) + (Number($("walk-toward").value) * Math.PI) / 180;
+  $("walk-x").value = (T[0][3] + Number($("walk-ahead").value) * Math.cos(toward)).toFixed(3);
+  $("walk-y").value = (T[1][3] + Number($("walk-ahead").value) * Math.sin(toward)).toFixed(3);
+}
+
+const walking = () => known.summary?.walking ?? null;
+const left = () => walking().of - walking().done;
+
+function notNext() {
+  if (!walking()) return "There is no walk yet: plan one to its goal.";
+  if (walking().next === null) return "The walk is over.";
+  if (known.summary.gate.state === "sending") return "A sequence is being sent already.";
+  return walking().against;
+}
+
+const command = (count) => attempt(async () => {
+  $("panel-walk").open = true;
+  const { walk, next } = walking();
+  await post(`/sessions/current/walks/${walk}/sequence`, { first: next, count }, once());
+});
+
+const again = () => attempt(async () => {
+  $("panel-walk").open = true;
+  await post(`/sessions/current/walks/${known.summary.walk}/again`, {});
+});
+
+// What is said of places counts with the next plan.
+function say(wanted) {
+  places = wanted;
+  const told = Object.entries(places).filter(([, of]) => of.length).map(([what, of]) => `${of.length} ${what}`).join(", ");
+  $("walk-places").hidden = !told;
+  $("walk-places-text").textContent = told && `Places: ${told}. Plan the walk to heed them.`;
+}
+
 const plan = () => attempt(async () => {
   $("panel-walk").open = true;
   if (!$("walk-form").reportValidity()) return;
   const heading = $("walk-yaw").value;
   const goal = { x: Number($("walk-x").value), y: Number($("walk-y").value), yaw: heading === "" ? null : (Number(heading) * Math.PI) / 180 };
   await freeze();
-  await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value) } });
+  await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value), ...places } });
 });
 
 async function draw({ summary }) {
@@ -41,6 +86,7 @@ async function draw({ summary }) {
   const doubt = summary.up_to_date.walk?.fits === false ? summary.up_to_date.walk.reason : "";
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? `▲ Out of date: ${doubt}. Plan the walk again.` : "";
+  drawWalking(summary.walking);
   if ((summary.walk ?? "") === shown) return;
   shown = summary.walk ?? "";
   const digest = shown;
@@ -50,6 +96,21 @@ async function draw({ summary }) {
   }
   const answer = await get(`/sessions/current/walks/${digest}`);
   if (shown === digest) show(answer); // else a newer one came meanwhile
+}
+
+const nextOf = (here) => (here.leg === null ? "the chassis goes to the goal" : `foot move ${here.next + 1} – leg ${here.leg}`);
+
+function drawWalking(here) {
+  $("walk-done").hidden = !here;
+  $("walk-done").textContent = here?.text ?? "";
+  $("walk-against").hidden = !here?.against;
+  $("walk-against").textContent = here?.against ?? "";
+  $("walk-next").textContent = here && here.next !== null ? `Next: ${nextOf(here)}` : "Next foot move";
+  for (const [number, item] of [...$("walk-answer").querySelectorAll("ol > li")].entries()) {
+    item.classList.toggle("done", Boolean(here) && number < here.done);
+    if (here && number === here.next) item.setAttribute("aria-current", "step");
+    else item.removeAttribute("aria-current");
+  }
 }
 
 function show(answer) {
@@ -63,6 +124,7 @@ function show(answer) {
     })), ...answer.blocked.map((one) => element("li", { className: "no", textContent: blockedBy(one) }))),
     element("ol", { "aria-label": "Foot moves" }, ...footMoves(answer.plan ?? answer.partial)),
   );
+  drawWalking(walking());
 }
 
 function inWords(plan) {
@@ -75,10 +137,23 @@ function blockedBy({ check_name, leg, x, y, count }) {
   return `blocked ${count} times by ${check_name}${leg === null ? "" : ` of leg ${leg}`}${x === null ? "" : ` at (${fixed(x, 2)}, ${fixed(y, 2)}) m`}`;
 }
 
-// In the scene they have the same numbers.
+// In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of all is marked.
 function footMoves(plan) {
+  const worst = { margin: Math.min(...(plan?.margins ?? [])), torque: Math.max(...(plan?.torques ?? [])) };
   return (plan?.legs ?? []).map((leg, number) => {
-    const [x, y] = plan.stances[number + 1].contacts[leg];
-    return element("li", { textContent: `leg ${leg} to (${fixed(x, 2)}, ${fixed(y, 2)}) m` });
+    const at = plan.stances[number + 1].contacts[leg];
+    const rows = plan.moves.flatMap((move, row) => (move === number ? [row] : []));
+    const margin = Math.min(...rows.map((row) => plan.margins[row]));
+    const torque = Math.max(...rows.map((row) => plan.torques[row]));
+    return element("li", {},
+      `leg ${leg} to (${fixed(at[0], 2)}, ${fixed(at[1], 2)}) m, `,
+      figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin), ", ",
+      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque), " ",
+      mark("Forbid", `Forbid the place of foot move ${number + 1}`, () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
+      mark("Pin", `Pin the place of foot move ${number + 1}`, () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
   });
 }
+
+const place = ([x, y]) => ({ x, y });
+const figure = (textContent, worst) => element("span", { textContent: worst ? `▲ ${textContent}` : textContent, title: worst ? "The worst of the walk" : "" });
+const mark = (textContent, ariaLabel, onclick) => element("button", { type: "button", textContent, ariaLabel, onclick });

@@ -64,6 +64,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sessions/{session}/plans/{digest}/alternatives",
         "DELETE /sessions/{session}/what-if",
         "POST /sessions/{session}/sag/take-over",
+        "POST /sessions/{session}/walks/{digest}/again",
         "POST /sequences/{sequence}/undo",
         "POST /sequences/{sequence}/redo",
         "GET /sequences/{sequence}/export",

@@ -22,6 +22,14 @@ class WayOfCommands(TypedDict):
     doubt: bool
 
 
+class FootMoveRows(TypedDict):
+    """Rows ``first_row`` … that belong to one foot move of a walk; text: what it is called."""
+
+    first_row: int
+    rows: int
+    text: str
+
+
 class SequenceAnswer(TypedDict):
     """Commands, what each leads to, and every rule.
 
@@ -47,6 +55,7 @@ class SequenceAnswer(TypedDict):
     parents: dict[str, str]
     starts_from: Literal["plan", "file", "rover"]
     way: WayOfCommands
+    foot_moves: list[FootMoveRows]
     current: bool
     can_undo: bool
 

@@ -1,7 +1,11 @@
-"""What requests for walks may contain; as strict as those of ``schemas``."""
+"""What requests for walks may contain, and what answers hold; as strict as those of ``schemas``."""
+
+from typing import Annotated, TypedDict
+
+from pydantic import Field
 
 from footfall.api.bodies.schemas import Number, _examples
-from footfall.api.bodies.settings_models import Strictly, settings_model
+from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 
 WalkSettingsModel = settings_model(WalkSettings)
@@ -30,3 +34,34 @@ class WalkOrder(Strictly):
     )
     goal: WalkGoalModel
     settings: WalkSettingsModel | None = None  # type: ignore[valid-type]
+
+
+FootMove = Annotated[int, Field(ge=0, le=10**5), FromNumber]
+
+
+class FootMovesOrder(Strictly):
+    """Commands of ``count`` foot moves of a walk, the first of them ``first``, counted from 0.
+
+    The number after the last foot move is the chassis' way to the goal. More than there are: all that are left.
+    """
+
+    model_config = _examples({"first": 3}, {"first": 3, "count": 2})
+    first: FootMove
+    count: Annotated[int, Field(ge=1, le=10**5), FromNumber] = 1
+
+
+class WalkingAnswer(TypedDict):
+    """How far the latest walk is.
+
+    of: its foot moves and the chassis' last way; done: how many were carried out. next: number of the one that is next,
+    counted from 0; leg: whose foot it moves, null: the chassis alone goes. against: why it can't begin where the rover
+    stands now, "" where nothing speaks against it.
+    """
+
+    walk: str
+    of: int
+    done: int
+    next: int | None
+    leg: int | None
+    against: str
+    text: str

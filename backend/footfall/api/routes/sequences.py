@@ -1,5 +1,6 @@
 """Sequences: made from a plan, edited under If-Match, exported, armed and sent."""
 
+from dataclasses import asdict
 from typing import Annotated, Literal, cast
 
 import numpy as np
@@ -52,7 +53,7 @@ def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAn
     live.make_sequence(chosen, settings, as_commanded=order.as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
-    return _body(lineage, lineage.head, response)
+    return sequence_body(lineage, lineage.head, response)
 
 
 @router.post(
@@ -71,14 +72,14 @@ async def read_in(live: OneSession, request: Request, response: Response) -> Seq
     await run_in_threadpool(live.import_sequence, name, content)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
-    return _body(lineage, lineage.head, response)
+    return sequence_body(lineage, lineage.head, response)
 
 
 @router.get("/sequences/{sequence}")
 def read(sequence: SequenceId, sessions: AllSessions, response: Response) -> SequenceAnswer:
     """Commands, what each leads to, and every rule. An id means the newest version, a digest that one."""
     lineage, digest = find(sessions, sequence)
-    return _body(lineage, digest, response)
+    return sequence_body(lineage, digest, response)
 
 
 @router.patch("/sequences/{sequence}")
@@ -189,7 +190,7 @@ def _matched(lineage: Lineage, digest: str, if_match: str | None) -> Lineage:
 
 def _now(lineage: Lineage, response: Response) -> SequenceAnswer:
     changed = head_of(lineage.live)
-    return _body(changed, changed.head, response)
+    return sequence_body(changed, changed.head, response)
 
 
 def _sequence(lineage: Lineage, digest: str) -> Sequence:
@@ -208,7 +209,8 @@ def _starts_from(lineage: Lineage, digest: str) -> Literal["plan", "file", "rove
     return "rover" if "state" in _sequence(lineage, first).provenance.parents else "file"
 
 
-def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
+def sequence_body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
+    """One version, its ETag set."""
     sequence = _sequence(lineage, digest)
     response.headers["ETag"] = f'"{digest}"'
     return {
@@ -229,6 +231,7 @@ def _body(lineage: Lineage, digest: str, response: Response) -> SequenceAnswer:
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
         "way": cast(WayOfCommands, lineage.live.way_of(digest)),
+        "foot_moves": [asdict(one) for one in lineage.live.foot_moves_in(digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

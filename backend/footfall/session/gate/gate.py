@@ -129,6 +129,10 @@ class Gate:
         """The run waits after its present row."""
         return _run(self._become(lambda state, now: machine.hold(state, who, now)))
 
+    def hold_for(self, run: Run, why: str) -> Run | None:
+        """``run`` waits before the row that is due; None where it is not there any more."""
+        return self._become_if(lambda state: machine.held_for(state, run, why))
+
     def go_on(self, who: Identity, going: bool) -> Run:
         """The run goes on: with all rows (``going``), or with one."""
         return _run(self._become(lambda state, now: machine.go_on(state, who, now, going)))

@@ -204,6 +204,14 @@ def hold(state: State, who: Identity, now: float) -> State:
     return state if run.aborted else replace(state, run=run.held(f"held by {who.name}"))
 
 
+def held_for(state: State, run: Run, why: str) -> State | None:
+    """The run waits before the row that is due, as nobody asked but the rover's stance; None where it is elsewhere."""
+    present = state.run
+    if present is None or not present.is_at(run) or present.phase != "due":
+        return None
+    return replace(state, run=present.held(why))
+
+
 def go_on(state: State, who: Identity, now: float, going: bool) -> State:
     """The run that waits goes on: with all rows (``going``), or with one. Asked of one that goes: it goes on so."""
     state, run = steered(state, who, now)

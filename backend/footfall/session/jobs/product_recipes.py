@@ -18,6 +18,7 @@ from footfall.session.jobs.requests import (
     BodyMoveRequest,
     ExecutionRequest,
     ExportRequest,
+    FootMovesRequest,
     ImportRequest,
     MapRequest,
     OutcomeRequest,
@@ -160,6 +161,18 @@ def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> 
 
     chosen = _execution_of(parents["execution"]) if "execution" in parents else _plan_of(parents["plan"])
     return make_sequence(chosen, parents["robot"], parents["dem"])
+
+
+def foot_moves(parents: Mapping[str, Any], settings: FootMovesRequest, progress: Progress) -> Value:
+    """robot, dem, state that they start from, plan (a WalkResult with a plan); FootMovesRequest → Sequence."""
+    from footfall.planning.walk.excerpt import excerpt
+    from footfall.sequence.make import make_sequence
+
+    walk = _plan_of(parents["plan"])
+    # as if the rover were rigid: whatever else a foot move is to be commanded as is made here, of parts_of(excerpt)
+    return make_sequence(
+        excerpt(walk, settings.first, settings.count, parents["state"]), parents["robot"], parents["dem"]
+    )
 
 
 def outcome(parents: Mapping[str, Any], settings: OutcomeRequest, progress: Progress) -> Value:

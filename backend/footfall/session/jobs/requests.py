@@ -88,6 +88,18 @@ class WalkRequest(Value):
 
 
 @value
+class FootMovesRequest(Value):
+    """Commands of foot moves ``first`` … ``first + count - 1`` of a walk, counted from 0."""
+
+    first: int
+    count: int = 1
+
+    def check(self) -> None:
+        if self.first < 0 or self.count < 1:
+            raise InvalidInput("foot moves count from 0, and at least one is commanded", first=self.first)
+
+
+@value
 class ExportRequest(Value):
     """A sequence in one of the export formats."""
 

@@ -268,6 +268,19 @@ SEQUENCE = entered(
         watched=True,
     )
 )
+FOOT_MOVES = entered(
+    Kind(
+        name="foot_moves",
+        makes="Sequence",
+        request="FootMovesRequest",
+        needs=(*GROUND, "plan"),
+        recipe=f"{_RECIPES}:foot_moves",
+        loads="footfall.sequence.make",
+        becomes=Becomes.COMMANDS,
+        given_as="sequence",
+        from_the_rover=True,
+    )
+)
 OUTCOME = entered(
     Kind(
         name="outcome",

@@ -1,0 +1,40 @@
+"""A walk that is carried out: commands of its foot moves, how far it is, and the rest planned anew."""
+
+from typing import cast
+
+from fastapi import Response
+
+from footfall.api.access import BASE, Digest, OneSession
+from footfall.api.bodies.answers import JobAnswer
+from footfall.api.bodies.sequence_answers import SequenceAnswer
+from footfall.api.bodies.walk_schemas import FootMovesOrder, WalkingAnswer
+from footfall.api.lineage import head_of
+from footfall.api.routes.jobs import accepted
+from footfall.api.routes.sequences import sequence_body
+from footfall.api.routing import Routes
+
+router = Routes(tags=["plans"])
+
+
+@router.post("/sessions/{session}/walks/{digest}/sequence", status_code=201)
+def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, response: Response) -> SequenceAnswer:
+    """Commands of some foot moves of a walk, from where the rover stands: the session's sequence.
+
+    409 where the rover does not stand as the walk has it then: which joint or the chassis, by how much.
+    """
+    live.command_foot_moves(None if digest == "current" else digest, order.first, order.count)
+    lineage = head_of(live)
+    response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
+    return sequence_body(lineage, lineage.head, response)
+
+
+@router.get("/sessions/{session}/walking")
+def read_walking(live: OneSession) -> WalkingAnswer | None:
+    """How far the latest walk is, and what is next; null without a walk that was found."""
+    return cast(WalkingAnswer | None, live.walking_told())
+
+
+@router.post("/sessions/{session}/walks/{digest}/again", status_code=202)
+def replan(live: OneSession, digest: Digest, response: Response) -> JobAnswer:
+    """Plan the rest of a walk from how the rover stands now, as a job: same goal, same settings."""
+    return accepted(live.replan_walk(None if digest == "current" else digest), response)

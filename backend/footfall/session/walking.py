@@ -1,0 +1,190 @@
+"""A session that walks: which foot moves of a walk were carried out, which is next, its commands, and the way on."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.planning.walk.excerpt import parts_count, start_of
+from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_told
+from footfall.sequence.commands import Sequence
+from footfall.sequence.foot_moves import foot_moves
+from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import FootMovesRequest, WalkRequest
+from footfall.session.log.fold import SessionState
+from footfall.session.planned import PlannedSession
+from footfall.session.products.kinds import FOOT_MOVES, WALK
+from footfall.session.products.terrains import SHORT_JOB
+from footfall.session.products.up_to_date import SENT, difference
+from footfall.session.recorded import present
+
+AGAIN = "re-plan the walk from here"
+
+
+@dataclass(frozen=True)
+class Walking:
+    """How far a walk is.
+
+    walk: its digest. of: how many parts it has, its foot moves and the chassis' last way; done: how many of them were
+    carried out. next: number of the one that is next, counted from 0; None: there is none, or it can't begin. leg:
+    whose foot it moves; None: it moves the chassis alone. against: why it can't begin where the rover stands now, ""
+    where nothing speaks against it. text: all of it, for a person.
+    """
+
+    walk: str
+    of: int
+    done: int
+    next: int | None
+    leg: int | None
+    against: str
+    text: str
+
+
+@dataclass(frozen=True)
+class CommandedFootMove:
+    """Rows of a sequence that belong to one foot move of a walk, and what it is called."""
+
+    first_row: int
+    rows: int
+    text: str
+
+
+class WalkingSession(PlannedSession):
+    """The part of a session that carries walks out, foot move by foot move; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    def walking(self) -> Walking | None:
+        """How far the latest walk is, by what the log says of runs; None without a walk that was found."""
+        digest = self.state.newest(WALK)
+        plan = None if digest is None else self._shelf.typed(WalkResult, digest).plan
+        if digest is None or plan is None:
+            return None
+        of = parts_count(plan)
+        over = carried_out_of(self.state, digest, self._asked_of, self._commands_of)
+        done = 0 if not over else max(over) + 1
+        if done >= of:
+            return Walking(digest, of, done, None, None, "", f"all {foot_moves_told(plan)} done: the walk is over")
+        leg = plan.legs[done] if done < plan.foot_moves else None
+        against = self._against(plan, done)
+        began = "nothing of it was carried out yet" if not done else f"{name_of(plan, done - 1)} done"
+        text = f"{began}; next: {name_of(plan, done)}"
+        return Walking(digest, of, done, done, leg, against, text)
+
+    def walking_told(self) -> dict[str, Any] | None:
+        """As :meth:`walking`, plain JSON."""
+        walking = self.walking()
+        return None if walking is None else asdict(walking)
+
+    def command_foot_moves(self, walk: str | None, first: int, count: int = 1) -> str:
+        """Commands of ``count`` foot moves of a walk (None: the latest), from where the rover stands; their digest.
+
+        first: number of the first of them, counted from 0; the number after the last foot move is the chassis' way to
+        the goal. Raises Conflict where the rover does not stand as the walk has it then, with what is otherwise and by
+        how much, NotFound, InvalidInput.
+        """
+        digest, plan = self._walk(walk)
+        of = parts_count(plan)
+        if not 0 <= first < of or count < 1:
+            raise InvalidInput(f"the walk has {of} parts, counted from 0", first=first, count=count, of=of)
+        against = self._against(plan, first)
+        if against:
+            raise Conflict(against, walk=digest, first=first)
+        made = self.state.products[digest]
+        parents = {**self._standing_now(), "dem": made.parents["dem"], "plan": digest}
+        request = FootMovesRequest(first, min(count, of - first))
+        # the checks of a row take a tenth of a second
+        return self._workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
+
+    def replan_walk(self, walk: str | None = None) -> Job:
+        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, same settings."""
+        digest = walk or present(self.state.newest(WALK), "there is no walk yet")
+        made = self.state.products.get(digest)
+        if made is None or made.kind != WALK.name or made.settings is None:
+            raise NotFound(f"the session holds no walk {digest}", digest=digest)
+        request = self._shelf.typed(WalkRequest, made.settings)
+        return self._workshop.submit(WALK, self._standing_now(), request)
+
+    def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
+        """The rows of a sequence by foot moves, where it goes back to a walk; none where it does not."""
+        asked = self._asked_of(sequence)
+        if asked is None:
+            return ()
+        walk, request = asked
+        plan = self._walk(walk)[1]
+        groups = enumerate(foot_moves(self._shelf.typed(Sequence, sequence).commands), request.first)
+        return tuple(CommandedFootMove(one.first, one.count, name_of(plan, number)) for number, one in groups)
+
+    def _against(self, plan: WalkPlan, number: int) -> str:
+        """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""
+        if plan.parents.get("dem") != self.state.dem:
+            return f"the terrain has changed since the walk was planned: {AGAIN}"
+        now = self.frame.state if self.frame is not None else self.things_now().stands
+        if now is None:
+            return "nothing is known of how the rover stands"
+        posture, T_site_base = start_of(plan, number)
+        found = difference(posture, T_site_base, now, self.description.joint_names)
+        what = found.beyond(*SENT)
+        if not what:
+            return ""
+        moved = f"the chassis is {found.moved:.3f} m from there, at most {POSE_TOLERANCE:g} m are accepted"
+        turned = (
+            f"{found.joint} is {np.degrees(found.turned):+.2f}° from there, "
+            f"at most {np.degrees(START_TOLERANCE):.2f}° are accepted"
+        )
+        where = f"the rover does not stand where {name_of(plan, number)} begins"
+        return f"{where}: {moved if what == 'chassis' else turned}: {AGAIN}"
+
+    def _walk(self, digest: str | None) -> tuple[str, WalkPlan]:
+        digest = digest or present(self.state.newest(WALK), "there is no walk yet")
+        made = self.state.products.get(digest)
+        if made is None or made.kind != WALK.name:
+            raise NotFound(f"the session holds no walk {digest}", digest=digest)
+        result = self._shelf.typed(WalkResult, digest)
+        if result.plan is None:
+            raise Conflict(f"no walk was found there: {result.reason}", status=result.status.value)
+        return digest, result.plan
+
+    def _asked_of(self, sequence: str) -> tuple[str, FootMovesRequest] | None:
+        """The walk that commands go back to, and which of its foot moves; None where they go back to none."""
+        made = self.state.products.get(self.state.before_edits(sequence))
+        if made is None or made.kind != FOOT_MOVES.name or made.settings is None:
+            return None
+        return made.parents["plan"], self._shelf.typed(FootMovesRequest, made.settings)
+
+    def _commands_of(self, sequence: str) -> Sequence:
+        return self._shelf.typed(Sequence, sequence)
+
+
+def carried_out_of(
+    state: SessionState,
+    walk: str,
+    asked_of: Callable[[str], tuple[str, FootMovesRequest] | None],
+    commands_of: Callable[[str], Sequence],
+) -> set[int]:
+    """Numbers of the foot moves of a walk whose every row the rover has done in one run.
+
+    asked_of: of a sequence, see :meth:`WalkingSession._asked_of`; commands_of: the sequence itself.
+    """
+    done: dict[tuple[str, int], set[int]] = {}
+    for one in state.commands:
+        if one.state == "done":
+            done.setdefault((one.sequence, one.run), set()).add(one.row)
+    found: set[int] = set()
+    for (sequence, _), rows in done.items():
+        asked = asked_of(sequence)
+        if asked is None or asked[0] != walk:
+            continue
+        groups = enumerate(foot_moves(commands_of(sequence).commands), asked[1].first)
+        found |= {number for number, one in groups if rows.issuperset(range(one.first, one.first + one.count))}
+    return found
+
+
+def name_of(plan: WalkPlan, number: int) -> str:
+    """What the part of that number is called, which counts foot moves from 1."""
+    if number >= plan.foot_moves:
+        return "the chassis goes to the goal"
+    return f"foot move {number + 1} of {plan.foot_moves}: leg {plan.legs[number]}"
