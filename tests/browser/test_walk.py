@@ -46,7 +46,13 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     expect(told.locator("ol li")).to_have_count(len(plan["legs"]))
     leg = plan["legs"][0]
     x, y, _ = plan["stances"][1]["contacts"][leg]
-    expect(told.locator("ol li").first).to_have_text(f"leg {leg} to ({x:.2f}, {y:.2f}) m")
+    expect(told.locator("ol li").first).to_contain_text(f"leg {leg} to ({x:.2f}, {y:.2f}) m, margin ")
+    least, most = min(plan["margins"]), max(plan["torques"])
+    worst = told.locator("ol li span[title]:not([title=''])")
+    expect(worst.filter(has_text=f"▲ margin {least:.2f} m")).to_have_count(1)
+    expect(worst.filter(has_text=f"▲ torque {100 * most:.0f} %")).to_have_count(1)
+    told.get_by_role("button", name="Forbid the place of foot move 1", exact=True).click()
+    expect(console.locator("#walk-places-text")).to_have_text("Places: 1 forbidden. Plan the walk to heed them.")
     expect(console.locator("#walk-doubt")).to_be_hidden()
     look("walk")
 
@@ -56,6 +62,8 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     expect(told.locator("p.no")).to_contain_text("off map")
     refused = held(quiet, WALK)
     assert refused["goal"]["yaw"] is None
+    [forbidden] = refused["provenance"]["settings"]["forbidden"]
+    assert (forbidden["x"], forbidden["y"]) == pytest.approx((x, y))
     expect(told.locator("p.no")).to_contain_text(refused["reason"])
     look("refused")
 
