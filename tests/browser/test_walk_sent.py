@@ -1,4 +1,4 @@
-"""A walk of one metre over the sample's rocks, mapped from images: asked for, looked at, armed and sent, acts counted."""
+"""A walk of one metre over the sample's rocks, mapped from images: planned, armed and sent, its acts counted."""
 
 from collections.abc import Callable
 
@@ -79,5 +79,4 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     expect(page.locator("#walk-next")).to_be_disabled()
     look("arrived")
     assert np.linalg.norm((at(served) - begin)[:2]) >= 0.85
-    print(f"{hand.acts} acts, {np.linalg.norm((at(served) - begin)[:2]):.2f} m")
     assert hand.acts <= MOST_ACTS
