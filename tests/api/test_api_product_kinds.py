@@ -86,6 +86,6 @@ def test_every_kind_that_is_served_has_its_entry_and_its_address():
     assert set(SERVED) <= set(KINDS.values())
     assert {kind.name for kind in set(KINDS.values()) - set(SERVED)} == {"outcome"}
     assert {name for name in KINDS if not folder_of(name)} == {
-        *("after", "what_if", "sequence", "outcome", "edit", "import", "export")
+        *("after", "what_if", "foot_moves", "sequence", "outcome", "edit", "import", "export")
     }
     assert folder_of("views") == ""
