@@ -293,6 +293,7 @@ class SessionAnswer(TypedDict):
     commands_carried_out: bool
     to_command: ToCommand | None
     commands_of_another_plan: bool
+    walking: Annotated[dict[str, Any] | None, Field(description="how far the latest walk is")]
     can_undo: bool
     can_redo: bool
     exports: list[dict[str, Any]]
