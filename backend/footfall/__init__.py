@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from footfall.planning.stance.body_shift import BodyShift
     from footfall.planning.stance.find_shift import find_shift
     from footfall.planning.stance.shift import shifted_state
-    from footfall.planning.stance.stand import stand
     from footfall.planning.step.leg_maps import compute_maps
     from footfall.planning.step.plan import plan_step
     from footfall.planning.walk.plan import plan_walk
+    from footfall.planning.walk.stand import stand
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
@@ -30,7 +30,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 _where = {
     "load_robot": "footfall.io.robot_files",
     "read_terrain": "footfall.io.terrain_files",
-    "stand": "footfall.planning.stance.stand",
+    "stand": "footfall.planning.walk.stand",
     "BodyShift": "footfall.planning.stance.body_shift",
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",

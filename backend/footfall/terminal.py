@@ -88,7 +88,7 @@ def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> "tuple[
     """Robot, terrain file and the robot standing on it."""
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
-    from footfall.planning.stance.stand import stand
+    from footfall.planning.walk.stand import stand
 
     body, dem = load_robot(robot), read_terrain(terrain)
     return body, dem, stand(body, dem, x=x, y=y, yaw=yaw)

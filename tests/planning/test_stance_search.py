@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks.walks.terrains import start_of, terrain
-from footfall.planning.stance.stand import stand
+from footfall.core.errors import InvalidInput
 from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN
+from footfall.planning.walk.stand import stand
 from footfall.robot.collision import posture_collisions
 from footfall.robot.ik import contact_point
 from footfall.robot.kinematics import wheel_pose
@@ -40,3 +41,21 @@ def test_it_stands_near_the_place_where_a_level_chassis_can_not(athlete, dem):
     weight = athlete.mass * 9.81
     assert state.wheel_forces.sum(axis=0) == pytest.approx([0, 0, weight], abs=1e-6 * weight)
     assert state.digest == stand(athlete, dem, x, y).digest
+
+
+def test_another_posture_is_not_replaced_by_one_that_nobody_asked_for(athlete, dem):
+    with pytest.raises(InvalidInput, match=r"can't stand|no joint angles|no one height"):
+        stand(athlete, dem, *start_of(2.75), posture="crouch")
+
+
+def test_where_the_ground_is_unknown_nothing_is_searched(athlete, dem):
+    west, south, _, _ = dem.geometry.bounds
+    with pytest.raises(InvalidInput, match="the ground is unknown under leg 0") as refused:
+        stand(athlete, dem, west - 5.0, south - 5.0)
+    assert "nor was a stance found" not in refused.value.message
+
+
+def test_where_the_search_finds_nothing_either_both_are_told(athlete, dem, monkeypatch):
+    monkeypatch.setattr("footfall.planning.walk.stand.search_stance", lambda *asked: None)
+    with pytest.raises(InvalidInput, match=r"nor was a stance found with the chassis up to 0\.15 m"):
+        stand(athlete, dem, *start_of(2.75))

@@ -1,4 +1,4 @@
-"""A rover standing still on the ground: chassis level where that can be, every wheel on the terrain."""
+"""A rover standing still on the ground: chassis level, every wheel on the terrain."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,6 @@ from footfall.balance.torques import holding_torques
 from footfall.core.beside import beside
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation, transform
-from footfall.maps.standing import contacts as contacts_of
 from footfall.planning.stance.under_links import ground_near_links
 from footfall.robot.collision import TERRAIN, Collision, posture_collisions
 from footfall.robot.description import link_name
@@ -49,7 +48,7 @@ class _Stances:
 def stand(
     robot: Robot, dem: Dem, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, posture: str = "stand"
 ) -> RobotState:
-    """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level where that can be.
+    """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level.
 
     Seen from above, a wheel touches the ground where that of the named posture would, or at the nearest of
     some places around it that the leg can reach; it stands upright on the local surface and heads radially
@@ -57,9 +56,6 @@ def stand(
     of collisions, held by friction, and nearest to the posture: least change of height plus mean shift of the
     wheels. Of a leg's inverse-kinematics solutions it is the one nearest to the posture. Wheel forces are
     those of least norm inside friction, joint torques those that hold.
-
-    Where no such stance is found, a search of its own may lean, shift and turn the chassis a little and set the feet
-    anywhere near (``planning/walk/stance_search.py``, which states the bounds); it takes a second or two.
 
     Raises InvalidInput where the ground under a wheel is unknown, a leg can't reach it, the rover would
     collide, or no contact forces hold it; NotFound for an unknown posture.
@@ -71,52 +67,6 @@ def stand(
     wanted = np.array([contact_point(robot, nominal, leg, T_site_ground) for leg in robot.legs])
     places = [_places(robot, dem, leg, wanted[leg], T_site_ground) for leg in robot.legs]
     _require_ground(dem, wanted, places)
-    try:
-        return _level(robot, dem, x, y, yaw, nominal, T_site_ground, wanted, places)
-    except InvalidInput as refused:
-        state = _leaning(robot, dem, x, y, yaw)
-        if state is None:
-            raise refused
-        return state
-
-
-def _leaning(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> RobotState | None:
-    """The state in the stance that the search finds, judged as the level one is; None where there is none."""
-    # compiled code of walks loads when it is first needed
-    from footfall.planning.walk.stance_search import search_stance
-
-    found = search_stance(robot, dem, x, y, yaw)
-    if found is None:
-        return None
-    q, T_site_base = found
-    if posture_collisions(robot, q, T_site_base, ground_near_links(robot, dem, q, T_site_base)):
-        return None
-    feet = contacts_of(robot, dem, q, T_site_base, robot.legs)
-    return _held(robot, q, T_site_base, feet.points, feet.normals)
-
-
-def _held(robot: Robot, q: Array, T_site_base: Array, contacts: Array, normals: Array) -> RobotState | None:
-    """The state with the forces of least norm inside friction; None where no forces hold it."""
-    com = apply(T_site_base, center_of_mass(robot, q))
-    forces = distribute(contacts, normals, com, robot.mass)
-    if forces is None:
-        return None
-    torques = holding_torques(robot, q, T_site_base, robot.legs, contacts, forces)
-    return RobotState(robot.name, 0.0, q, T_site_base, forces, torques, "idle")
-
-
-def _level(
-    robot: Robot,
-    dem: Dem,
-    x: float,
-    y: float,
-    yaw: float,
-    nominal: Array,
-    T_site_ground: Array,
-    wanted: Array,
-    places: list[tuple[Array, Array, Array]],
-) -> RobotState:
-    """The state with a level chassis; raises InvalidInput where there is none."""
     usual = float(np.mean([contacts[0, 2] for contacts, _, _ in places] - wanted[:, 2]))
     steps = round(HEIGHT_RANGE / HEIGHT_STEP)
     lifts = HEIGHT_STEP * np.arange(-steps, steps + 1, dtype=np.float64)
@@ -146,11 +96,13 @@ def _level(
             cutting |= {(leg, *contacts[leg]) for leg in robot.legs if link_name(leg, "wheel") in cut}
             refusal = refusal or _cramped(robot, first)
             continue
-        state = _held(robot, q, T_site_base, contacts, normals)
-        if state is None:
+        com = apply(T_site_base, center_of_mass(robot, q))
+        forces = distribute(contacts, normals, com, robot.mass)
+        if forces is None:
             refusal = refusal or "no contact forces inside friction hold it"
             continue
-        return state
+        torques = holding_torques(robot, q, T_site_base, robot.legs, contacts, forces)
+        return RobotState(robot.name, 0.0, q, T_site_base, forces, torques, "idle")
     raise InvalidInput(
         f"{robot.name} can't stand at ({x:g}, {y:g}): {refusal}; choose another place, heading or posture",
         x=x,
@@ -190,7 +142,7 @@ def _require_ground(dem: Dem, wanted: Array, places: list[tuple[Array, Array, Ar
         where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:.2f}, {wanted[leg, 1]:.2f})" for leg in unknown)
         raise InvalidInput(
             f"the ground is unknown under {where}; the map spans x {west:.2f}…{east:.2f}, y {south:.2f}…{north:.2f}",
-            legs=unknown,
+            unknown_under=unknown,
         )
 
 

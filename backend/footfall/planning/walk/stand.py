@@ -1,0 +1,65 @@
+"""A rover standing still to begin a walk: level where that can be, else leaning with the ground."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.forces import distribute
+from footfall.balance.torques import holding_torques
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
+from footfall.maps.standing import contacts
+from footfall.planning.stance.stand import stand as stand_level
+from footfall.planning.stance.under_links import ground_near_links
+from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN, search_stance
+from footfall.robot.collision import posture_collisions
+from footfall.robot.kinematics import center_of_mass
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+AT_EASE = "stand"
+"""The posture that a search may depart from; whoever asks for another wants that one."""
+
+
+def stand(
+    robot: Robot, dem: Dem, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, posture: str = AT_EASE
+) -> RobotState:
+    """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level where that can be.
+
+    The level stance is that of :func:`footfall.planning.stance.stand.stand`. Where there is none, and the posture is
+    "stand", a search of some seconds sets the feet anywhere near; the chassis then is within 0.15 m and 0.15 rad of
+    what was asked, and leans at most 0.6 rad to each side. A walk may begin in what it finds.
+
+    Raises InvalidInput where both find nothing: the ground under a wheel is unknown, a leg can't reach it, the rover
+    would collide, or no contact forces hold it; NotFound for an unknown posture.
+    """
+    try:
+        return stand_level(robot, dem, x, y, yaw, posture)
+    except InvalidInput as refused:
+        # what makes no sense, or is unknown, no search finds
+        if posture != AT_EASE or "unknown_under" in refused.details or not np.isfinite([x, y, yaw]).all():
+            raise
+        found = search_stance(robot, dem, x, y, yaw)
+        state = None if found is None else _judged(robot, dem, *found)
+        if state is None:
+            message = (
+                f"{refused.message}; nor was a stance found with the chassis up to {WITHIN:g} m and {TURNED:g} rad "
+                f"from there and leaning up to {LEANS:g} rad"
+            )
+            raise InvalidInput(message, **refused.details) from None
+        return state
+
+
+def _judged(robot: Robot, dem: Dem, q: Array, T_site_base: Array) -> RobotState | None:
+    """The state with forces and torques; None where the exact meshes collide or no forces hold it."""
+    if posture_collisions(robot, q, T_site_base, ground_near_links(robot, dem, q, T_site_base)):
+        return None
+    feet = contacts(robot, dem, q, T_site_base, robot.legs)
+    com = apply(T_site_base, center_of_mass(robot, q))
+    forces = distribute(feet.points, feet.normals, com, robot.mass)
+    if forces is None:
+        return None
+    torques = holding_torques(robot, q, T_site_base, robot.legs, feet.points, forces)
+    return RobotState(robot.name, 0.0, q, T_site_base, forces, torques, "idle")
