@@ -1,7 +1,8 @@
 """The way that the chassis would go if only the ground's height mattered: a guide for the search, checked for nothing.
 
-It leads straight from where the chassis is to the goal, at the height and with a share of the slope of the ground under
-the feet. A leg reaches a footfall from a *span* of it.
+It leads from where the chassis is to the goal, straight or around what is in the way (``around.py``), at the height and
+with a share of the slope of the ground under the feet; its heading goes evenly. A leg reaches a footfall from a *span*
+of it.
 """
 
 import math
@@ -40,19 +41,20 @@ class Guide:
         return np.array([np.interp(way, self.ways, column) for column in self.vectors.T])
 
 
-def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint) -> Guide:
-    """From x, y, yaw (3,) to x, y, yaw; dem: without holes."""
+def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint, through: Array | None = None) -> Guide:
+    """From x, y, yaw (3,) to x, y, yaw, straight or straight from point to point ``through``, (n, 2) with both ends.
+
+    dem: without holes.
+    """
+    through = np.array([begin[:2], end[:2]]) if through is None else through
     turn = (end[2] - begin[2] + math.pi) % (2 * math.pi) - math.pi
-    length = math.hypot(end[0] - begin[0], end[1] - begin[1], METRES_A_RADIAN * turn)
+    ways = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(through, axis=0).T))])
+    length = math.hypot(ways[-1], METRES_A_RADIAN * turn)
     count = max(2, 1 + math.ceil(length / STEP))
     share = np.linspace(0.0, 1.0, count)
-    x, y = begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1])
+    x, y = (np.interp(share * ways[-1], ways, column) for column in through.T)
     yaw = begin[2] + share * turn
-    # places spread evenly over a disc, after Vogel's sunflower
-    number = np.arange(_AROUND) + 0.5
-    radius = np.hypot(footprint.feet[:, 0], footprint.feet[:, 1]).max() * np.sqrt(number / _AROUND)
-    angle = number * math.pi * (3.0 - math.sqrt(5.0))
-    dx, dy = radius * np.cos(angle), radius * np.sin(angle)
+    dx, dy = spread(float(np.hypot(footprint.feet[:, 0], footprint.feet[:, 1]).max()), _AROUND)
     z = height_at(dem, x[:, None] + dx, y[:, None] + dy)
     z = np.where(np.isfinite(z), z, np.nanmean(z))
     middle = z.mean(axis=1)
@@ -62,3 +64,10 @@ def guide(dem: Dem, begin: Array, end: Array, footprint: Footprint) -> Guide:
     rise, bank = c * east + s * north, c * north - s * east
     roll, pitch = np.arctan(FOLLOWS_SLOPE * bank), -np.arctan(FOLLOWS_SLOPE * rise)
     return Guide(np.column_stack([x, y, middle + footprint.height, roll, pitch, yaw]), share * length)
+
+
+def spread(radius: float, count: int) -> tuple[Array, Array]:
+    """x and y (count,) of places spread evenly over a disc, after Vogel's sunflower."""
+    number = np.arange(count) + 0.5
+    away, angle = radius * np.sqrt(number / count), number * math.pi * (3.0 - math.sqrt(5.0))
+    return away * np.cos(angle), away * np.sin(angle)

@@ -16,7 +16,9 @@ from footfall.core.value import Provenance
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.walk.around import NoWay, cost_grid, is_easy, way_around
 from footfall.planning.walk.assemble import checks_of, walk_of
+from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import guide
@@ -25,6 +27,7 @@ from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import vector_of
+from footfall.planning.walk.travel_cost import TravelCost, travel_cost
 from footfall.planning.walk.world import World
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -36,12 +39,15 @@ Array = NDArray[np.float64]
 
 BESIDE = 4.5
 """Ground that is looked at beyond start and goal [m]."""
+ASIDE = 10.0
+"""How far beside the straight way to the goal the chassis may go around something [m]."""
 ATTEMPTS = 8
 """Searches that are begun, each with more to try: most succeed at once or hardly ever."""
 MOST_TOLD = 8
 """Kinds of failures that are told."""
 FARTHEST = 60.0
 """A goal is at most so far away [m]."""
+NOTHING_KNOWN = "no ground at all is known between start and goal; build a terrain"
 TRY = "choose another goal, raise the time limit, or allow less clearance, margin or reserve"
 
 Goal = WalkGoal | tuple[float, float] | tuple[float, float, float]
@@ -114,17 +120,28 @@ class _Attempt:
         low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
         whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
         if whole is None:
-            return self._no(Status.UNKNOWN_GROUND, "no ground at all is known between start and goal; build a terrain")
+            return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
         places = footfalls(self.robot, self.dem, low, high, self.settings)
         ease = footprint(self.robot, self.settings.height)
         refusal = self._places_refused(places, ease)
         if refusal:
             return self._no(Status.GOAL_INVALID, refusal)
+        begin = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
+        end = np.array([self.goal.x, self.goal.y, begin[2] if self.goal.yaw is None else self.goal.yaw])
+        cost = travel_cost(self.robot, self.dem, places, start.stance.contacts, ease, begin, end)
+        through = None
+        if not is_easy(cost):
+            through = self._around(cost, start)
+            if isinstance(through, NoWay):
+                return self._no(Status.NO_PATH, self._enclosed(through))
+            low, high = through.min(axis=0) - BESIDE, through.max(axis=0) + BESIDE
+            whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
+            if whole is None:
+                return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
+            places = footfalls(self.robot, self.dem, low, high, self.settings)
         with self.watch.uncounted():
             world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings, start.T_site_base)
-        here = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
-        there = np.array([self.goal.x, self.goal.y, here[2] if self.goal.yaw is None else self.goal.yaw])
-        way = guide(whole.dem, here, there, ease)
+        way = guide(whole.dem, begin, end, ease, through)
         self.watch.phase(0.05, "searching for foot moves")
         searches: list[Search] = []
         for attempt in range(ATTEMPTS):
@@ -141,6 +158,25 @@ class _Attempt:
                 checks = checks_of(plan, self.settings)
                 return WalkResult(Status.FOUND, plan, "", checks, self.goal, self.provenance, smoothed=report)
         return self._not_found(searches, Status.NO_PATH)
+
+    def _around(self, straight: TravelCost, start: At) -> Array | NoWay:
+        """The chassis' way to the goal, around what is in the straight one."""
+        begin, end = straight.begin[:2], straight.end[:2]
+        west, south, east, north = self.dem.geometry.bounds
+        low = np.maximum(np.minimum(begin, end) - ASIDE, (west, south))
+        high = np.minimum(np.maximum(begin, end) + ASIDE, (east, north))
+        places = footfalls(self.robot, self.dem, low - BESIDE, high + BESIDE, self.settings)
+        standing = start.stance.contacts
+        cost = travel_cost(self.robot, self.dem, places, standing, straight.footprint, straight.begin, straight.end)
+        return way_around(cost_grid(cost, low, high), begin, end, self.goal.within)
+
+    def _enclosed(self, nearest: NoWay) -> str:
+        """Why the goal can't be reached, whatever is tried."""
+        return (
+            f"no way leads to the goal within {ASIDE:g} m beside the straight one: the chassis gets no nearer than "
+            f"{nearest.short:.1f} m, at ({nearest.x:.1f}, {nearest.y:.1f}), beyond which not every leg has a place to "
+            "stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more ground"
+        )
 
     def _goal_refused(self) -> tuple[Status, str] | None:
         """Why no walk can end there, whatever is between."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.guide import Guide
@@ -19,6 +20,8 @@ HEADING = math.radians(15.0)
 """Wheels head in whole multiples of this [rad]."""
 LEAST = -0.02
 """What a leg may lack with the chassis on the guide: where it stands in the end is found by a search [m, rad]."""
+WINDS = math.pi / 2
+"""A guide around something is so much longer than the chord between its places that a leg reaches both from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +39,7 @@ class Reach:
 
 def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
     """Of every leg and all places; its wheel heads outward from the chassis beside the place."""
-    yaws = np.interp(_shares(way, places.contacts[:, :2]) * way.length, way.ways, way.vectors[:, 5])
+    yaws = way.vectors[_beside(way, places.contacts[:, :2]), 5]
     found = []
     for leg, spec in enumerate(world.robot.description.legs):
         headings = HEADING * np.rint((yaws + math.atan2(spec.T_base_hip[1, 0], spec.T_base_hip[0, 0])) / HEADING)
@@ -45,10 +48,9 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
     return tuple(found)
 
 
-def _shares(way: Guide, xy: Array) -> Array:
-    """How far along the guide is nearest to places (n, 2), as shares 0…1 of it."""
-    along = way.vectors[-1, :2] - way.vectors[0, :2]
-    return np.clip((xy - way.vectors[0, :2]) @ along / max(float(along @ along), 1e-9), 0.0, 1.0)
+def _beside(way: Guide, xy: Array) -> NDArray[np.int64]:
+    """Which pose of the guide is nearest to places (n, 2)."""
+    return np.asarray(KDTree(way.vectors[:, :2]).query(xy)[1], np.int64)
 
 
 def reach_of(world: World, way: Guide, stance: Stance) -> tuple[Array, Array]:
@@ -70,10 +72,10 @@ def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: N
     first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
     wheels = np.ascontiguousarray(Ts_site_wheel[:, :3])
     far, rover, poses = world.robot.leg_length(leg), world.first.checks.rover, len(way.ways)
-    beside = np.rint(_shares(way, wheels[:, :2, 3]) * (poses - 1)).astype(np.int64)
+    beside = _beside(way, wheels[:, :2, 3])
     hip = float(np.hypot(*world.legs.Ts_base_hip[leg, :2, 3]))
-    step = float(np.linalg.norm(way.vectors[-1, :2] - way.vectors[0, :2])) / (poses - 1)
-    near = poses if step < 1e-6 else int((far + hip) / step) + 2
+    steps = np.hypot(*np.diff(way.vectors[:, :2], axis=0).T)
+    near = poses if steps.max() < 1e-6 else int(WINDS * (far + hip) / float(steps.mean())) + 2
     spans(
         Ts,
         wheels,
