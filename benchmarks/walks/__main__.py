@@ -41,13 +41,14 @@ def main() -> int:
     told: dict[str, dict[str, Any]] = {}
     every: list[Attempt] = []
     for family in asked.only or list(FAMILIES):
-        attempt(family, TRAINING[-1], 0, asked.metres, asked.limit, smoothing=smoothing)
+        metres = max(asked.metres, FAMILIES[family].least)
+        attempt(family, TRAINING[-1], 0, metres, asked.limit, smoothing=smoothing)
         own: list[Attempt] = []
         for number in numbers[: asked.terrains]:
             for seed in range(asked.seeds):
-                own.append(attempt(family, number, seed, asked.metres, asked.limit, asked.recheck, smoothing))
+                own.append(attempt(family, number, seed, metres, asked.limit, asked.recheck, smoothing))
                 print(_line(own[-1]), file=sys.stderr, flush=True)
-        told[family] = summary(own, asked.metres)
+        told[family] = summary(own, metres)
         every += own
         if not asked.json:
             _print(family, told[family])

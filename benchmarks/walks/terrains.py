@@ -24,7 +24,14 @@ Array = NDArray[np.float64]
 
 TRAINING, REPORTED = range(10_000), range(10_000, 20_000)
 """Seeds to look at while a planner is being made, and those that are measured and reported."""
-SIZES: Mapping[float, tuple[float, float]] = {2.75: (12.0, 8.0), 20.0: (30.0, 10.0), 50.0: (60.0, 10.0)}
+SIZES: Mapping[float, tuple[float, float]] = {
+    2.0: (12.0, 8.0),
+    2.75: (12.0, 8.0),
+    5.0: (14.0, 10.0),
+    10.0: (20.0, 20.0),
+    20.0: (30.0, 10.0),
+    50.0: (60.0, 10.0),
+}
 """Extent (east, north) of the ground for a walk of so many metres straight to the east, its middle in (0, 0)."""
 
 
@@ -32,13 +39,16 @@ SIZES: Mapping[float, tuple[float, float]] = {2.75: (12.0, 8.0), 20.0: (30.0, 10
 class Family:
     """steepest: range of the 95th percentile of slopes [rad], None: level. rough: jagged down to a cell, or smooth.
 
-    rocks: strewn with rocks. resolution: of its cells [m].
+    rocks: strewn with rocks. blocked: a wall with a gap beside the way, or a boulder, stands in the way. resolution: of
+    its cells [m]. least: the shortest walk over it [m].
     """
 
     steepest: tuple[float, float] | None
     rough: bool = False
     rocks: bool = False
+    blocked: bool = False
     resolution: float = 0.1
+    least: float = 0.0
 
 
 def _degrees(low: float, high: float) -> tuple[float, float]:
@@ -50,6 +60,7 @@ FAMILIES: Mapping[str, Family] = {
     "smooth": Family(_degrees(6.0, 14.0)),
     "rocks": Family(_degrees(3.0, 8.0), rocks=True, resolution=0.05),
     "steep": Family(_degrees(33.0, 48.0), rough=True),
+    "around": Family(_degrees(3.0, 8.0), blocked=True, least=10.0),
     "very steep": Family(_degrees(50.0, 60.0), rough=True),
 }
 
@@ -82,6 +93,8 @@ def terrain(family: str, seed: int, metres: float = 2.75) -> Dem:
     if kind.steepest is not None:
         shape = _jagged if kind.rough else _undulating
         ground = _scaled(shape(SIZES[metres], kind.resolution, rng), float(rng.uniform(*kind.steepest)))
+    if kind.blocked:
+        ground = _blocked(ground, rng)
     if kind.rocks:
         ground = add_rocks(ground, lunar_rocks(ground, rng))
     return Dem(ground.heights, ground.geometry, f"{family} {seed}", Provenance({}, seed=seed))
@@ -122,6 +135,21 @@ def _scaled(ground: Dem, p95: float) -> Dem:
     return Dem(heights.astype(np.float32), ground.geometry, ground.name, ground.provenance)
 
 
+def _blocked(ground: Dem, rng: np.random.Generator) -> Dem:
+    """The ground with a wall across it, the gap to one side, or with a boulder, in its middle."""
+    x, y = np.meshgrid(ground.geometry.xs, ground.geometry.ys)
+    middle, height = rng.uniform(-0.5, 0.5), rng.uniform(1.5, 2.5)
+    if rng.uniform() < 0.5:
+        gap, wide = rng.choice([-1.0, 1.0]) * rng.uniform(3.0, 4.5), rng.uniform(5.5, 7.0)
+        above = np.where((np.abs(x - middle) < 0.25) & (np.abs(y - gap) > 0.5 * wide), height, 0.0)
+    else:
+        radius, beside = rng.uniform(0.8, 1.6), rng.uniform(-0.8, 0.8)
+        shares = 1.0 - ((x - middle) ** 2 + (y - beside) ** 2) / radius**2
+        above = height * np.sqrt(np.clip(shares, 0.0, None))
+    heights = (ground.heights + above).astype(np.float32)
+    return Dem(heights, ground.geometry, ground.name, ground.provenance)
+
+
 def _jagged(size: tuple[float, float], resolution: float, rng: np.random.Generator) -> Dem:
     return fractal(size, resolution, roughness=1.0, hurst=0.8, seed=int(rng.integers(2**31)))
 
@@ -141,7 +169,7 @@ def main() -> int:
     print(f"{'terrain':<18}{'median':>8}{'p95':>8}{'most':>8}  slope under a wheel [deg]")
     for family in FAMILIES:
         for seed in REPORTED[: asked.terrains]:
-            found = slopes(terrain(family, seed, asked.metres))
+            found = slopes(terrain(family, seed, max(asked.metres, FAMILIES[family].least)))
             print(f"{family + ' ' + str(seed):<18}{found.median:>8.1f}{found.p95:>8.1f}{found.most:>8.1f}")
     return 0
 

@@ -128,7 +128,8 @@ class _Attempt:
             return self._no(Status.GOAL_INVALID, refusal)
         begin = vector_of(np.ascontiguousarray(start.T_site_base[:3]))[[0, 1, 5]]
         end = np.array([self.goal.x, self.goal.y, begin[2] if self.goal.yaw is None else self.goal.yaw])
-        cost = travel_cost(self.robot, self.dem, places, start.stance.contacts, ease, begin, end)
+        spacing, standing = self.settings.spacing, start.stance.contacts
+        cost = travel_cost(self.robot, self.dem, places, spacing, standing, ease, begin, end)
         through = None
         if not is_easy(cost):
             through = self._around(cost, start)
@@ -166,8 +167,9 @@ class _Attempt:
         low = np.maximum(np.minimum(begin, end) - ASIDE, (west, south))
         high = np.minimum(np.maximum(begin, end) + ASIDE, (east, north))
         places = footfalls(self.robot, self.dem, low - BESIDE, high + BESIDE, self.settings)
-        standing = start.stance.contacts
-        cost = travel_cost(self.robot, self.dem, places, standing, straight.footprint, straight.begin, straight.end)
+        spacing, standing = self.settings.spacing, start.stance.contacts
+        ease, turns = straight.footprint, (straight.begin, straight.end)
+        cost = travel_cost(self.robot, self.dem, places, spacing, standing, ease, *turns)
         return way_around(cost_grid(cost, low, high), begin, end, self.goal.within)
 
     def _enclosed(self, nearest: NoWay) -> str:

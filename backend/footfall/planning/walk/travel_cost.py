@@ -22,10 +22,12 @@ from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 
-NEAR, NOWHERE = 0.3, 1.2
-"""A place so near where a foot would be is as good as there; one farther than the other as good as none [m]."""
-LACKING = 6.0
-"""Cost of each metre that a place is farther than NEAR, for each leg."""
+CHOICE = 6
+"""Places that a leg should have to choose from near where its foot would be."""
+NEAR, NOWHERE = 1.6, 1.2
+"""All of them within so many of their spacings is as good as there; farther than the other [m] as good as none."""
+LACKING = 8.0
+"""Cost of each metre that the farthest of them is farther than NEAR, for each leg."""
 GENTLE, SLOPE = math.tan(math.radians(25.0)), 8.0
 """Tangent of a slope that costs nothing, and what each one above it costs."""
 EVEN, UNEVEN = 0.3, 12.0
@@ -41,7 +43,7 @@ _UNDER = 48
 
 @dataclass(frozen=True, eq=False)
 class TravelCost:
-    """contacts: (n, 3) where feet may be put; begin, end: (3,) x, y, yaw of the chassis.
+    """contacts: (n, 3) where feet may be put, about ``spacing`` apart [m]; begin, end: (3,) x, y, yaw of the chassis.
 
     Its heading goes evenly from the one to the other beside the straight way between them.
     """
@@ -50,6 +52,7 @@ class TravelCost:
     dem: Dem
     contacts: Array
     tree: KDTree
+    spacing: float
     footprint: Footprint
     begin: Array
     end: Array
@@ -57,9 +60,9 @@ class TravelCost:
     def at(self, xy: Array) -> Array:
         """Costs (n,) of a metre at places (n, 2) of the chassis, at least 1."""
         feet = self._feet(xy)
-        away, nearest = self.tree.query(feet)
-        lacking = np.clip(away - NEAR, 0.0, NOWHERE - NEAR).sum(axis=1)
-        z = self.contacts[nearest, 2]
+        away, nearest = self.tree.query(feet, np.arange(1, CHOICE + 1))
+        lacking = np.clip(away[..., -1] - NEAR * self.spacing, 0.0, NOWHERE).sum(axis=1)
+        z = self.contacts[np.minimum(nearest[..., 0], len(self.contacts) - 1), 2]
         dx, dy = feet[..., 0] - xy[:, :1], feet[..., 1] - xy[:, 1:]
         middle, east, north = plane_of(dx, dy, z)
         off = np.abs(z - middle[:, None] - east[:, None] * dx - north[:, None] * dy).max(axis=1)
@@ -125,11 +128,18 @@ class TravelCost:
 
 
 def travel_cost(
-    robot: Robot, dem: Dem, places: Footfalls, standing: Array, footprint: Footprint, begin: Array, end: Array
+    robot: Robot,
+    dem: Dem,
+    places: Footfalls,
+    spacing: float,
+    standing: Array,
+    footprint: Footprint,
+    begin: Array,
+    end: Array,
 ) -> TravelCost:
     """standing: (legs, 3) contacts where the feet are; they count as places too. dem: with its holes."""
     contacts = np.concatenate([places.contacts, standing])
-    return TravelCost(robot, dem, contacts, KDTree(contacts[:, :2]), footprint, begin, end)
+    return TravelCost(robot, dem, contacts, KDTree(contacts[:, :2]), spacing, footprint, begin, end)
 
 
 def plane_of(dx: Array, dy: Array, z: Array) -> tuple[Array, Array, Array]:
