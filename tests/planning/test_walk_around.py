@@ -191,16 +191,18 @@ def test_a_walk_around_is_found_and_good_by_other_means_too(athlete, what):
 
 def test_a_goal_that_is_enclosed_is_refused_with_where(athlete):
     """The strip of unknown ground is wider than the rover with all legs stretched; no search is begun."""
-    away = np.hypot(X - 3.0, Y)
-    dem = ground(unknown=(away > 0.8) & (away < 6.5))
-    state = footfall.stand(athlete, dem, -6.2, -2.0)
+    x, y = np.meshgrid(np.arange(-9.0, 22.01, 0.25), np.arange(-14.0, 14.01, 0.25))
+    away = np.hypot(x - 10.0, y)
+    heights = np.where((away > 0.8) & (away < 11.5), np.nan, 0.0).astype(np.float32)
+    dem = from_heights(heights, 0.25, -9.0, -14.0, "moat")
+    state = footfall.stand(athlete, dem, -5.0, -1.0)
     told = []
-    found = plan_walk(athlete, dem, state, (3.0, 0.0), settings=SETTINGS, progress=lambda _, text: told.append(text))
+    found = plan_walk(athlete, dem, state, (10.0, 0.0), settings=SETTINGS, progress=lambda _, text: told.append(text))
     assert found.status is Status.NO_PATH
     match = re.search(r"no nearer than ([\d.]+) m, at \((-?[\d.]+), (-?[\d.]+)\)", found.reason)
     assert match is not None, found.reason
-    short, x, y = (float(number) for number in match.groups())
-    assert math.hypot(x - 3.0, y) == pytest.approx(short, abs=0.11)
+    short, at_x, at_y = (float(number) for number in match.groups())
+    assert math.hypot(at_x - 10.0, at_y) == pytest.approx(short, abs=0.11)
     assert "searching for foot moves" not in told
 
 
