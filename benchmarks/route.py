@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from benchmarks.timing import SEED, Figure
@@ -131,7 +131,7 @@ def _against_eight(size: int, count: int) -> tuple[tuple[float, ...], tuple[floa
     return tuple(costs_over), tuple(time_over)
 
 
-def _eight(costs: Array) -> coo_array:
+def _eight(costs: Array) -> csr_array:
     rows, cols = costs.shape
     number = np.arange(rows * cols).reshape(rows, cols)
     begins, ends, lengths = [], [], []

@@ -137,7 +137,7 @@ function blockedBy({ check_name, leg, x, y, count }) {
   return `blocked ${count} times by ${check_name}${leg === null ? "" : ` of leg ${leg}`}${x === null ? "" : ` at (${fixed(x, 2)}, ${fixed(y, 2)}) m`}`;
 }
 
-// In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of all is marked.
+// In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of the walk is said.
 function footMoves(plan) {
   const worst = { margin: Math.min(...(plan?.margins ?? [])), torque: Math.max(...(plan?.torques ?? [])) };
   return (plan?.legs ?? []).map((leg, number) => {
@@ -147,13 +147,13 @@ function footMoves(plan) {
     const torque = Math.max(...rows.map((row) => plan.torques[row]));
     return element("li", {},
       `leg ${leg} to (${fixed(at[0], 2)}, ${fixed(at[1], 2)}) m, `,
-      figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin), ", ",
-      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque), " ",
+      figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin, "least"), ", ",
+      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque, "most"), " ",
       mark("Forbid", `Forbid the place of foot move ${number + 1}`, () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
       mark("Pin", `Pin the place of foot move ${number + 1}`, () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
   });
 }
 
 const place = ([x, y]) => ({ x, y });
-const figure = (textContent, worst) => element("span", { textContent: worst ? `▲ ${textContent}` : textContent, title: worst ? "The worst of the walk" : "" });
+const figure = (text, worst, what) => element("span", { textContent: worst ? `${text} (${what})` : text, title: worst ? `The ${what} of the whole walk` : "" });
 const mark = (textContent, ariaLabel, onclick) => element("button", { type: "button", textContent, ariaLabel, onclick });

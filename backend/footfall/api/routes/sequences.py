@@ -12,6 +12,7 @@ from footfall.api.acting import Actor
 from footfall.api.bodies.sequence_answers import (
     ArmedAnswer,
     ExportedAnswer,
+    FootMoveRows,
     SentAnswer,
     SequenceAnswer,
     WayOfCommands,
@@ -231,7 +232,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
         "way": cast(WayOfCommands, lineage.live.way_of(digest)),
-        "foot_moves": [asdict(one) for one in lineage.live.foot_moves_in(digest)],
+        "foot_moves": [cast(FootMoveRows, asdict(one)) for one in lineage.live.foot_moves_in(digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }
