@@ -19,11 +19,14 @@ class Rows:
 
 
 def foot_moves(commands: Iterable[Command]) -> tuple[Rows, ...]:
-    """The rows of each foot move, in order; what follows the last placing is one more without a leg."""
+    """The rows of each foot move, in order; what follows the last placing is one more without a leg.
+
+    Rows without a phase, which wait, belong to what is before them.
+    """
     found: list[Rows] = []
     placed = True
     for row, command in enumerate(commands):
-        if placed and command.phase not in (PLACES, LOADS):
+        if placed and command.phase not in ("", PLACES, LOADS):
             found.append(Rows(row, 0, None))
             placed = False
         if not found:
@@ -36,5 +39,9 @@ def foot_moves(commands: Iterable[Command]) -> tuple[Rows, ...]:
 
 
 def begins_a_foot_move(commands: tuple[Command, ...], row: int) -> bool:
-    """Whether the rows before ``row`` leave all feet on the ground, one of them placed just before."""
-    return row > 0 and commands[row].phase not in (PLACES, LOADS) and commands[row - 1].phase in (PLACES, LOADS)
+    """Whether the rows before ``row`` leave all feet on the ground, one of them placed just before.
+
+    Rows without a phase, which wait, begin nothing.
+    """
+    before = next((command.phase for command in reversed(commands[:row]) if command.phase), "")
+    return commands[row].phase not in ("", PLACES, LOADS) and before in (PLACES, LOADS)
