@@ -70,10 +70,15 @@ class AgeDrawing:
             segments, colors = hatching(dem)
             if len(segments):
                 local, middle = near(segments)
-                self._handle = self._server.scene.add_line_segments(
-                    NAME, local, colors, thickness=1.5, thickness_units="screen", position=middle
+                self._handle = self._drawn.add(
+                    self._server.scene.add_line_segments,
+                    NAME,
+                    local,
+                    colors,
+                    thickness=1.5,
+                    thickness_units="screen",
+                    position=middle,
                 )
-                self._drawn.keep(self._handle)
             self._of = dem.digest
         elif self._handle is not None:
             self._handle.visible = True

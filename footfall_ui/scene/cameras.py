@@ -47,20 +47,19 @@ class CamerasDrawing:
         scene = self._server.scene
         for one in self._frusta:
             place, turn = one.T_base_camera[:3, 3], quat_wxyz(one.T_base_camera[:3, :3])
-            self._drawn.keep(
-                scene.add_label(f"{self._root}/{one.name}/text", one.name, position=place),
-                scene.add_camera_frustum(
-                    f"{self._root}/{one.name}/field",
-                    one.fov,
-                    one.aspect,
-                    scale=SIZE,
-                    color=COLOR,
-                    thickness=2.0,
-                    thickness_units="screen",
-                    cast_shadow=False,
-                    position=place,
-                    wxyz=turn,
-                ),
+            self._drawn.add(scene.add_label, f"{self._root}/{one.name}/text", one.name, position=place)
+            self._drawn.add(
+                scene.add_camera_frustum,
+                f"{self._root}/{one.name}/field",
+                one.fov,
+                one.aspect,
+                scale=SIZE,
+                color=COLOR,
+                thickness=2.0,
+                thickness_units="screen",
+                cast_shadow=False,
+                position=place,
+                wxyz=turn,
             )
         self._shown = True
 

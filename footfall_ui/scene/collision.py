@@ -43,7 +43,7 @@ class CollisionDrawing:
         place = apply(state.T_site_base, link_poses(robot, state.posture)[pair[0]][:3, 3])
         names = " × ".join(name.replace("_", " ") for name in pair)
         text = f"✕ refused: {names}{'' if len(pair) > 1 else ' × ground'}"
-        self._drawn.keep(self._server.scene.add_label(LABEL, text, position=place))
+        self._drawn.add(self._server.scene.add_label, LABEL, text, position=place)
 
     def hide(self) -> None:
         self._drawn.clear()

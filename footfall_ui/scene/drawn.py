@@ -1,8 +1,12 @@
 """The things of one drawing in viser, by name."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from typing import Concatenate, ParamSpec, TypeVar
 
 import viser
+
+_Given = ParamSpec("_Given")
+_Handle = TypeVar("_Handle", bound=viser.SceneNodeHandle)
 
 
 class Drawn:
@@ -10,18 +14,30 @@ class Drawn:
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._handles: dict[str, viser.SceneNodeHandle] = {}
+        self._handles: dict[str, viser.SceneNodeHandle | None] = {}
 
-    def keep(self, *handles: viser.SceneNodeHandle) -> None:
-        """What was just added."""
-        self._handles |= {handle.name: handle for handle in handles}
+    def add(
+        self,
+        make: Callable[Concatenate[str, _Given], _Handle],
+        name: str,
+        *args: _Given.args,
+        **kwargs: _Given.kwargs,
+    ) -> _Handle:
+        """Draw a thing with one of the scene's ``add_…``; what failed half way is taken away as well."""
+        self._handles[name] = None
+        made = make(name, *args, **kwargs)
+        self._handles[name] = made
+        return made
 
     def only(self, names: Collection[str]) -> None:
         """Take away everything else."""
         for name in [name for name in self._handles if name not in names]:
-            # not where a try that failed half way, or the removal of its parent, has taken it away
-            if self._server.scene.get_handle_by_name(name) is self._handles[name]:
-                self._handles[name].remove()
+            there, mine = self._server.scene.get_handle_by_name(name), self._handles[name]
+            if mine is None:
+                # drawn half: pages may have it, whether or not viser knows of it
+                self._server.scene.add_frame(name, show_axes=False).remove()
+            elif there is mine:  # else the removal of its parent, or one that failed half way, has taken it away
+                mine.remove()
             del self._handles[name]
 
     def clear(self) -> None:

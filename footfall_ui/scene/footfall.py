@@ -35,12 +35,16 @@ class FootfallDrawing:
         segments.append(np.array([[point, point + 0.5 * R[:, 2]]]))
         scene = self._server.scene
         local, middle = near(np.concatenate(segments))
-        self._drawn.keep(
-            scene.add_line_segments(
-                "/footfall/mark", local, color, thickness=4.0, thickness_units="screen", position=middle
-            ),
-            scene.add_label("/footfall/text", text, position=point + 0.55 * R[:, 2]),
+        self._drawn.add(
+            scene.add_line_segments,
+            "/footfall/mark",
+            local,
+            color,
+            thickness=4.0,
+            thickness_units="screen",
+            position=middle,
         )
+        self._drawn.add(scene.add_label, "/footfall/text", text, position=point + 0.55 * R[:, 2])
 
     def hide(self) -> None:
         self._drawn.clear()

@@ -69,14 +69,14 @@ class ForcesDrawing:
             if arrows.legs:
                 names.append(ARROWS)
                 local, middle = near(arrows.points)
-                self._drawn.keep(
-                    scene.add_arrows(ARROWS, local, COLOR, shaft_radius=0.025, head_radius=0.06, position=middle)
+                self._drawn.add(
+                    scene.add_arrows, ARROWS, local, COLOR, shaft_radius=0.025, head_radius=0.06, position=middle
                 )
             if chosen in arrows.legs:
                 names.append(LABEL)
                 at = arrows.legs.index(chosen)
                 text = f"leg {chosen}: {arrows.newtons[at]:.0f} N"
-                self._drawn.keep(scene.add_label(LABEL, text, position=arrows.points[at, 1]))
+                self._drawn.add(scene.add_label, LABEL, text, position=arrows.points[at, 1])
             self._drawn.only(names)
         self._of = state, chosen
 

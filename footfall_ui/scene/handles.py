@@ -114,26 +114,30 @@ class HandleDrawing:
             self._handle.wxyz = quat_wxyz(T[:3, :3])
         good = held.read["good"]
         over = T[:3, 3] + [0.0, 0.0, ABOVE]
-        kept: list[viser.SceneNodeHandle] = [
-            self._server.scene.add_label("/hand/text", f"{SIGNS[good]}{held.read['brief']}", position=over)
-        ]
+        scene, names = self._server.scene, ["/hand/handle", "/hand/text"]
+        self._drawn.add(scene.add_label, "/hand/text", f"{SIGNS[good]}{held.read['brief']}", position=over)
         if held.what == "footfall":
             color = OPEN if good is None else YES if good else NO
             ring, middle = near(_ring(dem, T[:3, 3], wheel_radius))
-            kept.append(
-                self._server.scene.add_line_segments(
-                    "/hand/ring", ring, color, thickness=3.0, thickness_units="screen", position=middle
-                )
+            self._drawn.add(
+                scene.add_line_segments,
+                "/hand/ring",
+                ring,
+                color,
+                thickness=3.0,
+                thickness_units="screen",
+                position=middle,
             )
-        self._drawn.keep(*kept)
-        self._drawn.only(["/hand/handle", *(one.name for one in kept)])
+            names.append("/hand/ring")
+        self._drawn.only(names)
 
     def hide(self) -> None:
         self._handle, self._of, self._under_way = None, None, False
         self._drawn.clear()
 
     def _made(self, held: Held, T: Array) -> viser.TransformControlsHandle:
-        handle = self._server.scene.add_transform_controls(
+        handle = self._drawn.add(
+            self._server.scene.add_transform_controls,
             "/hand/handle",
             SIZES[held.what],
             active_axes=(True, True, held.what != "footfall"),
@@ -151,7 +155,6 @@ class HandleDrawing:
                 self._drags.put(Drag(what, index, _pose(event.target), event.phase == "end", event.client_id))
 
         handle.on_update(moved)
-        self._drawn.keep(handle)
         return handle
 
 

@@ -28,15 +28,14 @@ class PathDrawing:
         points = apply(plan.T_site_base, centers)
         colors = np.array([COLORS[phase] for phase in plan.phases[1:]], np.uint8)
         local, middle = near(np.stack([points[:-1], points[1:]], axis=1))
-        self._drawn.keep(
-            self._server.scene.add_line_segments(
-                "/plan/path",
-                local,
-                np.repeat(colors[:, None, :], 2, axis=1),
-                thickness=3.0,
-                thickness_units="screen",
-                position=middle,
-            )
+        self._drawn.add(
+            self._server.scene.add_line_segments,
+            "/plan/path",
+            local,
+            np.repeat(colors[:, None, :], 2, axis=1),
+            thickness=3.0,
+            thickness_units="screen",
+            position=middle,
         )
         self._of = plan.digest
 

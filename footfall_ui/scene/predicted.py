@@ -69,7 +69,7 @@ class PredictedDrawing:
             self._drawing = RobotDrawing(self._server, robot, "predicted", color=COLOR, opacity=0.3)
         self._drawing.place(there.posture, there.T_site_base)
         place = there.T_site_base[:3, 3] + [0.0, 0.0, OVER_CHASSIS]
-        self._drawn.keep(self._server.scene.add_label(LABEL, there.text, position=place))
+        self._drawn.add(self._server.scene.add_label, LABEL, there.text, position=place)
 
     def hide(self) -> None:
         """Take it away: it is seldom wanted, and another robot may come."""

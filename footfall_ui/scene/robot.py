@@ -32,9 +32,8 @@ class RobotDrawing:
         self._robot = robot
         self._server = server
         self._color = color
-        self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
         self._drawn = Drawn(server)
-        self._drawn.keep(self._root)
+        self._root = self._drawn.add(server.scene.add_frame, f"/{name}", show_axes=False, visible=False)
         self._frames: dict[str, viser.FrameHandle] = {}
         self._meshes: dict[str, viser.MeshHandle] = {}
         for link, mesh in robot.description.meshes.items():

@@ -67,11 +67,15 @@ class SagDrawing:
             segments.append((done.touch_down + arms).reshape(2, 2, 3))
             segments.append(np.array([[done.plan.contact, done.touch_down]]))
             text = f"touch-down, {done.touch_down_offset:.3f} m off"
-            self._lines.keep(scene.add_label("/execution/text", text, position=done.touch_down + UP))
+            self._lines.add(scene.add_label, "/execution/text", text, position=done.touch_down + UP)
         local, middle = near(np.concatenate(segments))
-        self._lines.keep(
-            scene.add_line_segments(
-                "/execution/way", local, SAG, thickness=2.0, thickness_units="screen", position=middle
-            )
+        self._lines.add(
+            scene.add_line_segments,
+            "/execution/way",
+            local,
+            SAG,
+            thickness=2.0,
+            thickness_units="screen",
+            position=middle,
         )
         self._of = done.digest

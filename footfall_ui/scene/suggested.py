@@ -56,10 +56,11 @@ class SuggestedDrawing:
         segments, middle = near(np.concatenate([one.point + around for one in found]))
         scene = self._server.scene
         names = {f"/suggested/{rank}": one for rank, one in enumerate(found)}
-        self._drawn.keep(
-            scene.add_line_segments(MARKS, segments, COLOR, thickness=3.0, thickness_units="screen", position=middle),
-            *(scene.add_label(name, one.text, position=one.point) for name, one in names.items()),
+        self._drawn.add(
+            scene.add_line_segments, MARKS, segments, COLOR, thickness=3.0, thickness_units="screen", position=middle
         )
+        for name, one in names.items():
+            self._drawn.add(scene.add_label, name, one.text, position=one.point)
         self._drawn.only([MARKS, *names])
         self._of = suggestions
 

@@ -144,15 +144,20 @@ class SupportDrawing:
             ring = stance.ring(name)
             if len(ring) > 1 and (region or name != "friction"):
                 lines[name] = (dashes(ring, line.dash, line.gap), line.color)
+        scene = self._server.scene
         with self._server.atomic():
             for name, (segments, color) in lines.items():
                 local, middle = near(segments)
-                self._drawn.keep(
-                    self._server.scene.add_line_segments(
-                        f"/support/{name}", local, color, thickness=2.5, thickness_units="screen", position=middle
-                    )
+                self._drawn.add(
+                    scene.add_line_segments,
+                    f"/support/{name}",
+                    local,
+                    color,
+                    thickness=2.5,
+                    thickness_units="screen",
+                    position=middle,
                 )
-            self._drawn.keep(self._server.scene.add_label("/support/margin", stance.text, position=stance.foot))
+            self._drawn.add(scene.add_label, "/support/margin", stance.text, position=stance.foot)
             self._drawn.only([*(f"/support/{name}" for name in lines), "/support/margin"])
         self._of = state, (asked, region)
 

@@ -45,21 +45,20 @@ class SweptDrawing:
             mesh = robot.description.meshes[link]
             names.append(f"/swept/{link}")
             places, middle = near(Ts[:, :3, 3])
-            self._drawn.keep(
-                self._server.scene.add_batched_meshes_simple(
-                    names[-1],
-                    mesh.vertices.astype(np.float32),
-                    mesh.triangles.astype(np.uint32),
-                    np.array([quat_wxyz(T[:3, :3]) for T in Ts]),
-                    places,
-                    batched_colors=GHOST,
-                    opacity=0.12,
-                    flat_shading=True,
-                    side="double",
-                    cast_shadow=False,
-                    receive_shadow=False,
-                    position=middle,
-                )
+            self._drawn.add(
+                self._server.scene.add_batched_meshes_simple,
+                names[-1],
+                mesh.vertices.astype(np.float32),
+                mesh.triangles.astype(np.uint32),
+                np.array([quat_wxyz(T[:3, :3]) for T in Ts]),
+                places,
+                batched_colors=GHOST,
+                opacity=0.12,
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+                position=middle,
             )
         self._drawn.only(names)
         self._of = digest

@@ -44,10 +44,10 @@ class TapeDrawing:
             segments = np.concatenate([segments, (ends + up)[None]])
         local, middle = near(segments)
         scene = self._server.scene
-        self._drawn.keep(
-            scene.add_line_segments(LINES, local, COLOR, thickness=4.0, thickness_units="screen", position=middle),
-            scene.add_label(LABEL, tape_text(points), position=ends.mean(axis=0) + up),
+        self._drawn.add(
+            scene.add_line_segments, LINES, local, COLOR, thickness=4.0, thickness_units="screen", position=middle
         )
+        self._drawn.add(scene.add_label, LABEL, tape_text(points), position=ends.mean(axis=0) + up)
         self._of = points
 
     def hide(self) -> None:

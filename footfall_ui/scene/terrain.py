@@ -17,6 +17,7 @@ from footfall.maps.colors import layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.triangulate import triangulate
+from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
 SUN = np.array([-0.45, 0.35, 0.82])
@@ -71,6 +72,7 @@ class TerrainDrawing:
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
+        self._drawn = Drawn(server)
         self._shown: dict[tuple[str, str], viser.GlbHandle] = {}
 
     def show(self, dem: Dem | None, maps: MapStack | None, layer: str | None) -> None:
@@ -85,8 +87,10 @@ class TerrainDrawing:
                 picture = glb(dem, ground_rgb(dem), dem.geometry)
             else:
                 picture = glb(dem, layer_rgb(maps, shown), maps.geometry)
-            self._shown[key] = self._server.scene.add_glb(
-                f"/terrain/{key[0]}/{key[1]}", picture, visible=False, cast_shadow=False, receive_shadow=False
+            add = self._server.scene.add_glb
+            name = f"/terrain/{key[0]}/{key[1]}"
+            self._shown[key] = self._drawn.add(
+                add, name, picture, visible=False, cast_shadow=False, receive_shadow=False
             )
         for other, handle in self._shown.items():
             handle.visible = other == key
@@ -94,8 +98,5 @@ class TerrainDrawing:
         self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
 
     def _keep(self, digests: set[str]) -> None:
-        for key in [key for key in self._shown if key[0] not in digests]:
-            # not where a try that failed half way has taken it away
-            if self._server.scene.get_handle_by_name(self._shown[key].name) is self._shown[key]:
-                self._shown[key].remove()
-            del self._shown[key]
+        self._shown = {key: handle for key, handle in self._shown.items() if key[0] in digests}
+        self._drawn.only([handle.name for handle in self._shown.values()])

@@ -74,15 +74,15 @@ class TorqueDrawing:
             found = level(float(share))
             if self._levels.get(ball) != found:
                 color, radius = LEVELS[found]
-                self._drawn.keep(
-                    self._server.scene.add_icosphere(ball, radius, color, subdivisions=2, cast_shadow=False)
+                self._drawn.add(
+                    self._server.scene.add_icosphere, ball, radius, color, subdivisions=2, cast_shadow=False
                 )
                 self._levels[ball] = found
         worst = worst_joint(self._robot, state)
         if worst is None:
             self._told = None
         elif not worst.is_like(self._told):
-            self._drawn.keep(self._server.scene.add_label(LABEL, worst.text, position=worst.point))
+            self._drawn.add(self._server.scene.add_label, LABEL, worst.text, position=worst.point)
             self._told = worst
         self._drawn.only([*self._balls, *([] if worst is None else [LABEL])])
 

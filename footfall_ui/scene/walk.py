@@ -68,10 +68,9 @@ class WalkDrawing:
         names = {f"/walk/{number}": mark for number, mark in enumerate(marks, 1)}
         shown = [END, *names]
         end = plan.Ts_site_base[-1, :3, 3]
-        self._drawn.keep(
-            scene.add_label(END, end_text(result), position=end),
-            *(scene.add_label(name, mark.text, position=mark.point) for name, mark in names.items()),
-        )
+        self._drawn.add(scene.add_label, END, end_text(result), position=end)
+        for name, mark in names.items():
+            self._drawn.add(scene.add_label, name, mark.text, position=mark.point)
         if marks:
             arms = SIZE * np.array([[[-1, -1, 0], [1, 1, 0]], [[-1, 1, 0], [1, -1, 0]]])
             self._lines(MARKS, np.concatenate([mark.point + arms for mark in marks]), FOOTFALLS)
@@ -85,7 +84,7 @@ class WalkDrawing:
     def _lines(self, name: str, segments: NDArray[np.float64], color: tuple[int, int, int]) -> None:
         local, middle = near(segments)
         add = self._server.scene.add_line_segments
-        self._drawn.keep(add(name, local, color, thickness=3.0, thickness_units="screen", position=middle))
+        self._drawn.add(add, name, local, color, thickness=3.0, thickness_units="screen", position=middle)
 
     def hide(self) -> None:
         self._of = ""

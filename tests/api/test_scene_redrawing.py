@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import threading
+from contextlib import closing, suppress
 
 import pytest
 import viser
@@ -13,9 +14,13 @@ from footfall.session.registry import Sessions
 from footfall_ui.scene import Scene
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.redrawing import Redrawing
+from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.wakeup import LoopEvent, wake_in_loop
 from tests.support.chassis_ground import wavy
 from tests.support.waiting import BOUND, a_while, until
+
+MESSAGES = 7
+"""For a first terrain: each of the two frames above it, and it, made and hidden or shown; then shown."""
 
 
 @pytest.fixture
@@ -82,8 +87,7 @@ def test_the_ground_is_drawn_in_the_end(server, tmp_path, monkeypatch, athlete, 
         dem = wavy(half=3.0)
         live.load_terrain(dem, "made for the test")
         live.set_state(stand(athlete, dem))
-        scene = Scene(server)
-        with caplog.at_level(logging.CRITICAL):
+        with closing(Scene(server)) as scene, caplog.at_level(logging.CRITICAL):
             scene.follow(live)
             ground = until(lambda: server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the ground")
             until(lambda: ground.visible, "the ground to be shown")
@@ -94,15 +98,41 @@ def test_the_ground_is_drawn_in_the_end(server, tmp_path, monkeypatch, athlete, 
             live.load_terrain(after, "made for the test")
             until(lambda: server.scene.get_handle_by_name(f"/terrain/{after.digest}/texture"), "the ground")
             until(lambda: not server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the old one's end")
-        scene.close()
     kept = [getattr(message, "name", "") for message in buffer.message_from_id.values()]
     assert f"/terrain/{after.digest}/texture" in kept
 
 
+@pytest.mark.parametrize("at", range(MESSAGES + 1))
+def test_a_terrain_that_was_drawn_half_leaves_with_the_others(server, monkeypatch, at):
+    """Drawing fails at one message, whichever; before it is tried again the terrain has changed."""
+    buffer, pushed = server._websock_server._broadcast_buffer, []
+    push, before, after = type(buffer).push, wavy(half=1.0), wavy(half=0.5)
+
+    def failing(self, message):
+        push(self, message)
+        pushed.append(message)
+        if len(pushed) == at + 1:
+            raise RuntimeError("deque mutated during iteration")
+
+    drawing = TerrainDrawing(server)
+    with monkeypatch.context() as patched:
+        patched.setattr(type(buffer), "push", failing)
+        with suppress(RuntimeError):
+            drawing.show(before, None, None)
+    assert len(pushed) == min(at + 1, MESSAGES)
+    drawing.show(after, None, None)
+    assert server.scene.get_handle_by_name(f"/terrain/{before.digest}/texture") is None
+    assert server.scene.get_handle_by_name(f"/terrain/{after.digest}/texture").visible
+    made = [message for message in buffer.message_from_id.values() if message.lifecycle_phase == "create"]
+    left = {message.name for message in made if message.name.endswith("/texture")}
+    assert left == {f"/terrain/{after.digest}/texture"}
+
+
 def test_what_is_gone_already_is_not_taken_away_again(server):
     drawn = Drawn(server)
-    parent = server.scene.add_frame("/parent")
-    drawn.keep(parent, server.scene.add_frame("/parent/child"), server.scene.add_frame("/other"))
+    parent = drawn.add(server.scene.add_frame, "/parent")
+    drawn.add(server.scene.add_frame, "/parent/child")
+    drawn.add(server.scene.add_frame, "/other")
     parent.remove()
     drawn.only({"/other"})  # viser warns where something is removed twice, and warnings are errors here
     newer = server.scene.add_frame("/other")

@@ -298,6 +298,7 @@ def test_asking_goes_on_when_the_page_is_loaded_again(bare: Page, quiet: Running
 
 @pytest.mark.parametrize("way", WAYS)
 def test_in_the_past_of_the_timeline(bare: Page, quiet: Running, way: str) -> None:
+    expect(bare.locator("#timeline-scrub")).to_be_enabled()  # the page of the test before may have been left just now
     bare.keyboard.press(",")
     expect(bare.locator("#timeline-text")).to_contain_text("Past, ")
     bare.locator("#timeline-scrub").focus()
