@@ -20,6 +20,7 @@ from benchmarks import (
     terrain,
 )
 from benchmarks.timing import Figure, machine, promised
+from benchmarks.walks import area as walks
 
 AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "terrain": terrain.figures,
@@ -36,6 +37,7 @@ AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "console": console.figures,
     "operations": operations.figures,
     "attacks": attacks.figures,
+    "walk": walks.figures,
 }
 
 

@@ -34,6 +34,10 @@ EVEN, UNEVEN = 0.3, 12.0
 """How far a foot may be off the plane through all and cost nothing [m], and what each metre above it costs."""
 BELLY, BELLY_HIGH = 0.15, 40.0
 """Room under the belly that costs nothing [m], and what each metre less costs."""
+TALL, BESIDE_FEET = 0.6, 0.3
+"""Ground so far above the plane through the feet is in the legs' way, as far beyond the feet as the other [m]."""
+TALL_COSTS = 4.0
+"""What each metre above TALL costs, at most NOWHERE."""
 HEADINGS = 24
 """Headings that are tried of a chassis that may face any way."""
 LEANS = 0.25
@@ -66,7 +70,13 @@ class TravelCost:
         dx, dy = feet[..., 0] - xy[:, :1], feet[..., 1] - xy[:, 1:]
         middle, east, north = plane_of(dx, dy, z)
         off = np.abs(z - middle[:, None] - east[:, None] * dx - north[:, None] * dy).max(axis=1)
-        room = self._room(xy, middle, FOLLOWS_SLOPE * east, FOLLOWS_SLOPE * north)
+        base = np.asarray(robot_meshes(self.robot.description)["base"].vertices)
+        belly = self.footprint.height + float(base[:, 2].min())
+        under = float(np.hypot(base[:, 0], base[:, 1]).max())
+        leans = FOLLOWS_SLOPE * east, FOLLOWS_SLOPE * north
+        room = belly - self._above(xy, middle, *leans, under)
+        out = float(np.hypot(*self.footprint.feet.T).max()) + BESIDE_FEET
+        tall = np.clip(self._above(xy, middle, east, north, out) - TALL, 0.0, NOWHERE)
         steep = np.maximum(np.hypot(east, north) - GENTLE, 0.0)
         return (
             1.0
@@ -74,6 +84,7 @@ class TravelCost:
             + SLOPE * steep
             + UNEVEN * np.maximum(off - EVEN, 0.0)
             + BELLY_HIGH * np.maximum(BELLY - room, 0.0)
+            + TALL_COSTS * tall
         )
 
     def may_stand(self, grid_xy: Array, spacing: float) -> NDArray[np.bool_]:
@@ -117,14 +128,12 @@ class TravelCost:
         x, y = self.footprint.feet.T
         return np.stack([xy[:, :1] + c * x - s * y, xy[:, 1:] + s * x + c * y], axis=-1)
 
-    def _room(self, xy: Array, middle: Array, east: Array, north: Array) -> Array:
-        """Least room (n,) between the belly, over a plane with these slopes, and the ground that is known below [m]."""
-        base = np.asarray(robot_meshes(self.robot.description)["base"].vertices)
-        belly = self.footprint.height + float(base[:, 2].min())
-        dx, dy = spread(float(np.hypot(base[:, 0], base[:, 1]).max()), _UNDER)
+    def _above(self, xy: Array, middle: Array, east: Array, north: Array, radius: float) -> Array:
+        """How high the ground that is known goes above a plane with these slopes, within a radius, (n,) [m]."""
+        dx, dy = spread(radius, _UNDER)
         ground = height_at(self.dem, xy[:, :1] + dx, xy[:, 1:] + dy)
-        room = middle[:, None] + east[:, None] * dx + north[:, None] * dy + belly - ground
-        return np.where(np.isfinite(room), room, np.inf).min(axis=1)
+        above = ground - middle[:, None] - east[:, None] * dx - north[:, None] * dy
+        return np.where(np.isfinite(above), above, -np.inf).max(axis=1)
 
 
 def travel_cost(
