@@ -1,12 +1,14 @@
 """How the time of a walk grows: ``python -m benchmarks.walks.growth --out docs/images/walk-growth.svg``.
 
 Left with its length, over smooth ground; right with the number of footfalls that are considered, for 2.75 m. Of each
-the median over terrains, in wall clock and in processor time, as others may share the machine.
+the median over terrains, in wall clock and in processor time, as others may share the machine. Walks are taken as they
+are found: not smoothed.
 """
 
 import argparse
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 import footfall
 from benchmarks.scenes import robot
 from benchmarks.timing import machine
+from benchmarks.walks.attempts import SMOOTHING
 from benchmarks.walks.terrains import REPORTED, SIZES, start_of, terrain
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.plan import BESIDE, plan_walk
@@ -22,6 +25,8 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 LENGTHS = (2.0, 5.0, 10.0, 20.0, 50.0)
 SPACINGS = (0.65, 0.4, 0.2, 0.1, 0.065)
 """Of footfalls [m]: the ground for 2.75 m holds some 200 to 20 000 of them."""
+
+AS_FOUND = replace(SMOOTHING, rounds=0)
 
 Row = tuple[float, int, int, float, float]
 """Length or number of footfalls, walks found, walks asked for, median wall clock and processor time [s]."""
@@ -58,11 +63,13 @@ def main() -> int:
     ways: list[Row] = []
     for metres in LENGTHS:
         if metres <= asked.farthest:
-            ways.append(measured(metres, WalkSettings(time_limit=asked.limit), asked.terrains)[1])
+            ways.append(measured(metres, WalkSettings(time_limit=asked.limit, smoothing=AS_FOUND), asked.terrains)[1])
             _tell("m", ways[-1])
     choices: list[Row] = []
     for spacing in SPACINGS:
-        count, row = measured(2.75, WalkSettings(spacing=spacing, time_limit=asked.limit), asked.terrains)
+        count, row = measured(
+            2.75, WalkSettings(spacing=spacing, time_limit=asked.limit, smoothing=AS_FOUND), asked.terrains
+        )
         choices.append((float(count), *row[1:]))
         _tell("footfalls", choices[-1])
     if asked.out is not None:
