@@ -104,6 +104,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Payload",
         "RobotDescription",
     ),
+    "footfall.robot.limb.limb": ("Limb",),
     "footfall.sequence.commands": (
         "AtRest",
         "Command",
