@@ -157,5 +157,5 @@ def test_what_is_no_walk_and_no_foot_move_is_refused(live, standing, walk):
         live.command_foot_moves("0" * 32, 0)
     with pytest.raises(NotFound):
         live.replan_walk("0" * 32)
-    with pytest.raises(Conflict, match="at most"):
+    with pytest.raises(Conflict, match=r"the wheel of leg 0 .* from where it starts: re-plan the walk from here"):
         live.command_foot_moves(None, 1)

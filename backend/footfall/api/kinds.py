@@ -20,7 +20,6 @@ from footfall.planning.stance.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.session.access.identity import Role
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.requests import WalkRequest
 from footfall.session.live import LiveSession
 from footfall.session.products import kinds
 from footfall.session.products.kinds import Kind
@@ -66,8 +65,7 @@ def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
 
 
 def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
-    settings = settings_value(WalkSettings, order.settings) or WalkSettings()
-    return live.ask(kinds.WALK, WalkRequest(WalkGoal(**order.goal.model_dump()), settings))
+    return live.plan_walk(WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings))
 
 
 _SESSION = "/sessions/{session}"

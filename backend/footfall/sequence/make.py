@@ -12,6 +12,7 @@ from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
 from footfall.sequence.of_execution import sequence_of_execution
@@ -28,7 +29,7 @@ Part = StepPlan | BodyMovePlan
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | WalkPlan | Execution,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution,
     robot: Robot,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
@@ -43,7 +44,7 @@ def make_sequence(
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
     rover is already.
     """
-    if isinstance(plan, Execution):
+    if isinstance(plan, (Execution, WalkExecution)):
         return sequence_of_execution(plan, robot, dem, settings)
     parts = parts_of(plan) if isinstance(plan, WalkPlan) else (plan,)
     if not parts:

@@ -1,6 +1,6 @@
 """An execution, with set points and the predicted motion, becomes commands: nothing is left out.
 
-It may be that of a step, of a move of the chassis, or of a foot move, which is one after the other.
+It may be that of a step, of a move of the chassis, or of foot moves of a walk, which are one after the other.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
 from footfall.planning.execution.problem import BodyExecution, Execution, Predicted
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.planning.walk_execution.problem import FootMoveExecution
+from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import AtRest, Command, Sequence, leg_lower, leg_move, posture_move, wait
 from footfall.sequence.rules import check_rules
@@ -23,7 +23,7 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
-Executed = Execution | BodyExecution | FootMoveExecution
+Executed = Execution | BodyExecution | FootMoveExecution | WalkExecution
 """What becomes commands here."""
 
 
@@ -46,7 +46,7 @@ def sequence_of_execution(
 
     Raises InvalidSequence where the execution is of another robot.
     """
-    parts = execution.parts if isinstance(execution, FootMoveExecution) else (execution,)
+    parts = execution.parts if isinstance(execution, (FootMoveExecution, WalkExecution)) else (execution,)
     for part in parts:
         _require_fit(part, robot)
     settings = settings or settings_of(parts[0])

@@ -116,8 +116,31 @@ def _of_wheel(
             if found is not None:
                 predicted, less = found.clearance, found.less
                 commanded = clearance_of(live.robot, dem, set_points, sequence.T_site_base, leg)
+            elif done is None and row is not None:
+                # of a walk: its chassis moves between the steps
+                predicted = _on_row(live, dem, sequence, row, set_points, leg)
+                commanded = clearance_of(live.robot, dem, set_points, sequence.poses[row], leg)
     seen = seen_clearance(live.robot, dem, state, leg, standing, compliance.wheel_scale)
     return WheelClearance(leg, commanded, predicted, less, rigid, seen)
+
+
+def _on_row(
+    live: LiveSession, dem: Dem, sequence: Sequence, row: int, set_points: np.ndarray, leg: int
+) -> float | None:
+    """Predicted clearance of a wheel for set points on the way of a row, along which it goes straight; else None."""
+    from footfall.planning.execution.seen_clearance import along, clearance_of
+
+    if sequence.commanded is None:
+        return None
+    found = along(np.vstack([sequence.set_points_before(row), sequence.commanded[row]]), set_points)
+    before = (sequence.predicted[row - 1], sequence.poses[row - 1]) if row else (sequence.start, sequence.T_site_base)
+    ends = [
+        clearance_of(live.robot, dem, posture, T_site_base, leg)
+        for posture, T_site_base in (before, (sequence.predicted[row], sequence.poses[row]))
+    ]
+    if found is None or ends[0] is None or ends[1] is None:
+        return None
+    return (1.0 - found[1]) * ends[0] + found[1] * ends[1]
 
 
 def _row_on_its_way(state: SessionState) -> int | None:

@@ -16,7 +16,6 @@ from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.carried_out import carried_out
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
-from footfall.session.jobs.requests import ExecutionRequest
 from footfall.session.linked import LinkedSession
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
@@ -157,7 +156,7 @@ class CommandedSession(LinkedSession):
         link, dem = self.link, self.state.dem
         done = sequence in carried_out(self.state, self._rows_of)
         ground, weight = self._planned_on(sequence), self._weight(sequence)
-        return Facts(link.connected, self.frame, link.age, dem, ground, weight, done)
+        return Facts(link.connected, self.frame, link.age, dem, ground, weight, done, self.robot)
 
     def _rows_of(self, sequence: str) -> int:
         return len(self._shelf.typed(Sequence, sequence).commands)
@@ -166,11 +165,8 @@ class CommandedSession(LinkedSession):
         """Weight of rover and payload that a sequence was planned with [N]; for a rigid step, that of its robot."""
         from footfall.balance.payload import loaded
 
-        behind = self.state.plan_behind(sequence)
-        settings = None if behind is None or behind.settings is None else self._shelf.get(behind.settings)
-        balance = BalanceSettings()
-        if isinstance(settings, ExecutionRequest):
-            balance = settings.settings.compliance.balance
+        executed = self.executed_with(sequence)
+        balance = BalanceSettings() if executed is None else executed.compliance.balance
         mass, _ = loaded(self.robot, np.zeros(3), balance)
         return mass * balance.gravity
 

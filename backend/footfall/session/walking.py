@@ -1,25 +1,30 @@
 """A session that walks: which foot moves of a walk were carried out, which is next, its commands, and the way on."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
-from footfall.planning.walk.excerpt import parts_count, start_of
-from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_told
+from footfall.planning.execution.settings import HELD, ExecutionSettings
+from footfall.planning.walk.excerpt import end_of, parts_count, start_of
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.sequence.commands import Sequence
-from footfall.sequence.foot_moves import foot_moves
+from footfall.sequence.foot_moves import Rows, foot_moves
+from footfall.sequence.rest import PredictedRest, predicted_rest
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import FootMovesRequest, WalkRequest
 from footfall.session.log.fold import SessionState
+from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.planned import PlannedSession
+from footfall.session.products.executions import set_points_at
 from footfall.session.products.kinds import FOOT_MOVES, WALK
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.recorded import present
+from footfall.telemetry.state import RobotState
 
 AGAIN = "re-plan the walk from here"
 
@@ -45,17 +50,24 @@ class Walking:
 
 @dataclass(frozen=True)
 class CommandedFootMove:
-    """Rows of a sequence that belong to one foot move of a walk, and what it is called."""
+    """Rows of a sequence that belong to one foot move of a walk, and what it is called.
+
+    rest: how the rover is predicted to rest after them; None where it is taken as rigid.
+    """
 
     first_row: int
     rows: int
     text: str
+    rest: PredictedRest | None
 
 
 class WalkingSession(PlannedSession):
     """The part of a session that carries walks out, foot move by foot move; thread-safe as
     :class:`footfall.session.recorded.RecordedSession` says.
     """
+
+    _counted: tuple[str, tuple[CommandRecord, ...], frozenset[int]] | None = None
+    """Of a walk, by these commands, which foot moves were carried out."""
 
     def walking(self) -> Walking | None:
         """How far the latest walk is, by what the log says of runs; None without a walk that was found."""
@@ -64,7 +76,7 @@ class WalkingSession(PlannedSession):
         if digest is None or plan is None:
             return None
         of = parts_count(plan)
-        over = carried_out_of(self.state, digest, self._asked_of, self._commands_of)
+        over = self._carried_out(digest)
         done = 0 if not over else max(over) + 1
         if done >= of:
             return Walking(digest, of, done, None, None, "", f"all {foot_moves_told(plan)} done: the walk is over")
@@ -79,13 +91,36 @@ class WalkingSession(PlannedSession):
         walking = self.walking()
         return None if walking is None else asdict(walking)
 
-    def command_foot_moves(self, walk: str | None, first: int, count: int = 1) -> str:
+    def plan_walk(self, goal: WalkGoal, settings: WalkSettings | None = None) -> Job:
+        """Plan a walk to a goal from the state that is planned from; see :meth:`footfall.planning.walk.plan.plan_walk`.
+
+        Where telemetry shows that the rover gives way, its wheels are first taken out of the strain that they are in.
+        """
+        return self.ask(WALK, self._walk_request(goal, settings or WalkSettings()))
+
+    def command_foot_moves(
+        self,
+        walk: str | None,
+        first: int,
+        count: int = 1,
+        settings: ExecutionSettings | None = None,
+        *,
+        as_commanded: bool = False,
+    ) -> str:
         """Commands of ``count`` foot moves of a walk (None: the latest), from where the rover stands; their digest.
 
         first: number of the first of them, counted from 0; the number after the last foot move is the chassis' way to
-        the goal. Raises Conflict where the rover does not stand as the walk has it then, with what is otherwise and by
-        how much, NotFound, InvalidInput.
+        the goal. They are commanded as a step is, see :meth:`footfall.session.live.LiveSession.make_sequence`: as
+        ``settings`` say (None: with the pose held) where it is known how the rover sags; as_commanded: as planned all
+        the same. Raises Conflict where the rover does not stand as the walk has it then, with what is otherwise and by
+        how much, NotFound, InvalidInput where there is no such foot move or it can't be commanded so.
         """
+        if as_commanded and settings is not None:
+            raise InvalidInput(
+                "commands as planned predict no sag, so they take no settings of it: leave out one of them"
+            )
+        if settings is not None and settings.mode not in HELD:
+            raise InvalidInput(f"a walk is executed in a mode of {', '.join(HELD)}", mode=settings.mode)
         digest, plan = self._walk(walk)
         of = parts_count(plan)
         if not 0 <= first < of or count < 1:
@@ -96,6 +131,9 @@ class WalkingSession(PlannedSession):
         made = self.state.products[digest]
         parents = {**self._standing_now(), "dem": made.parents["dem"], "plan": digest}
         request = FootMovesRequest(first, min(count, of - first))
+        if self._sags and not as_commanded:
+            set_points = set_points_at(self.link.frame, self._shelf.typed(RobotState, parents["state"]))
+            request = replace(request, settings=settings or self.settings_in_force(), set_points=set_points)
         # the checks of a row take a tenth of a second
         return self._workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
 
@@ -105,8 +143,8 @@ class WalkingSession(PlannedSession):
         made = self.state.products.get(digest)
         if made is None or made.kind != WALK.name or made.settings is None:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
-        request = self._shelf.typed(WalkRequest, made.settings)
-        return self._workshop.submit(WALK, self._standing_now(), request)
+        asked = self._shelf.typed(WalkRequest, made.settings)
+        return self._workshop.submit(WALK, self._standing_now(), self._walk_request(asked.goal, asked.settings))
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
         """The rows of a sequence by foot moves, where it goes back to a walk; none where it does not."""
@@ -115,17 +153,40 @@ class WalkingSession(PlannedSession):
             return ()
         walk, request = asked
         plan = self._walk(walk)[1]
-        groups = enumerate(foot_moves(self._shelf.typed(Sequence, sequence).commands), request.first)
-        return tuple(CommandedFootMove(one.first, one.count, name_of(plan, number)) for number, one in groups)
+        commands = self._commands_of(sequence)
+        return tuple(
+            CommandedFootMove(rows.first, rows.count, name_of(plan, number), self._rest(plan, number, commands, rows))
+            for number, rows in enumerate(foot_moves(commands.commands), request.first)
+        )
+
+    def _rest(self, plan: WalkPlan, number: int, commands: Sequence, rows: Rows) -> PredictedRest | None:
+        # the chassis stays where it is when a foot is moved; an operator may have written more rows
+        T_planned = end_of(plan, min(number, parts_count(plan) - 1))
+        return predicted_rest(self.robot, commands, rows, T_planned)
+
+    def _carried_out(self, walk: str) -> frozenset[int]:
+        """As :func:`carried_out_of`, counted anew when a row or the walk changed since."""
+        state, known = self.state, self._counted
+        # the fold makes a new tuple for every row that changes, and keeps it otherwise
+        if known is None or known[0] != walk or known[1] is not state.commands:
+            found = frozenset(carried_out_of(state, walk, self._asked_of, self._commands_of))
+            self._counted = known = walk, state.commands, found
+        return known[2]
 
     def _against(self, plan: WalkPlan, number: int) -> str:
         """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""
         if plan.parents.get("dem") != self.state.dem:
             return f"the terrain has changed since the walk was planned: {AGAIN}"
+        from footfall.planning.walk_execution.off_walk import off_walk
+
         now = self.frame.state if self.frame is not None else self.things_now().stands
         if now is None:
             return "nothing is known of how the rover stands"
+        where = f"the rover does not stand where {name_of(plan, number)} begins"
         posture, T_site_base = start_of(plan, number)
+        if self._sags:
+            off = off_walk(self.robot, now, posture, T_site_base)
+            return f"{where}: {off}: {AGAIN}" if off else ""
         found = difference(posture, T_site_base, now, self.description.joint_names)
         what = found.beyond(*SENT)
         if not what:
@@ -135,8 +196,16 @@ class WalkingSession(PlannedSession):
             f"{found.joint} is {np.degrees(found.turned):+.2f}° from there, "
             f"at most {np.degrees(START_TOLERANCE):.2f}° are accepted"
         )
-        where = f"the rover does not stand where {name_of(plan, number)} begins"
         return f"{where}: {moved if what == 'chassis' else turned}: {AGAIN}"
+
+    @property
+    def _sags(self) -> bool:
+        """Whether it is known how the rover gives way."""
+        return self.way_of_commands().mode != "rigid"
+
+    def _walk_request(self, goal: WalkGoal, settings: WalkSettings) -> WalkRequest:
+        # only telemetry has wheels that are pressed in: a posture that was made up stands on the ground
+        return WalkRequest(goal, settings, unpressed=self._seen_to_give_way is True)
 
     def _walk(self, digest: str | None) -> tuple[str, WalkPlan]:
         digest = digest or present(self.state.newest(WALK), "there is no walk yet")

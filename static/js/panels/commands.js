@@ -3,7 +3,7 @@
 import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
-import { $, age, attempt, element } from "../dom.js";
+import { $, age, attempt, element, fixed } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
@@ -171,8 +171,12 @@ function follow() {
 // The rows of a walk are told by their foot moves.
 function groupRow({ foot_moves: moves, commands }, row) {
   const first = moves?.find((one) => one.first_row === row);
-  return first && element("tr", { className: "group" }, element("th", { colSpan: 8, scope: "rowgroup", textContent: `${first.text} (rows ${row + 1}–${Math.min(commands.length, row + first.rows)})` }));
+  return first && element("tr", { className: "group" }, element("th", { colSpan: 8, scope: "rowgroup", textContent: `${first.text} (rows ${row + 1}–${Math.min(commands.length, row + first.rows)})${toldRest(first.rest)}` }));
 }
+
+const toldRest = (rest) => (rest
+  ? `; predicted: torque ${fixed(100 * rest.torque, 0)} % at most (${rest.joint}), then ${fixed(Math.abs(1000 * rest.sag), 0)} mm ${rest.sag < 0 ? "higher" : "lower"} than planned`
+  : "");
 
 function tableRow(command, row, broken, state) {
   const mine = broken.filter((rule) => rule.row === row);

@@ -7,6 +7,7 @@ import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import { sagSettings } from "./execution.js";
 
 let shown = ""; // digest of the walk that is shown
 let places = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
@@ -56,7 +57,8 @@ function notNext() {
 const command = (count) => attempt(async () => {
   $("panel-walk").open = true;
   const { walk, next } = walking();
-  await post(`/sessions/current/walks/${walk}/sequence`, { first: next, count }, once());
+  const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
+  await post(`/sessions/current/walks/${walk}/sequence`, { first: next, count, ...way }, once());
 });
 
 const again = () => attempt(async () => {

@@ -22,12 +22,30 @@ class WayOfCommands(TypedDict):
     doubt: bool
 
 
+class RestAnswer(TypedDict):
+    """How a rover that sags is predicted to rest after a foot move.
+
+    off: how far the chassis' origin is from where the walk has it [m]; sag: how much lower it is than there [m].
+    torque: largest share of a joint's limit at the ends of its rows; joint: whose.
+    """
+
+    T_site_base: Array
+    off: float
+    sag: float
+    torque: float
+    joint: str
+
+
 class FootMoveRows(TypedDict):
-    """Rows ``first_row`` … that belong to one foot move of a walk; text: what it is called."""
+    """Rows ``first_row`` … that belong to one foot move of a walk; text: what it is called.
+
+    rest: where they are predicted to end; null: they take the rover as rigid.
+    """
 
     first_row: int
     rows: int
     text: str
+    rest: RestAnswer | None
 
 
 class SequenceAnswer(TypedDict):

@@ -4,6 +4,7 @@ from typing import Annotated, TypedDict
 
 from pydantic import Field
 
+from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
 from footfall.api.bodies.schemas import Number, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -42,12 +43,16 @@ FootMove = Annotated[int, Field(ge=0, le=10**5), FromNumber]
 class FootMovesOrder(Strictly):
     """Commands of ``count`` foot moves of a walk, the first of them ``first``, counted from 0.
 
-    The number after the last foot move is the chassis' way to the goal. More than there are: all that are left.
+    The number after the last foot move is the chassis' way to the goal. More than there are: all that are left. They
+    are commanded as a step is: with the pose held, or as ``settings`` say (``droop_aware``), where it is known how the
+    rover sags; as_commanded: as planned all the same, touch-downs not predicted.
     """
 
-    model_config = _examples({"first": 3}, {"first": 3, "count": 2})
+    model_config = _examples({"first": 3}, {"first": 3, "count": 2}, {"first": 3, "settings": {"mode": "droop_aware"}})
     first: FootMove
     count: Annotated[int, Field(ge=1, le=10**5), FromNumber] = 1
+    settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
+    as_commanded: bool = False
 
 
 class WalkingAnswer(TypedDict):

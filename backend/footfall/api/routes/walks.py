@@ -9,6 +9,7 @@ from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.sequence_answers import SequenceAnswer
 from footfall.api.bodies.walk_schemas import FootMovesOrder, WalkingAnswer
 from footfall.api.lineage import head_of
+from footfall.api.routes.executions import settings_of_order
 from footfall.api.routes.jobs import accepted
 from footfall.api.routes.sequences import sequence_body
 from footfall.api.routing import Routes
@@ -20,9 +21,12 @@ router = Routes(tags=["plans"])
 def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, response: Response) -> SequenceAnswer:
     """Commands of some foot moves of a walk, from where the rover stands: the session's sequence.
 
-    409 where the rover does not stand as the walk has it then: which joint or the chassis, by how much.
+    `way` of the answer says how they are commanded, `foot_moves` where each is predicted to end and with which torques.
+    409 where the rover does not stand as the walk has it then: which joint, wheel or the chassis, by how much. 422
+    where they can't be commanded so: nothing is made otherwise than was asked for.
     """
-    live.command_foot_moves(None if digest == "current" else digest, order.first, order.count)
+    walk, settings = None if digest == "current" else digest, settings_of_order(live, order.settings)
+    live.command_foot_moves(walk, order.first, order.count, settings, as_commanded=order.as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return sequence_body(lineage, lineage.head, response)

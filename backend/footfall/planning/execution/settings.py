@@ -25,6 +25,9 @@ MODES: Mapping[str, tuple[str, str]] = {
 }
 """mode → its name and what it does, for a person; the first is what is delivered."""
 
+HELD = ("pose_held", "droop_aware")
+"""Modes that a walk can be executed in; the others don't tell where a foot comes down."""
+
 
 @value
 class ExecutionSettings(Value):

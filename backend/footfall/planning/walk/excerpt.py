@@ -26,6 +26,15 @@ def start_of(plan: WalkPlan, number: int) -> tuple[NDArray[np.float64], NDArray[
     return plan.waypoints[row], plan.Ts_site_base[row]
 
 
+def end_of(plan: WalkPlan, number: int) -> NDArray[np.float64]:
+    """Pose of the chassis (4, 4) in which foot move ``number`` (0…m) of a walk ends.
+
+    Raises InvalidInput where the walk has no such foot move.
+    """
+    _first_row(plan, number)
+    return plan.Ts_site_base[np.flatnonzero(plan.moves == number)[-1]]
+
+
 def excerpt(plan: WalkPlan, first: int, count: int, state: RobotState) -> WalkPlan:
     """Foot moves ``first`` … ``first + count - 1`` (0…m) of a walk, from the posture and pose of ``state``.
 

@@ -3,38 +3,29 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import apply
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
-from footfall.planning.execution.plan import MOVED, REACH_OUT, Executed, executed, require_fit
+from footfall.planning.execution.plan import REACH_OUT, Executed, executed, require_fit
 from footfall.planning.execution.problem import BodyExecution, Execution
-from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.execution.settings import HELD, ExecutionSettings
 from footfall.planning.stance.body_move import No, Stance, stance_of
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk_execution.off_walk import off_walk
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution, WalkExecutionResult
-from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
-Array = NDArray[np.float64]
 Part = BodyMovePlan | StepPlan
-
-HELD = ("pose_held", "droop_aware")
-"""Modes that a walk can be executed in; the others don't tell where a foot comes down."""
-FOOT_MOVED = 0.06
-"""A wheel's middle may be so far from where the walk has it [m]: the weight presses it in by some 25 mm, and where
-telemetry was planned from it was so already. More, and it stands elsewhere."""
 
 
 def plan_walk_execution(
@@ -143,7 +134,8 @@ class _Way:
 
     def _part(self, number: int, plan: Part, progress: Progress) -> BodyExecution | Execution | No:
         progress(0.0, "looking at the ground")
-        away = self._moved(plan)
+        T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
+        away = off_walk(self.robot, self.state, plan.waypoints[0], T_site_base)
         if away:
             return No(Status.START_INVALID, f"{away}; plan a walk from there")
         stance = stance_of(self.robot, self.dem, self.state, self.settings.clearance, reach_out=REACH_OUT)
@@ -178,20 +170,6 @@ class _Way:
             return measured(rover, self.state, self._commanded)
         except InvalidInput as err:
             return No(Status.START_INVALID, f"{err.message}; put the legs down first")
-
-    def _moved(self, plan: Part) -> str:
-        """How far the rover is from where the walk has it; empty where it is there."""
-        T = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
-        chassis = float(np.linalg.norm(self.state.T_site_base[:3, 3] - T[:3, 3]))
-        hubs, planned = (
-            apply(pose, wheel_centers(self.robot, posture))
-            for pose, posture in ((self.state.T_site_base, self.state.posture), (T, plan.waypoints[0]))
-        )
-        wheels = np.linalg.norm(hubs - planned, axis=1)
-        leg = int(np.argmax(wheels))
-        if chassis > MOVED or wheels[leg] > FOOT_MOVED:
-            return f"the chassis is {chassis:.3f} m and the wheel of leg {leg} {wheels[leg]:.3f} m from where it starts"
-        return ""
 
 
 def _asked(walk: WalkPlan, first: int, count: int | None) -> list[tuple[int, tuple[Part, ...]]]:

@@ -16,13 +16,13 @@ def unpressed(robot: Robot, state: RobotState) -> RobotState:
     """The state with every wheel moved to where its rim is, out of its spring's strain force / stiffness; chassis kept.
 
     A walk is planned from it: a wheel that its load presses in deeper than wheels may sink is not lifted by a plan that
-    knows no springs, and where feet are put down later no load is in the plan either. A leg that does not reach there
-    keeps its posture.
+    knows no springs, and where feet are put down later no load is in the plan either. A leg that does not reach there,
+    or whose wheel bears nothing, keeps its posture.
     """
     T_base_site = inverse(state.T_site_base)
     strains = state.wheel_forces / robot.description.wheel_stiffness
     posture = np.array(state.posture)
-    for leg in robot.legs:
+    for leg in np.flatnonzero(strains.any(axis=1)).tolist():
         own = slice(6 * leg, 6 * leg + 6)
         T_site_wheel = state.T_site_base @ wheel_pose(robot, posture, leg)
         T_site_wheel[:3, 3] += strains[leg]

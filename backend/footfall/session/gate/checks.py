@@ -1,14 +1,18 @@
 """What is checked before a sequence is armed, sent or gone on with; every refusal names its check, and by how much."""
 
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import CommandRefused
 from footfall.sequence.commands import Sequence
+from footfall.sequence.foot_moves import begins_a_foot_move
 from footfall.telemetry.state import RobotState, TelemetryFrame
+
+if TYPE_CHECKING:
+    from footfall.robot.model import Robot
 
 STALE_AFTER = 2.0
 """Telemetry older than this is no ground to act on [s]."""
@@ -25,7 +29,8 @@ class Facts:
     """What the gate judges by.
 
     dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
-    sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run.
+    sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run. robot: whose
+    wheels are looked at between foot moves; None: they are not.
     """
 
     connected: bool
@@ -35,6 +40,7 @@ class Facts:
     planned_on: str | None
     weight: float | None = None
     carried_out: bool = False
+    robot: "Robot | None" = None
 
     @property
     def fresh(self) -> bool:
@@ -82,7 +88,8 @@ def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...])
 def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names: tuple[str, ...]) -> None:
     """Raises CommandRefused unless a run that waits before ``row`` finds the rover as the rows before it leave it.
 
-    A leg that was lowered until it touched stands where the ground is: its joints are not asked.
+    A leg that was lowered until it touched stands where the ground is: its joints are not asked. Between foot moves of
+    a rover that sags all its wheels have to be where they are predicted to rest.
     """
     if row == 0:
         return require_fit(sequence, facts, joint_names)
@@ -98,9 +105,27 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     whose = "the set point of " if sags else ""
     _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
     _require_pose(sequence.poses[row - 1], frame.state)
+    if sags and facts.robot is not None and begins_a_foot_move(sequence.commands, row):
+        _require_rest(facts.robot, sequence, row - 1, frame.state)
     # a leg in the air changes nothing about what the others bear together
     _require_weight(facts, frame.state)
     return None
+
+
+def _require_rest(robot: "Robot", sequence: Sequence, row: int, state: RobotState) -> None:
+    """The wheels are where ``row`` was predicted to leave them, within what a walk goes on from."""
+    from footfall.planning.walk_execution.off_walk import FOOT_MOVED, farthest_wheel
+
+    leg, away = farthest_wheel(robot, state, sequence.predicted[row], sequence.poses[row])
+    if not away <= FOOT_MOVED:
+        _refuse(
+            "rest",
+            f"the wheel of leg {leg} is {away:.3f} m from where it was predicted to rest after row {row + 1}; "
+            f"at most {FOOT_MOVED:g} m are accepted",
+            leg=leg,
+            difference=away,
+            limit=FOOT_MOVED,
+        )
 
 
 def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:

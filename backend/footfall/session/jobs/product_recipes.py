@@ -11,8 +11,9 @@ from importlib import import_module
 from typing import Any
 
 from footfall.core.errors import InvalidInput
-from footfall.core.progress import Progress, preview_of
+from footfall.core.progress import Progress, part, preview_of
 from footfall.core.value import Value
+from footfall.planning.execution.settings import MODES
 from footfall.planning.step.problem import Status
 from footfall.session.jobs.requests import (
     BodyMoveRequest,
@@ -150,8 +151,11 @@ def body_move(parents: Mapping[str, Any], settings: BodyMoveRequest, progress: P
 def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) -> Value:
     """robot, dem, state; WalkRequest → WalkResult."""
     from footfall.planning.walk.plan import plan_walk
+    from footfall.planning.walk_execution.unpressed import unpressed
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    if settings.unpressed:
+        state = unpressed(robot, state)
     return plan_walk(robot, dem, state, settings.goal, settings=settings.settings, progress=progress)
 
 
@@ -166,13 +170,26 @@ def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> 
 def foot_moves(parents: Mapping[str, Any], settings: FootMovesRequest, progress: Progress) -> Value:
     """robot, dem, state that they start from, plan (a WalkResult with a plan); FootMovesRequest → Sequence."""
     from footfall.planning.walk.excerpt import excerpt
+    from footfall.planning.walk_execution.plan import plan_walk_execution
     from footfall.sequence.make import make_sequence
 
-    walk = _plan_of(parents["plan"])
-    # as if the rover were rigid: whatever else a foot move is to be commanded as is made here, of parts_of(excerpt)
-    return make_sequence(
-        excerpt(walk, settings.first, settings.count, parents["state"]), parents["robot"], parents["dem"]
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    walk, first, count = _plan_of(parents["plan"]), settings.first, settings.count
+    if settings.settings is None:
+        return make_sequence(excerpt(walk, first, count, state), robot, dem)
+    found = plan_walk_execution(
+        robot, dem, state, walk, settings.settings, settings.set_points, first, count, part(progress, 0.0, 0.5)
     )
+    if found.execution is None or found.status is not Status.FOUND:
+        mode = MODES[settings.settings.mode][0]
+        raise InvalidInput(
+            f"the walk can't be commanded {mode}: {found.reason}; or ask for fewer foot moves, for another mode, "
+            "or for commands as planned: the rover then sags, and where feet touch down is not predicted",
+            status=found.status.value,
+            mode=settings.settings.mode,
+            failed_at=found.failed_at,
+        )
+    return make_sequence(found.execution, robot, dem)
 
 
 def outcome(parents: Mapping[str, Any], settings: OutcomeRequest, progress: Progress) -> Value:

@@ -81,18 +81,24 @@ class BodyMoveRequest(Value):
 
 @value
 class WalkRequest(Value):
-    """A walk to a goal."""
+    """A walk to a goal. unpressed: its wheels are first taken out of their springs' strain, as rigid plans want it."""
 
     goal: WalkGoal
     settings: WalkSettings
+    unpressed: bool = field(default=False, metadata=LATER)
 
 
 @value
 class FootMovesRequest(Value):
-    """Commands of foot moves ``first`` … ``first + count - 1`` of a walk, counted from 0."""
+    """Commands of foot moves ``first`` … ``first + count - 1`` of a walk, counted from 0.
+
+    settings: of their execution; None: as if the rover were rigid. set_points: as in :class:`ExecutionRequest`.
+    """
 
     first: int
     count: int = 1
+    settings: ExecutionSettings | None = field(default=None, metadata=LATER)
+    set_points: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         if self.first < 0 or self.count < 1:

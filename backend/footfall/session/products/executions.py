@@ -14,7 +14,7 @@ from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
 from footfall.session.choosing.hand import HandSession
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.requests import ExecutionRequest
+from footfall.session.jobs.requests import ExecutionRequest, FootMovesRequest
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.log.records import ProductRecord
 from footfall.session.products.kinds import EXECUTION
@@ -64,17 +64,25 @@ class ExecutionSession(HandSession):
 
     def way_of(self, sequence: str) -> dict[str, Any]:
         """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
-        commands, behind = self._shelf.typed(Sequence, sequence), self.state.plan_behind(sequence)
-        if commands.at_rest is not None:
-            asked = None if behind is None or behind.settings is None else self._shelf.get(behind.settings)
-            if not isinstance(asked, ExecutionRequest):
+        if self._shelf.typed(Sequence, sequence).at_rest is not None:
+            asked = self.executed_with(sequence)
+            if asked is None:
                 return {"mode": "for_sag", "text": "commanded for sag, as the file says", "doubt": False}
-            title, text = MODES[asked.settings.mode]
-            return {"mode": asked.settings.mode, "text": f"{title}: {text}", "doubt": False}
+            title, text = MODES[asked.mode]
+            return {"mode": asked.mode, "text": f"{title}: {text}", "doubt": False}
         if self._seen_to_give_way is False:
             return {"mode": "rigid", "text": f"as commanded: {HOLDS}", "doubt": False}
         sags = "the rover sags" if self.way_of_commands().mode == "pose_held" else "whether the rover sags is not known"
         return {"mode": "rigid", "text": f"as commanded: {sags}; touch-down is not predicted", "doubt": True}
+
+    def executed_with(self, sequence: str) -> ExecutionSettings | None:
+        """Settings of the execution that a sequence goes back to; None where it goes back to none."""
+        own, behind = self.state.products.get(self.state.before_edits(sequence)), self.state.plan_behind(sequence)
+        for made in (own, behind):
+            asked = None if made is None or made.settings is None else self._shelf.get(made.settings)
+            if isinstance(asked, (ExecutionRequest, FootMovesRequest)):
+                return asked.settings
+        return None
 
     def executed(self, plan: str, settings: ExecutionSettings | None = None) -> str:
         """The execution of a planned step, made unless the present one was asked for with the same; its digest.

@@ -1,0 +1,36 @@
+"""Whether a rover that gives way stands near enough to where a walk has it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.frames import apply
+from footfall.robot.kinematics import wheel_centers
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+
+Array = NDArray[np.float64]
+
+CHASSIS_MOVED = 0.03
+"""The chassis' origin may be so far from where the walk has it [m]."""
+FOOT_MOVED = 0.06
+"""A wheel's middle may be so far from where the walk has it [m]: the weight presses it in by some 25 mm, and where
+telemetry was planned from it was so already. More, and it stands elsewhere."""
+
+
+def off_walk(robot: Robot, state: RobotState, posture: Array, T_site_base: Array) -> str:
+    """How far the rover is from a posture (legs × 6,) [rad] and a pose (4, 4) of a walk; empty where it is there."""
+    chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
+    leg, wheel = farthest_wheel(robot, state, posture, T_site_base)
+    if chassis > CHASSIS_MOVED or wheel > FOOT_MOVED:
+        return f"the chassis is {chassis:.3f} m and the wheel of leg {leg} {wheel:.3f} m from where it starts"
+    return ""
+
+
+def farthest_wheel(robot: Robot, state: RobotState, posture: Array, T_site_base: Array) -> tuple[int, float]:
+    """The leg whose wheel's middle is farthest from where it is in a posture and pose, and how far that is [m]."""
+    here, there = (
+        apply(T, wheel_centers(robot, q)) for q, T in ((state.posture, state.T_site_base), (posture, T_site_base))
+    )
+    away = np.linalg.norm(here - there, axis=1)
+    leg = int(np.argmax(away))
+    return leg, float(away[leg])
