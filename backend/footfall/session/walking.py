@@ -167,8 +167,8 @@ class WalkingSession(PlannedSession):
     def _carried_out(self, walk: str) -> frozenset[int]:
         """As :func:`carried_out_of`, counted anew when a row or the walk changed since."""
         state, known = self.state, self._counted
-        # the fold makes a new tuple for every row that changes, and keeps it otherwise
-        if known is None or known[0] != walk or known[1] is not state.commands:
+        # records are compared by identity: the fold makes a new one of what changes, and keeps the others
+        if known is None or known[0] != walk or known[1] != state.commands:
             found = frozenset(carried_out_of(state, walk, self._asked_of, self._commands_of))
             self._counted = known = walk, state.commands, found
         return known[2]

@@ -1,0 +1,225 @@
+"""Walks of a session are carried out with the chassis held in its pose, from predicted rest to predicted rest."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import footfall.session.walking as walking_module
+from footfall.core.errors import Conflict, InvalidInput
+from footfall.planning.compliance.from_telemetry import holding
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.step.problem import Status
+from footfall.planning.walk.excerpt import end_of, parts_count
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.robot.kinematics import wheel_centers
+from footfall.sequence.foot_moves import foot_moves
+from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.yielding import follow
+from footfall.session.jobs.requests import FootMovesRequest
+from footfall.session.products.kinds import WALK
+from footfall.session.replay.recompute import replay
+from tests.support.yielding_rover import YieldingRover
+
+GOAL, SEED = WalkGoal(0.4, 0.1), WalkSettings(seed=1)
+
+
+@pytest.fixture
+def rover(live, standing):
+    return YieldingRover(live, standing)
+
+
+@pytest.fixture
+def walk(live, rover):
+    live.snapshot_state()
+    result = live.get(live.plan_walk(GOAL, SEED).finish())
+    assert result.plan is not None, result.reason
+    assert parts_count(result.plan) > 1
+    return result.plan
+
+
+def asked_with(live, sequence) -> FootMovesRequest:
+    return live.get(live.state.products[sequence].settings)
+
+
+def test_a_walk_is_carried_out_with_the_pose_held_and_ends_where_it_was_planned_to(live, rover, walk):
+    for number in range(parts_count(walk)):
+        assert (live.walking().next, live.walking().against) == (number, "")
+        sequence = live.get(live.command_foot_moves(None, number))
+        assert sequence.valid, sequence.failures
+        assert np.array_equal(sequence.at_rest.set_points, rover.rest.commanded)
+        assert live.way_of(sequence.digest)["mode"] == "pose_held"
+        assert asked_with(live, sequence.digest).settings.digest == ExecutionSettings().digest
+        [told] = live.foot_moves_in(sequence.digest)
+        rover.carries_out_all()
+        # what was predicted of its rest is how it stands
+        away = rover.state.T_site_base[:3, 3] - told.rest.T_site_base[:3, 3]
+        assert np.linalg.norm(away) < 1e-3
+        planned = end_of(walk, number)[:3, 3]
+        assert told.rest.sag == pytest.approx(planned[2] - rover.state.T_site_base[2, 3], abs=1e-3)
+        assert told.rest.off == pytest.approx(np.linalg.norm(planned - rover.state.T_site_base[:3, 3]), abs=1e-3)
+        assert told.rest.off < 0.01
+    assert live.walking().next is None
+    assert np.linalg.norm(rover.state.T_site_base[:3, 3] - walk.Ts_site_base[-1, :3, 3]) < 0.01
+    report = replay(live.export_bundle())
+    assert report.ok, [one.text for one in report.products if not one.ok]
+
+
+def test_the_torque_that_is_told_is_that_of_the_forces_on_the_wheels(live, rover, walk, athlete):
+    """Second method: statics of the predicted forces, without the springs."""
+    sequence = live.get(live.command_foot_moves(None, 0))
+    [told] = live.foot_moves_in(sequence.digest)
+    assert isinstance(sequence.provenance.settings, SequenceSettings)
+    way = follow(athlete, sequence.at_rest, sequence.commands, rover.dem, sequence.provenance.settings)
+    shares = []
+    for row in way.rows:
+        rest = row.rests[-1]
+        torques = holding(way.rover, rest.posture, rest.T_site_base, rest.hubs, rest.normals, rest.forces)
+        shares.append(np.abs(torques) / athlete.torque_limits)
+    worst = np.max(shares, axis=0)
+    assert told.rest.torque == pytest.approx(worst.max(), rel=0.02)
+    assert told.rest.joint == athlete.description.joint_names[int(np.argmax(worst))]
+
+
+def test_the_order_says_otherwise(live, rover, walk):
+    drooping = live.get(live.command_foot_moves(None, 0, settings=ExecutionSettings(mode="droop_aware")))
+    assert live.way_of(drooping.digest)["mode"] == "droop_aware"
+    # the standing legs are left alone
+    steps = [one for one in drooping.commands if one.phase in ("unload", "lift", "swing", "lower", "load")]
+    assert {one.leg for one in steps} == {walk.legs[0]}
+    rigid = live.get(live.command_foot_moves(None, 0, as_commanded=True))
+    assert rigid.at_rest is None
+    assert live.way_of(rigid.digest)["mode"] == "rigid"
+    assert asked_with(live, rigid.digest).settings is None
+    assert [one.rest for one in live.foot_moves_in(rigid.digest)] == [None]
+    with pytest.raises(InvalidInput, match="leave out one of them"):
+        live.command_foot_moves(None, 0, settings=ExecutionSettings(), as_commanded=True)
+    with pytest.raises(InvalidInput, match="pose_held, droop_aware"):
+        live.command_foot_moves(None, 0, settings=ExecutionSettings(mode="as_commanded"))
+
+
+def test_what_cannot_be_commanded_so_makes_nothing(live, rover, walk):
+    live.command_foot_moves(None, 0)
+    before = live.state.sequence
+    with pytest.raises(
+        InvalidInput, match=r"can't be commanded pose held: foot move 0: .*load on the supporting"
+    ) as no:
+        live.command_foot_moves(None, 0, settings=ExecutionSettings(least_load=3000.0))
+    assert (no.value.details["failed_at"], no.value.details["mode"]) == (0, "pose_held")
+    assert live.state.sequence == before
+
+
+def test_the_weight_that_it_was_planned_with_is_that_of_its_settings(live, rover, walk):
+    light = live.command_foot_moves(None, 0)
+    assert live._weight(light) == pytest.approx(live.robot.mass * 9.81)
+    assert live.executed_with(live.command_foot_moves(None, 0, as_commanded=True)) is None
+
+
+def test_between_foot_moves_every_wheel_is_where_it_is_predicted_to_rest(live, rover, walk):
+    sequence = live.get(live.command_foot_moves(None, 0, parts_count(walk)))
+    assert sequence.valid, sequence.failures
+    first, *_ = live.foot_moves_in(sequence.digest)
+    rover.tells()
+    live.send(live.arm()["token"])
+    rover.carries_out(first.rows - 1)
+    # set points and chassis are as they should be, a wheel is not
+    q = rover.state.posture
+    moved = q.copy()
+    moved[6 * walk.legs[0] + 1] += 0.06
+    rover.shift = moved - q
+    hubs = [wheel_centers(live.robot, one)[walk.legs[0]] for one in (q, moved)]
+    assert 0.07 < np.linalg.norm(hubs[1] - hubs[0]) < 0.2
+    rover.carries_out(1)
+    assert live.gate["waiting"]
+    assert f"held between foot moves: the wheel of leg {walk.legs[0]} is" in live.gate["why"]
+    assert f"predicted to rest after row {first.rows}" in live.gate["why"]
+    with pytest.raises(Conflict, match="predicted to rest"):
+        live.resume_run()
+    rover.shift = np.zeros_like(q)
+    rover.tells()
+    live.resume_run()
+    assert rover.sent[-1]["row"] == first.rows
+    rover.carries_out(len(sequence.commands) - first.rows)
+    assert live.walking().next is None
+
+
+def test_a_rover_off_the_walk_is_told_and_one_that_sags_on_it_is_not(live, rover, walk):
+    start = walk.waypoints[0]
+    # softer than a rigid rover may be off, as its wheels are pressed in
+    assert np.abs(rover.state.posture - start).max() > 0.01
+    assert live.walking().against == ""
+    rover.rest = rover.springs.let_down(rover.rest.commanded, rover.rest.T_site_base + np.eye(4, k=3) * 0.05)
+    rover.tells()
+    with pytest.raises(Conflict, match=r"foot move 1 of .* begins: the chassis is 0\.0\d\d m and the wheel of leg"):
+        live.command_foot_moves(None, 0)
+
+
+def test_wheels_pressed_in_deeper_than_wheels_sink_are_taken_out_before_a_walk_is_planned(live, standing):
+    rover = YieldingRover(live, standing, wheel_scale=0.7)
+    pressed_in = np.linalg.norm(rover.state.wheel_forces, axis=1) / (0.7 * live.robot.description.wheel_stiffness)
+    assert pressed_in.min() > live.robot.description.clearances.wheel_sink
+    live.snapshot_state()
+    digest = live.plan_walk(GOAL, SEED).finish()
+    found = live.get(digest)
+    assert found.status is Status.FOUND, found.reason
+    # what it is a product of is what telemetry says
+    assert live.get(live.state.products[digest].parents["state"]).posture.tolist() == rover.state.posture.tolist()
+    again = live.get(live.replan_walk().finish())
+    assert again.digest == digest
+    report = replay(live.export_bundle())
+    assert report.ok, [one.text for one in report.products if not one.ok]
+
+
+def test_a_state_that_was_made_up_is_planned_from_as_it_is(live, standing):
+    assert standing.wheel_forces.any()
+    found = live.get(live.plan_walk(GOAL, SEED).finish())
+    assert np.array_equal(found.plan.waypoints[0], standing.posture)
+
+
+def counted(live, walk: str) -> int:
+    """Foot moves done, by the log alone: the sends and ends of rows in its events."""
+    rows: dict[str, tuple[str, int, int]] = {}
+    done: dict[tuple[str, int], set[int]] = {}
+    for event in live.events():
+        told: Any = event.payload
+        if event.type == "command_sent":
+            rows[told["id"]] = (told["sequence"], told["run"], told["row"])
+        if event.type == "command_done":
+            sequence, run, row = rows[told["id"]]
+            done.setdefault((sequence, run), set()).add(row)
+    numbers = set()
+    for (sequence, _), over in done.items():
+        made = live.state.products[sequence]
+        if made.parents["plan"] != walk:
+            continue
+        moves = foot_moves(live.get(sequence).commands)
+        for i, rows_of in enumerate(moves):
+            if set(range(rows_of.first, rows_of.first + rows_of.count)) <= over:
+                numbers.add(asked_with(live, sequence).first + i)
+    return 1 + max(numbers, default=-1)
+
+
+def test_how_far_it_is_is_counted_when_something_changed_and_is_right(live, rover, walk, monkeypatch):
+    counts = []
+    count = walking_module.carried_out_of
+    monkeypatch.setattr(walking_module, "carried_out_of", lambda *args: counts.append(1) or count(*args))
+    digest = live.state.newest(WALK)
+    live.command_foot_moves(None, 0)
+    rover.tells()
+    live.send(live.arm()["token"])
+    for _ in live.get(live.state.sequence).commands:
+        rover.carries_out(1)
+        assert live.walking().done == counted(live, digest)
+    assert live.walking().done == 1
+    before = len(counts)
+    for _ in range(3):
+        rover.tells()
+        live.add_note("nothing of the walk")
+        assert live.summary()["walking"]["done"] == 1
+    assert len(counts) == before
+    # another walk is another count; and the first is still as far
+    live.snapshot_state()
+    other = live.plan_walk(WalkGoal(0.6, 0.1), SEED).finish()
+    assert live.get(other).plan is not None
+    assert live.walking().done == counted(live, other) == 0
+    assert len(counts) == before + 1
