@@ -11,6 +11,7 @@ from footfall.io.scripting import make_sequence
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.step.problem import PlanResult, Status
 from footfall.planning.walk.problem import WalkResult
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
@@ -72,9 +73,9 @@ def sequence_of(source: Path) -> Sequence:
         raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
     if isinstance(value, Sequence):
         return value
-    if not isinstance(value, (PlanResult, WalkResult, ExecutionResult)):
+    if not isinstance(value, (PlanResult, WalkResult, ExecutionResult, WalkExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
-    found = value.execution if isinstance(value, ExecutionResult) else value.plan
+    found = value.execution if isinstance(value, (ExecutionResult, WalkExecutionResult)) else value.plan
     if found is None or value.status is not Status.FOUND:
         raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
     return make_sequence(found)

@@ -18,6 +18,8 @@ from footfall.core.value import fields_of
 from footfall.planning.execution.problem import ExecutionResult
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Check, PlanResult, Status
+from footfall.planning.walk.problem import WalkResult
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -123,11 +125,7 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
 def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -> None:
     """The answer to a request for a step, with its checks; done: how it is commanded, None: as it was planned."""
     if as_json:
-        commands = {"mode": "rigid", "status": result.status, "reason": "", "digest": None}
-        if done is not None:
-            told = {"status": done.status, "reason": done.reason, "digest": done.digest, "checks": done.checks}
-            commands = {"mode": mode_of(done), **told}
-        show({**fields_of(result), "digest": result.digest, "commands": commands})
+        show({**fields_of(result), "digest": result.digest, "commands": commands_told(result, done)})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
     show_checks(result.checks)
@@ -145,7 +143,17 @@ def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -
         show_checks(done.checks)
 
 
-def mode_of(done: ExecutionResult) -> str:
+def commands_told(
+    result: PlanResult | WalkResult, done: ExecutionResult | WalkExecutionResult | None
+) -> dict[str, Any]:
+    """How a step or a walk is commanded; done: None: as it was planned."""
+    if done is None:
+        return {"mode": "rigid", "status": result.status, "reason": "", "digest": None}
+    told = {"status": done.status, "reason": done.reason, "digest": done.digest, "checks": done.checks}
+    return {"mode": mode_of(done), **told}
+
+
+def mode_of(done: ExecutionResult | WalkExecutionResult) -> str:
     """In which mode it was asked for."""
     asked = done.provenance.settings
     return asked.mode if isinstance(asked, ExecutionSettings) else ExecutionSettings().mode

@@ -10,10 +10,13 @@ import typer
 from typer.core import TyperCommand
 
 from footfall import terminal
+from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
+from footfall.planning.execution.settings import HELD, MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
 GOAL, GOAL_YAW = "--goal", "--goal-yaw"
@@ -63,17 +66,24 @@ def plan_walk(
     posture: Annotated[
         str | None, typer.Option(help="Posture of the robot whose height the chassis comes near: stand, crouch, tall.")
     ] = None,
+    mode: Annotated[
+        str | None,
+        typer.Option(help=f"Plan also what to command a rover that sags: {' or '.join(HELD)}. --out then has that."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
     """Plan a walk from a stance on a terrain to a goal; exit code 1 where the answer is no.
 
-    The rover is taken as rigid: its sag is not predicted.
+    The rover is taken as rigid, its sag not predicted, but with --mode.
     """
     from footfall.io.artifacts import encode
     from footfall.planning.walk.plan import plan_walk as run
+    from footfall.planning.walk_execution.plan import plan_walk_execution
 
+    if mode is not None and mode not in HELD:
+        raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     smoothing, wanted = Smoothing(rounds=rounds, posture=posture), WalkGoal(*goal, yaw=goal_yaw)
     settings = WalkSettings(seed=seed, time_limit=time_limit, smoothing=smoothing)
     body, dem, state = terminal.stance(robot, terrain, *(at or (x, y, yaw)))
@@ -81,19 +91,26 @@ def plan_walk(
     with bar("walk") as progress:
         result = run(body, dem, state, wanted, settings=settings, progress=progress)
     seconds = time.monotonic() - began
+    done = None
+    if result.plan is not None and mode is not None:
+        with bar("command") as progress:
+            done = plan_walk_execution(body, dem, state, result.plan, ExecutionSettings(mode=mode), progress=progress)
     if out is not None:
-        out.write_bytes(encode(result))
-    _show(result, seconds, as_json)
-    raise typer.Exit(0 if result.status is Status.FOUND else 1)
+        out.write_bytes(encode(done or result))
+    _show(result, done, seconds, as_json)
+    raise typer.Exit(0 if (done or result).status is Status.FOUND else 1)
 
 
-def _show(result: WalkResult, seconds: float, as_json: bool) -> None:
-    """The answer to a request for a walk, with its checks; seconds: how long it took."""
+def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, as_json: bool) -> None:
+    """The answer to a request for a walk, with its checks; done: how it is commanded, None: as planned; seconds: how
+    long planning took.
+    """
     if as_json:
         figures = None if result.plan is None else _figures(result.plan)
         partial = None if result.partial is None else _figures(result.partial)
         told = {"digest": result.digest, "figures": figures, "partial_figures": partial, "seconds": seconds}
-        terminal.show({**fields_of(result), **told})
+        commands = terminal.commands_told(result, done)
+        terminal.show({**fields_of(result), **told, "commands": commands})
         return
     typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
     terminal.show_checks(result.checks)
@@ -107,6 +124,10 @@ def _show(result: WalkResult, seconds: float, as_json: bool) -> None:
         away = float(np.hypot(*(result.partial.Ts_site_base[-1, :2, 3] - (result.goal.x, result.goal.y))))
         typer.echo(f"as far as it comes, {away:.2f} m from the goal: {_in_words(result.partial)}")
     typer.echo(f"planned in {seconds:.2f} s")
+    if done is not None:
+        title, text = MODES[terminal.mode_of(done)]
+        typer.echo(f"{title}: {text}" if done.status is Status.FOUND else f"not {title}: {done.reason}")
+        terminal.show_checks(done.checks)
 
 
 def _figures(plan: WalkPlan) -> dict[str, Any]:

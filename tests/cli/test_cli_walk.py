@@ -7,6 +7,7 @@ import pytest
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import write_terrain
 from footfall.planning.walk.problem import WalkResult
+from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.walk_commands import yaw_apart
 from tests.support.chassis_ground import wavy
 from tests.support.command_line import run
@@ -53,6 +54,28 @@ def test_a_walk_is_planned_told_and_written(waves, tmp_path):
     steps = json.loads(run("export", out, "--format", "seqjson").stdout)["steps"]
     assert len(steps) == len(plan.waypoints) - 1
     assert {one["stem"] for one in steps} >= {"POSTURE_MOVE", "LEG_MOVE"}
+
+
+def test_a_walk_is_commanded_for_sag_where_a_mode_is_asked_for(waves, tmp_path):
+    out = tmp_path / "walk.npz"
+    asked = ["plan", "walk", waves, *SHORT, "--seed", 3, "--out", out]
+    rigid = json.loads(run(*asked, "--json").stdout)
+    assert rigid["commands"] == {"mode": "rigid", "status": "found", "reason": "", "digest": None}
+    answer = json.loads(run(*asked, "--mode", "pose_held", "--json").stdout)
+    assert answer["digest"] == rigid["digest"]
+    commands = answer["commands"]
+    assert (commands["mode"], commands["status"], commands["reason"]) == ("pose_held", "found", "")
+    assert all(check["holds"] for check in commands["checks"])
+    stored = decode(out.read_bytes())
+    assert isinstance(stored, WalkExecutionResult)
+    assert stored.digest == commands["digest"]
+    assert stored.execution is not None
+    steps = json.loads(run("export", out, "--format", "seqjson").stdout)["steps"]
+    assert sum(one["stem"] == "LEG_LOWER" for one in steps) == rigid["figures"]["foot_moves"]
+    said = run(*asked, "--mode", "droop_aware").stdout
+    assert "droop-aware: The leg is commanded" in said
+    refused = run(*asked, "--mode", "as_commanded", code=2)
+    assert "pose_held, droop_aware" in refused.stderr
 
 
 def test_a_walk_as_it_was_found_and_one_near_a_posture(waves):

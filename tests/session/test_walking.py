@@ -73,6 +73,7 @@ def test_foot_moves_are_commanded_one_by_one_and_told(live, standing, walk):
     for number in range(of):
         told = live.walking()
         assert (told.done, told.next, told.of, told.against) == (number, number, of, "")
+        rover.tells()
         sequence = live.get(live.command_foot_moves(None, number))
         assert sequence.valid, sequence.failures
         [rows] = live.foot_moves_in(sequence.digest)

@@ -45,11 +45,15 @@ def asked_with(live, sequence) -> FootMovesRequest:
 def test_a_walk_is_carried_out_with_the_pose_held_and_ends_where_it_was_planned_to(live, rover, walk):
     for number in range(parts_count(walk)):
         assert (live.walking().next, live.walking().against) == (number, "")
+        rover.tells()
         sequence = live.get(live.command_foot_moves(None, number))
         assert sequence.valid, sequence.failures
         assert np.array_equal(sequence.at_rest.set_points, rover.rest.commanded)
         assert live.way_of(sequence.digest)["mode"] == "pose_held"
-        assert asked_with(live, sequence.digest).settings.digest == ExecutionSettings().digest
+        assert (
+            asked_with(live, sequence.digest).digest
+            == FootMovesRequest(number, 1, ExecutionSettings(), rover.rest.commanded).digest
+        )
         [told] = live.foot_moves_in(sequence.digest)
         rover.carries_out_all()
         # what was predicted of its rest is how it stands
@@ -116,6 +120,7 @@ def test_the_weight_that_it_was_planned_with_is_that_of_its_settings(live, rover
 
 
 def test_between_foot_moves_every_wheel_is_where_it_is_predicted_to_rest(live, rover, walk):
+    rover.tells()
     sequence = live.get(live.command_foot_moves(None, 0, parts_count(walk)))
     assert sequence.valid, sequence.failures
     first, *_ = live.foot_moves_in(sequence.digest)

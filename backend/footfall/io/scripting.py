@@ -6,6 +6,7 @@ from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
 from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence import make
 from footfall.sequence.commands import Sequence
@@ -14,12 +15,14 @@ from footfall.terrain.dem import Dem
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | WalkPlan | Execution,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution,
     robot: Robot | None = None,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
-    """Commands of a step, its execution, a move of the chassis or a walk: :func:`footfall.sequence.make.make_sequence`.
+    """Commands of a step or walk, an execution of one, or a move of the chassis.
+
+    As :func:`footfall.sequence.make.make_sequence`.
 
     Without ``robot`` the one that the plan names by digest is taken, where it ships with FootFall.
     Raises InvalidSequence where it does not.
@@ -27,7 +30,7 @@ def make_sequence(
     return make.make_sequence(plan, robot or _shipped_robot(plan), dem, settings)
 
 
-def _shipped_robot(plan: StepPlan | BodyMovePlan | WalkPlan | Execution) -> Robot:
+def _shipped_robot(plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution) -> Robot:
     digest = plan.parents.get("robot")
     for name in robot_names():
         robot = load_robot(name)
