@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
     from footfall.planning.execution.plan import plan_execution
+    from footfall.planning.gait.plan import plan_gait
     from footfall.planning.route.plan import plan_route
     from footfall.planning.stance.body_move import plan_body_move
     from footfall.planning.stance.body_shift import BodyShift
@@ -37,6 +38,7 @@ _where = {
     "find_shift": "footfall.planning.stance.find_shift",
     "compute_maps": "footfall.planning.step.leg_maps",
     "plan_step": "footfall.planning.step.plan",
+    "plan_gait": "footfall.planning.gait.plan",
     "plan_walk": "footfall.planning.walk.plan",
     "plan_route": "footfall.planning.route.plan",
     "plan_execution": "footfall.planning.execution.plan",
@@ -58,6 +60,7 @@ __all__ = [
     "make_sequence",
     "plan_body_move",
     "plan_execution",
+    "plan_gait",
     "plan_route",
     "plan_step",
     "plan_walk",

@@ -79,6 +79,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkExecution",
         "WalkExecutionResult",
     ),
+    "footfall.planning.gait.problem": ("GaitFailure", "GaitPlan", "GaitResult", "GaitSettings"),
     "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
     "footfall.planning.walk.smoothing": (
         "Smoothed",
