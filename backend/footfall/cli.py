@@ -16,6 +16,7 @@ from footfall.accounts_commands import accounts_app
 from footfall.core.collector import none_while_loading
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
+from footfall.gait_commands import plan_gait as run_plan_gait
 from footfall.map_commands import make_map
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
@@ -51,6 +52,7 @@ app.add_typer(accounts_app, name="accounts")
 app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
 app.add_typer(sessions_app, name="sessions")
+plan_app.command("gait")(run_plan_gait)
 plan_app.command("walk", cls=WithGoal)(run_plan_walk)
 plan_app.command("route")(run_plan_route)
 app.command("map")(make_map)

@@ -69,7 +69,8 @@ class GaitFailure(Value):
         """For a person."""
         leg = "" if self.leg is None else f" of leg {self.leg}"
         short = f" by {self.amount:.3g} {self.unit}" if np.isfinite(self.amount) else ""
-        return f"step {self.step} ({self.phase}) fails {self.check_name}{leg}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
+        at = f"chassis at ({self.x:.2f}, {self.y:.2f})"
+        return f"step {self.step} ({self.phase}) fails {self.check_name}{leg}{short}, {at}"
 
 
 @value
