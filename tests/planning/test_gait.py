@@ -15,7 +15,7 @@ DUTY = {TRIPOD: 1 / 2, WAVE: 5 / 6}
 
 
 def ground(change=None):
-    x, y = np.meshgrid(np.arange(-6, 6.05, 0.1), np.arange(-6, 6.05, 0.1))
+    x, _ = np.meshgrid(np.arange(-6, 6.05, 0.1), np.arange(-6, 6.05, 0.1))
     z = np.zeros(x.shape) if change is None else change(x)
     return from_heights(z.astype(np.float32), 0.1, -6.0, -6.0, "made")
 
