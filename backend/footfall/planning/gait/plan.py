@@ -42,7 +42,7 @@ def groups_of(robot: Robot, gait: str, heading: float) -> tuple[tuple[int, ...],
     if gait == TRIPOD:
         return tuple(tuple(leg for leg in robot.legs if leg % 2 == half) for half in (0, 1))
     way = (math.cos(heading), math.sin(heading))
-    ahead = [float(round(leg.T_base_hip[:2, 3] @ way, 6)) for leg in robot.description.legs]
+    ahead = [round(float(leg.T_base_hip[:2, 3] @ way), 6) for leg in robot.description.legs]
     return tuple((leg,) for leg in sorted(robot.legs, key=lambda leg: (ahead[leg], leg)))
 
 
