@@ -183,6 +183,11 @@ class WalkPlan(Value):
         return dict(self.provenance.parents)
 
     @property
+    def groups(self) -> tuple[tuple[int, ...], ...]:
+        """The legs that each foot move moves: one."""
+        return tuple((leg,) for leg in self.legs)
+
+    @property
     def foot_moves(self) -> int:
         """How many feet are removed and placed; in the paper's count that is twice as many steps."""
         return len(self.legs)

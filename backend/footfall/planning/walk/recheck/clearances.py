@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from footfall.core.frames import apply, transform
 from footfall.core.grid import GridGeometry
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import LIFT, LOWER, SWING, WalkPlan
+from footfall.planning.walk.problem import LIFT, LOWER, SWING
 from footfall.planning.walk.recheck.apart import Body, nearest
 from footfall.planning.walk.recheck.feet import DRIFT
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import Stretch
 from footfall.robot import shapes
 from footfall.robot.bvh import PAYLOAD, robot_meshes
@@ -65,7 +66,7 @@ class Ground:
 class Clearances:
     """Gathers the least distances over all stretches; what is negative is −1 × the distance that is asked for."""
 
-    def __init__(self, robot: Robot, dem: Dem, plan: WalkPlan, watched: float) -> None:
+    def __init__(self, robot: Robot, dem: Dem, plan: Motion, watched: float) -> None:
         self.robot, self.dem, self.plan, self.watched = robot, dem, plan, watched
         self.own, self.ground = Least(watched), Least(watched)
         description = robot.description
@@ -96,7 +97,7 @@ class Clearances:
     def grounded(self, number: int) -> None:
         """Take into account how a stance's new wheels, and the links that hold them, meet the ground."""
         stance = self.plan.stances[number]
-        legs = self.robot.legs if number == 0 else [self.plan.legs[number - 1]]
+        legs = self.robot.legs if number == 0 else self.plan.groups[number - 1]
         ground = self._around(stance.Ts_site_wheel[:, :2, 3].mean(axis=0))
         for leg in legs:
             T_wheel = stance.Ts_site_wheel[leg]
@@ -112,7 +113,7 @@ class Clearances:
         still = np.broadcast_to(np.eye(4), (count, 4, 4))
         Ts = {**stretch.Ts_base_link, **dict.fromkeys(self._chassis, still)}
         middles = {link: apply_each(Ts[link], self._body(link).middle) for link in Ts}
-        moving = None if _all_move(stretch) else {link_name(stretch.moving or 0, part) for part in PARTS}
+        moving = None if _all_move(stretch) else {link_name(leg, part) for leg in stretch.moving for part in PARTS}
         for a, b, asked in self._pairs:
             if moving is not None and a not in moving and b not in moving:
                 continue
@@ -133,10 +134,10 @@ class Clearances:
             for link in self._chassis:
                 pulse()
                 self._to_ground(ground, link, stretch.Ts_site_base, False, stretch.where)
-        for leg in self.robot.legs if _all_move(stretch) else [leg for leg in [stretch.moving] if leg is not None]:
+        for leg in self.robot.legs if _all_move(stretch) else stretch.moving:
             for part in PARTS:
                 link = link_name(leg, part)
-                if leg != stretch.moving and part in LOCKED:
+                if leg not in stretch.moving and part in LOCKED:
                     continue
                 pulse()
                 Ts = stretch.Ts_site(link)
@@ -220,7 +221,7 @@ class Clearances:
 
 def _all_move(stretch: Stretch) -> bool:
     """Whether no part was looked at where it is; after the first stretches, what keeps still has been."""
-    return stretch.moving is None or stretch.move == 0
+    return not stretch.moving or stretch.move == 0
 
 
 def apply_each(Ts: Array, point: Array) -> Array:

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import Stance, WalkPlan
+from footfall.planning.walk.problem import Stance
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import Stretch
 from footfall.robot.description import link_name
 from footfall.robot.model import Robot
@@ -43,7 +44,7 @@ class Worst:
         return Check(name, self.spare >= 0, self.spare, unit, self.where)
 
 
-def limits(robot: Robot, plan: WalkPlan) -> Check:
+def limits(robot: Robot, plan: Motion) -> Check:
     """Least room to a joint's limit; between waypoints joints move in straight lines, so waypoints are enough."""
     spare = np.minimum(plan.waypoints - robot.lower, robot.upper - plan.waypoints)
     at, joint = np.unravel_index(int(np.argmin(spare)), spare.shape)
@@ -54,15 +55,15 @@ def limits(robot: Robot, plan: WalkPlan) -> Check:
 class Contacts:
     """Gathers over all stretches how well wheels stand where their stances say; turns count at the wheel's rim [m]."""
 
-    def __init__(self, robot: Robot, plan: WalkPlan) -> None:
+    def __init__(self, robot: Robot, plan: Motion) -> None:
         self.robot, self.plan, self.worst = robot, plan, Worst()
 
     def grounded(self, dem: Dem, number: int) -> None:
         """Whether the wheels of a stance touch the ground, in one of its contacts each, with its normal."""
         stance, radius = self.plan.stances[number], self.robot.wheel_radius
         most = OFF_GROUND + self.robot.description.clearances.wheel_sink
-        # a stance differs from the last one by one foot
-        legs = self.robot.legs if number == 0 else [self.plan.legs[number - 1]]
+        # a stance differs from the last one by the feet that were moved
+        legs = self.robot.legs if number == 0 else self.plan.groups[number - 1]
         for leg in legs:
             where = f"leg {leg} in stance {number}"
             rim = lowest_rim_point(stance.Ts_site_wheel[leg], stance.normals[leg], radius)
@@ -76,13 +77,13 @@ class Contacts:
                 self.worst.take(radius * (OFF_NORMAL - float(apart)), f"normal of {where}, at the rim")
 
     def stood(self, stretch: Stretch) -> None:
-        """Whether wheels that stand are all the time where their stance has them; the moving one at both ends."""
+        """Whether wheels that stand are all the time where their stance has them; the moving ones at both ends."""
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
             self._compare(stretch, leg, stance, np.arange(count))
-        if stretch.moving is not None:
-            self._compare(stretch, stretch.moving, stance, np.array([0]))
-            self._compare(stretch, stretch.moving, self.plan.stances[stretch.move + 1], np.array([count - 1]))
+        for leg in stretch.moving:
+            self._compare(stretch, leg, stance, np.array([0]))
+            self._compare(stretch, leg, self.plan.stances[stretch.move + 1], np.array([count - 1]))
 
     def _compare(self, stretch: Stretch, leg: int, stance: Stance, chosen: NDArray[np.int64]) -> None:
         Ts = stretch.Ts_site_base[chosen] @ stretch.Ts_base_link[link_name(leg, "wheel")][chosen]
@@ -97,16 +98,16 @@ class Contacts:
 class Branches:
     """Gathers whether standing legs keep the shoulder and elbow that their stance says; a straight wrist joins two."""
 
-    def __init__(self, plan: WalkPlan) -> None:
+    def __init__(self, plan: Motion) -> None:
         self.plan, self.fault = plan, ""
 
     def kept(self, stretch: Stretch) -> None:
         stance, count = self.plan.stances[stretch.move], len(stretch.qs)
         for leg in stretch.standing:
             self._compare(stretch, leg, stance, np.arange(count))
-        if stretch.moving is not None:
-            self._compare(stretch, stretch.moving, stance, np.array([0]))
-            self._compare(stretch, stretch.moving, self.plan.stances[stretch.move + 1], np.array([count - 1]))
+        for leg in stretch.moving:
+            self._compare(stretch, leg, stance, np.array([0]))
+            self._compare(stretch, leg, self.plan.stances[stretch.move + 1], np.array([count - 1]))
 
     def check(self) -> Check:
         return Check("continuity", not self.fault, float("nan"), "", self.fault or "no leg turns over")

@@ -17,8 +17,9 @@ from scipy.spatial import ConvexHull, QhullError
 from footfall.balance.settings import GRAVITY
 from footfall.core.errors import FootFallError
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import WalkPlan, WalkSettings
+from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import Stretch
 from footfall.robot.model import Robot
 
@@ -40,7 +41,7 @@ class Holding:
     Linear programs are solved only where they may give less than was found before.
     """
 
-    def __init__(self, robot: Robot, plan: WalkPlan, settings: WalkSettings, turn: float) -> None:
+    def __init__(self, robot: Robot, plan: Motion, settings: WalkSettings, turn: float) -> None:
         self.robot, self.plan, self.settings, self.turn = robot, plan, settings, turn
         self.support, self.friction, self.torque = Worst(), Worst(), Worst()
         self._model = robot.model.copy()

@@ -5,7 +5,8 @@ from itertools import groupby
 import numpy as np
 
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.telemetry.state import RobotState
@@ -14,14 +15,14 @@ STILL = 1e-6
 """What does not move may move by so much, by rounding [m], [rad]."""
 
 
-def phases(robot: Robot, plan: WalkPlan) -> Check:
+def phases(robot: Robot, plan: Motion) -> Check:
     """Foot moves one after the other, each of body, lift, swing and lower; what is to keep still does."""
     fault = _disordered(plan) or _unstill(robot, plan)
     return Check("phases", not fault, float("nan"), "", fault or "in order")
 
 
-def _disordered(plan: WalkPlan) -> str:
-    count = len(plan.legs)
+def _disordered(plan: Motion) -> str:
+    count = len(plan.groups)
     parts = [(int(move), phase) for move, phase in zip(plan.moves, plan.phases, strict=True)]
     if not parts:
         return "there are no waypoints"
@@ -40,12 +41,12 @@ def _disordered(plan: WalkPlan) -> str:
     return f"{left[0][1]} of foot move {left[0][0]} is missing" if left else ""
 
 
-def _unstill(robot: Robot, plan: WalkPlan) -> str:
+def _unstill(robot: Robot, plan: Motion) -> str:
     for i in range(1, len(plan.phases)):
         if plan.phases[i] == BODY:
             continue
         changed = np.abs(plan.waypoints[i] - plan.waypoints[i - 1]).reshape(robot.leg_count, 6).max(axis=1)
-        changed[plan.legs[plan.moves[i]]] = 0.0
+        changed[list(plan.groups[plan.moves[i]])] = 0.0
         if changed.max() > STILL:
             return f"leg {int(np.argmax(changed))} moves too, to waypoint {i} ({plan.phases[i]})"
         if np.abs(plan.Ts_site_base[i] - plan.Ts_site_base[i - 1]).max() > STILL:
@@ -53,9 +54,9 @@ def _unstill(robot: Robot, plan: WalkPlan) -> str:
     return ""
 
 
-def stances(robot: Robot, plan: WalkPlan) -> Check:
-    """Each stance differs from the one before by the foot that was moved."""
-    for number, (leg, one, other) in enumerate(zip(plan.legs, plan.stances, plan.stances[1:], strict=False)):
+def stances(robot: Robot, plan: Motion) -> Check:
+    """Each stance differs from the one before by the feet that were moved."""
+    for number, (group, one, other) in enumerate(zip(plan.groups, plan.stances, plan.stances[1:], strict=False)):
         for standing in robot.legs:
             same = all(
                 np.allclose(a[standing], b[standing], rtol=0.0, atol=STILL)
@@ -65,13 +66,18 @@ def stances(robot: Robot, plan: WalkPlan) -> Check:
                     (one.Ts_site_wheel, other.Ts_site_wheel),
                 )
             )
-            if standing != leg and not (same and one.branches[standing] == other.branches[standing]):
-                where = f"foot move {number} moves leg {leg}, but that of leg {standing} stands elsewhere after it"
+            if standing not in group and not (same and one.branches[standing] == other.branches[standing]):
+                moved = _legs_told(group)
+                where = f"foot move {number} moves {moved}, but that of leg {standing} stands elsewhere after it"
                 return Check("stances", False, float("nan"), "", where)
-    return Check("stances", True, float("nan"), "", "each differs from the next by one foot")
+    return Check("stances", True, float("nan"), "", "each differs from the next by the feet that move")
 
 
-def start(plan: WalkPlan, state: RobotState) -> Check:
+def _legs_told(group: tuple[int, ...]) -> str:
+    return f"leg {group[0]}" if len(group) == 1 else f"legs {', '.join(str(leg) for leg in group)}"
+
+
+def start(plan: Motion, state: RobotState) -> Check:
     """How far the first waypoint is from the rover's posture; the chassis must be where the state says."""
     away = np.abs(plan.waypoints[0] - state.posture)
     joint = int(np.argmax(away))
@@ -81,7 +87,7 @@ def start(plan: WalkPlan, state: RobotState) -> Check:
     return Check("start", holds, JOINT_TOLERANCE - float(away[joint]), "rad", where)
 
 
-def goal(plan: WalkPlan) -> Check:
+def goal(plan: Motion) -> Check:
     """How far the chassis is within the goal's tolerance at the end; where only the heading fails, by how much that."""
     T, asked = plan.Ts_site_base[-1], plan.goal
     spare = asked.within - float(np.hypot(T[0, 3] - asked.x, T[1, 3] - asked.y))
@@ -93,15 +99,16 @@ def goal(plan: WalkPlan) -> Check:
     return Check("goal", spare >= 0, spare, "m", "the last waypoint")
 
 
-def footfalls(plan: WalkPlan, settings: WalkSettings) -> Check:
+def footfalls(plan: Motion, settings: WalkSettings) -> Check:
     """Feet are put on ground that is allowed, and on every place that is asked for."""
-    put = [(leg, stance.contacts[leg]) for leg, stance in zip(plan.legs, plan.stances[1:], strict=True)]
-    for number, (leg, contact) in enumerate(put):
+    moved = list(enumerate(zip(plan.groups, plan.stances[1:], strict=True)))
+    put = [(number, leg, stance.contacts[leg]) for number, (group, stance) in moved for leg in group]
+    for number, leg, contact in put:
         for place in settings.forbidden:
             if _on(place, leg, contact):
                 return Check("footfalls", False, float("nan"), "", f"foot move {number} ends on forbidden ground")
     for place in settings.pinned:
-        if not any(_on(place, leg, contact) for leg, contact in put):
+        if not any(_on(place, leg, contact) for _, leg, contact in put):
             where = f"no foot is put on ({place.x:g}, {place.y:g})"
             return Check("footfalls", False, float("nan"), "", where)
     return Check("footfalls", True, float("nan"), "", "as asked")

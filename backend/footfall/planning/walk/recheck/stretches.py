@@ -10,7 +10,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from footfall.planning.walk.problem import BODY, WalkPlan
+from footfall.planning.walk.problem import BODY
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
@@ -22,14 +23,14 @@ Array = NDArray[np.float64]
 class Stretch:
     """Samples of a motion during which the same feet stand.
 
-    move: number of the foot move. moving: the leg in the air; None: the chassis moves over all feet. qs: (n, legs × 6)
+    move: number of the foot move. moving: the legs in the air; none: the chassis moves over all feet. qs: (n, legs × 6)
     [rad]; Ts_site_base: (n, 4, 4). waypoints: (n,), the one that each sample's motion ends at; fractions: (n,), how far
     on the way there; phases: of each sample.
     """
 
     robot: Robot
     move: int
-    moving: int | None
+    moving: tuple[int, ...]
     qs: Array
     Ts_site_base: Array
     waypoints: NDArray[np.int64]
@@ -38,7 +39,7 @@ class Stretch:
 
     @property
     def standing(self) -> list[int]:
-        return [leg for leg in self.robot.legs if leg != self.moving]
+        return [leg for leg in self.robot.legs if leg not in self.moving]
 
     def where(self, at: int) -> str:
         """A sample, for a person."""
@@ -50,7 +51,7 @@ class Stretch:
         """Poses (n, 4, 4) of every link, by name, from the URDF; of legs that keep still it is one pose, many times."""
         model, count = self.robot.model, len(self.qs)
         scratch = model.createData()
-        moving = self.robot.legs if self.moving is None else [self.moving]
+        moving = self.moving or self.robot.legs
         frames = {link_name(leg, part): self._frame(leg, part) for leg in self.robot.legs for part in PARTS}
         chosen = {link_name(leg, part): frames[link_name(leg, part)] for leg in moving for part in PARTS}
         found = {link: np.empty((count, 4, 4)) for link in chosen}
@@ -85,26 +86,26 @@ class Stretch:
         return self.robot.link_frames[link_name(leg, part)]
 
 
-def stretches(robot: Robot, plan: WalkPlan, every: RecheckSettings) -> Iterator[Stretch]:
+def stretches(robot: Robot, plan: Motion, every: RecheckSettings) -> Iterator[Stretch]:
     """The walk from its first waypoint to its last; foot moves and phases must be in order.
 
     One that stays where it is has one sample.
     """
     above = [phase != BODY for phase in plan.phases]
     if len(plan.phases) == 1:
-        yield _sampled(robot, plan, 0, None, range(1), every)
+        yield _sampled(robot, plan, 0, (), range(1), every)
     first = 0
     for last in range(1, len(plan.phases)):
         goes_on = last + 1 < len(plan.phases)
         if goes_on and above[last + 1] == above[last] and plan.moves[last + 1] == plan.moves[last]:
             continue
         move = int(plan.moves[last])
-        yield _sampled(robot, plan, move, plan.legs[move] if above[last] else None, range(first, last + 1), every)
+        yield _sampled(robot, plan, move, plan.groups[move] if above[last] else (), range(first, last + 1), every)
         first = last
 
 
 def _sampled(
-    robot: Robot, plan: WalkPlan, move: int, moving: int | None, waypoints: Sequence[int], every: RecheckSettings
+    robot: Robot, plan: Motion, move: int, moving: tuple[int, ...], waypoints: Sequence[int], every: RecheckSettings
 ) -> Stretch:
     qs, poses = [plan.waypoints[waypoints[0]][None]], [plan.Ts_site_base[waypoints[0]][None]]
     numbers, fractions = [np.array(waypoints[:2][-1:])], [np.zeros(1)]

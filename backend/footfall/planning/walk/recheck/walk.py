@@ -10,11 +10,12 @@ from collections.abc import Callable
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import WalkPlan, WalkSettings
+from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.recheck import order
 from footfall.planning.walk.recheck.clearances import Clearances
 from footfall.planning.walk.recheck.feet import Branches, Contacts, limits
 from footfall.planning.walk.recheck.holding import Holding
+from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.robot.model import Robot
@@ -27,7 +28,7 @@ EVERY = RecheckSettings()
 def recheck_walk(
     robot: Robot,
     dem: Dem,
-    plan: WalkPlan,
+    plan: Motion,
     settings: WalkSettings | None = None,
     every: RecheckSettings = EVERY,
     pulse: Callable[[], None] = lambda: None,
@@ -40,8 +41,9 @@ def recheck_walk(
     of it only the checks of its order come back. Raises InvalidInput where it is of a robot with another number of
     joints.
     """
+    moved = {leg for group in plan.groups for leg in group}
     feet = {len(stance.contacts) for stance in plan.stances}
-    if plan.waypoints.shape[1:] != robot.lower.shape or feet != {robot.leg_count} or not {*plan.legs} <= {*robot.legs}:
+    if plan.waypoints.shape[1:] != robot.lower.shape or feet != {robot.leg_count} or not moved <= {*robot.legs}:
         raise InvalidInput(f"this walk is not one of {robot.name}: it has another number of joints or feet")
     if settings is None:
         planned = plan.provenance.settings
