@@ -41,7 +41,7 @@ class Checks(NamedTuple):
 
 
 @njit()
-def _torque(
+def torque_of(
     poses: Array, T: Array, contacts: Array, normals: Array, standing: NDArray[np.bool_], checks: Checks
 ) -> float:
     """Largest share of a torque limit, at most; the least possible where the cheap bound is not good enough."""
@@ -71,7 +71,7 @@ def configuration_fails(
         return NEAR, code, near
     if lifted >= 0:
         standing[lifted] = False
-    ratio = _torque(poses, T, contacts, normals, standing, checks)
+    ratio = torque_of(poses, T, contacts, normals, standing, checks)
     if not ratio <= checks.most_torque:
         return TORQUE, 0, checks.most_torque - ratio
     return HOLDS, 0, 0.0
@@ -87,12 +87,12 @@ def held_without(
     standing[lifted] = False
     com = np.array(center_of_mass(poses, T, checks.rover))
     support = 0 if checks.balance.support == PREFERRED else checks.balance.support
-    ratio = _torque(poses, T, contacts, normals, standing, checks)
+    ratio = torque_of(poses, T, contacts, normals, standing, checks)
     return margin_without(contacts, lifted, com, support), ratio
 
 
 @njit()
-def _moved(before: Array, poses: Array, reaches: Array) -> float:
+def moved_between(before: Array, poses: Array, reaches: Array) -> float:
     """How far any point of a link can have moved between two placements (legs × 7, 3, 4) [m]."""
     most = 0.0
     for link in range(len(reaches)):
@@ -137,7 +137,7 @@ def body_path(
     support = 0 if checks.balance.support == PREFERRED else checks.balance.support
     for i in range(count):
         place_rover(qs[i], Ts[i], checks.rover, poses)
-        if i > 0 and _moved(before, poses, checks.reaches) > checks.gap:
+        if i > 0 and moved_between(before, poses, checks.reaches) > checks.gap:
             return COARSE, 0, 0.0, i
         before[:] = poses
         com = np.array(center_of_mass(poses, Ts[i], checks.rover))
@@ -149,7 +149,7 @@ def body_path(
             return NEAR, code, near, i
         torques[i] = np.nan
         if i % _TORQUE_EVERY == 0 or i == count - 1:
-            torques[i] = _torque(poses, Ts[i], contacts, normals, standing, checks)
+            torques[i] = torque_of(poses, Ts[i], contacts, normals, standing, checks)
             if not torques[i] <= max(checks.most_torque, torques[0]):
                 return TORQUE, 0, checks.most_torque - torques[i], i
     return HOLDS, 0, 0.0, count

@@ -1,5 +1,6 @@
 """One foot move, whole: a chassis pose for it, the chassis' way there, and the swing. Everything is checked."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,10 +77,11 @@ class Moved:
 
 @dataclass(frozen=True)
 class Fails:
-    """Why there is no foot move: the check, and of which leg, or −1."""
+    """Why there is no foot move: the check, of which leg, or −1, and what is lacking, NaN where that is not known."""
 
     check: str
     leg: int = -1
+    lacks: float = math.nan
 
 
 def feet_of(stance: Stance) -> Feet:
@@ -98,7 +100,7 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
     feet, move = feet_of(at.stance), move_of(world, at.stance, leg, to)
     lacks = find_pose(guesses, aim, feet, move, world.legs, checks.rover, checks.balance, rng, LOOKS, best)
     if lacks > 0.0:
-        return Fails("transition", leg)
+        return Fails("transition", leg, lacks)
     return foot_move_at(world, at, leg, to, best, rng)
 
 
@@ -124,7 +126,7 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
     for stance, posture in ((at.stance, q), (to, after)):
         failed, code, _ = configuration_fails(posture, T, stance.contacts, stance.normals, leg, checks, poses)
         if failed != HOLDS:
-            return Fails(_told(failed, code), leg)
+            return Fails(failure_told(failed, code), leg)
     T_site_base = np.vstack([T, (0.0, 0.0, 0.0, 1.0)])
     body = body_way(checks, at, T_site_base)
     if isinstance(body, Fails):
@@ -138,7 +140,8 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
     return Moved(At(to, T_site_base, after), leg, body, over, margins, torques)
 
 
-def _told(failed: int, code: int) -> str:
+def failure_told(failed: int, code: int) -> str:
+    """The check that failed, in words; code: of NEAR."""
     return f"{NAMES[failed]} of {named(code)}" if failed == NEAR else NAMES[failed]
 
 
@@ -179,7 +182,7 @@ def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
     while True:
         Ts, qs = np.empty((count, 3, 4)), np.empty((count, 6 * legs))
         margins, torques = np.empty(count), np.empty(count)
-        failed, what, _, _ = body_path(
+        failed, what, spare, _ = body_path(
             T_from,
             T_to,
             feet,
@@ -196,7 +199,7 @@ def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
             count = 2 * count
             continue
         if failed != HOLDS:
-            return Fails(f"{_told(failed, what)} on the body's way", what if failed == LEG else -1)
+            return Fails(f"{failure_told(failed, what)} on the body's way", what if failed == LEG else -1, -spare)
         # bit for bit where it is
         qs[0] = at.posture
         rows = waypoints_of(qs, FARTHEST)

@@ -47,16 +47,21 @@ def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSet
     pins = np.array([(place.x, place.y) for place in settings.pinned], float).reshape(-1, 2)
     pinned = np.concatenate([np.arange(len(pins)), np.full(len(xy), -1)])
     xy = np.concatenate([pins, xy])
-    good = _known(dem, xy, robot.wheel_radius) & ~_forbidden(xy, settings.forbidden)
-    xy, pinned = xy[good], pinned[good]
+    contacts, normals, rows = standable(robot, dem, xy, settings)
+    return Footfalls(contacts, normals, pinned[rows], KDTree(contacts[:, :2]))
+
+
+def standable(robot: Robot, dem: Dem, xy: Array, settings: WalkSettings) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Contacts and normals (k, 3) of those of places (n, 2) where a wheel may stand upright, and their rows (k,)."""
+    rows = np.flatnonzero(_known(dem, xy, robot.wheel_radius) & ~_forbidden(xy, settings.forbidden))
+    xy = xy[rows]
     contacts = np.column_stack([xy, height_at(dem, xy[:, 0], xy[:, 1])])
     normals = normal_at(dem, xy[:, 0], xy[:, 1], robot.wheel_radius)
     good = np.isfinite(contacts[:, 2]) & np.isfinite(normals).all(axis=1)
     good &= normals[:, 2] >= math.cos(settings.steepest)
-    contacts, normals, pinned = contacts[good], normals[good], pinned[good]
+    contacts, normals, rows = contacts[good], normals[good], rows[good]
     good = _seated(robot, dem, contacts, normals)
-    contacts, normals, pinned = contacts[good], normals[good], pinned[good]
-    return Footfalls(contacts, normals, pinned, KDTree(contacts[:, :2]))
+    return contacts[good], normals[good], rows[good]
 
 
 def _drawn(cells: NDArray[np.int64], seed: int) -> Array:
