@@ -1,39 +1,78 @@
-"""The command ``footfall plan gait``: a gait to a goal, and which step fails which check by how much."""
+"""The command ``footfall plan gait``: a gait to a goal, or which step fails which check by how much."""
 
+import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from footfall import terminal
 from footfall.core.value import fields_of
-from footfall.planning.gait.problem import TRIPOD
+from footfall.planning.gait.problem import GAITS, TRIPOD, GaitPlan, GaitResult, GaitSettings
 from footfall.planning.step.problem import Status
+from footfall.planning.walk.problem import WalkGoal
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
+from footfall.walk_commands import GOAL, GOAL_YAW
 
 
 def plan_gait(
     terrain: Annotated[Path, typer.Argument(help="Terrain file.")],
-    goal: Annotated[Pair, typer.Option("--goal", help="Where the chassis is to be, x and y [m].")],
-    gait: Annotated[str, typer.Option(help="tripod or wave.")] = TRIPOD,
+    goal: Annotated[
+        Pair, typer.Option(GOAL, help="Where the chassis is to be, x and y [m]; a third number: its heading [rad].")
+    ],
+    goal_yaw: Annotated[float | None, typer.Option(GOAL_YAW, help="That heading [rad]; otherwise it is kept.")] = None,
+    gait: Annotated[str, typer.Option(help=f"One of {', '.join(GAITS)}.")] = TRIPOD,
+    stride: Annotated[
+        float, typer.Option(help="How far a foot goes in one cycle, at most [m].")
+    ] = GaitSettings().stride,
+    arc: Annotated[bool, typer.Option("--arc", help="Go on an arc of a circle, ahead along the heading.")] = False,
     x: AtX = 0.0,
     y: AtY = 0.0,
     yaw: AtYaw = 0.0,
+    out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
 ) -> None:
-    """Plan a gait straight to a goal, its heading kept; exit code 1 where a check fails."""
+    """Plan a gait to a goal, or say at which step which check fails by how much; exit code 1 where the answer is no."""
+    from footfall.io.artifacts import encode
     from footfall.planning.gait.plan import plan_gait as run
 
+    settings = GaitSettings(gait=gait, stride=stride, arc=arc)
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
+    began = time.monotonic()
     with bar("gait") as progress:
-        result = run(body, dem, state, goal, gait, progress=progress)
-    if as_json:
-        told = {name: field for name, field in fields_of(result).items() if name not in ("plan", "failed")}
-        terminal.show({**told, "digest": result.digest})
-    else:
-        typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
-        typer.echo(f"the chassis goes {result.walked:.2f} m before a check fails")
-        for failure in result.failures:
-            typer.echo(f"  {failure.told}")
+        result = run(body, dem, state, WalkGoal(*goal, yaw=goal_yaw), settings=settings, progress=progress)
+    seconds = time.monotonic() - began
+    if out is not None:
+        out.write_bytes(encode(result))
+    _show(result, seconds, as_json)
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
+
+
+def _show(result: GaitResult, seconds: float, as_json: bool) -> None:
+    made = result.plan or result.partial
+    if as_json:
+        told = {name: field for name, field in fields_of(result).items() if name not in ("plan", "partial")}
+        figures = None if made is None else _figures(made)
+        terminal.show({**told, "digest": result.digest, "figures": figures, "seconds": seconds})
+        return
+    typer.echo(f"{result.status.value}: {result.reason}" if result.reason else result.status.value)
+    terminal.show_checks(result.checks)
+    if made is not None:
+        told = ", ".join(f"{name.replace('_', ' ')} {number:.3g}" for name, number in _figures(made).items())
+        typer.echo(f"{'all the way' if result.plan else 'as far as it comes'}: {told}")
+    typer.echo(f"planned in {seconds:.2f} s")
+
+
+def _figures(plan: GaitPlan) -> dict[str, Any]:
+    """What a gait comes to. Lengths [m]; largest_torque: share of a joint's limit."""
+    return {
+        "steps": len(plan.groups),
+        "feet_moved": plan.feet_moved,
+        "chassis_way": plan.chassis_way,
+        "stride": plan.stride,
+        "height": plan.height,
+        "tread": plan.tread,
+        "least_margin": float(plan.margins.min()),
+        "largest_torque": float(plan.torques.max()),
+    }

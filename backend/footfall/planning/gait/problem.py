@@ -1,8 +1,14 @@
 """One gait: what is asked, with which settings, and what comes back.
 
-A *gait* is a periodic order of foot moves that knows nothing of obstacles but the height of the ground: what a walk is
-compared with in Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006), fig. 7.
+A *gait* is a periodic order of foot moves whose footfalls follow from the chassis' way alone (Wettergreen & Thorpe,
+"Gait generation for legged robots", 1992): what a walk is compared with in Hauser, Bretl, Latombe & Wilcox, "Motion
+planning for a six-legged lunar robot" (2006), fig. 7. The chassis stays while feet swing (a *discontinuous* gait,
+González de Santos & Jiménez, "Generation of discontinuous gaits for quadruped walking vehicles", 1995), so that a step
+of a gait has the phases of a foot move of a walk.
 """
+
+from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,106 +17,172 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, value
-from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import Stance, WalkGoal
+from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
+from footfall.planning.step.problem import Check, Status
+from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
 
-TRIPOD, WAVE = "tripod", "wave"
-GAITS = (TRIPOD, WAVE)
-"""tripod: three feet move while three stand; wave: one after the other, rear to front."""
+TRIPOD, RIPPLE, WAVE = "tripod", "ripple", "wave"
+GAITS: Mapping[str, str] = {
+    TRIPOD: "three feet move while three stand",
+    RIPPLE: "two feet opposite each other move while four stand",
+    WAVE: "one foot after the other moves, rear to front, while five stand",
+}
+"""In words."""
 
 
 @value
 class GaitSettings(Value):
-    """gait: one of GAITS. stride: how far a foot goes in one cycle, at most [m]; lift: above the higher footfall [m].
+    """gait: one of GAITS. stride: how far a foot goes in one cycle, at most [m]; shorter ones are tried as well.
 
-    apart: how far a foot goes from one checked sample to the next, at most [m]. height: of the chassis above its feet
-    [m]; None: that of the rover at ease. The others: as of WalkSettings.
+    tolerance: how far a foot is put from its ideal footfall, at most [m]. arc: the chassis leaves along its heading and
+    turns evenly on an arc of a circle to the goal; else it goes straight and turns evenly. height: of the chassis above
+    its feet [m]; None: chosen by what legs reach. The others: as of WalkSettings.
     """
 
     gait: str = TRIPOD
     stride: float = 0.4
-    lift: float = 0.2
-    apart: float = 0.02
+    tolerance: float = 0.15
+    arc: bool = False
     height: float | None = None
+    lift: float = 0.2
+    steepest: float = 0.9
     least_margin: float = 0.05
     friction: float = FRICTION
     most_torque: float = 0.9
     clearance: float = 0.01
+    reach_reserve: float = REACH_RESERVE
+    joint_reserve: float = JOINT_RESERVE
     raise_terrain: float = 0.05
 
     def check(self) -> None:
         if self.gait not in GAITS:
             raise InvalidInput(f"gait is one of {', '.join(GAITS)}", gait=self.gait)
-        require_above_zero(stride=self.stride, lift=self.lift, apart=self.apart, friction=self.friction)
-        require_above_zero(most_torque=self.most_torque)
-        require_not_negative(least_margin=self.least_margin, clearance=self.clearance, raise_terrain=self.raise_terrain)
+        require_above_zero(stride=self.stride)
+        require_not_negative(tolerance=self.tolerance)
+        self.as_walk()
+
+    def as_walk(self) -> WalkSettings:
+        """The settings of a walk that is checked alike."""
+        return WalkSettings(
+            support="ignored",
+            steepest=self.steepest,
+            least_margin=self.least_margin,
+            friction=self.friction,
+            most_torque=self.most_torque,
+            clearance=self.clearance,
+            reach_reserve=self.reach_reserve,
+            joint_reserve=self.joint_reserve,
+            lift=self.lift,
+            raise_terrain=self.raise_terrain,
+            height=self.height,
+        )
 
 
 @value
 class GaitFailure(Value):
-    """A check that a step of a gait fails: its largest lack, and where it began to.
+    """The check that ends a gait. move: number of the foot move, 0…; group: its legs.
 
-    step: 0…; phase: lift, swing or lower; leg: whose, or None. amount: positive, in ``unit``, inf where nothing would
-    do. sample: the first that fails; x, y: of the chassis there [m].
+    leg: whose check it is, or None. lacks: positive, in ``unit``; NaN where it is not known, inf where nothing would
+    do. x, y: of the chassis there [m].
     """
 
-    step: int
-    phase: str
+    move: int
+    group: tuple[int, ...]
     leg: int | None
     check_name: str
-    amount: float
+    lacks: float
     unit: str
-    sample: int
     x: float
     y: float
 
     @property
     def told(self) -> str:
         """For a person."""
-        leg = "" if self.leg is None else f" of leg {self.leg}"
-        short = f" by {self.amount:.3g} {self.unit}" if np.isfinite(self.amount) else ""
-        at = f"chassis at ({self.x:.2f}, {self.y:.2f})"
-        return f"step {self.step} ({self.phase}) fails {self.check_name}{leg}{short}, {at}"
+        of = "" if self.leg is None else f" of leg {self.leg}"
+        short = f" by {self.lacks:.3g} {self.unit}".rstrip() if np.isfinite(self.lacks) else ""
+        legs = f"leg{'s' * (len(self.group) > 1)} {', '.join(str(leg) for leg in self.group)}"
+        return f"step {self.move} ({legs}) fails {self.check_name}{of}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
 
 
 @value
 class GaitPlan(Value):
-    """The motion of a gait, whether it can be made or not: n samples of which ``failing`` says which fail.
+    """A checked gait: a walk in which several feet may move at once.
 
-    groups: (m,) the legs that each step moves; stances: m + 1. stride: taken [m]; duty: share of a cycle that a foot
-    stands. waypoints: (n, legs × 6) [rad], of a leg that doesn't reach its last posture; Ts_site_base: (n, 4, 4);
-    steps: (n,); phases: (n,) lift, swing or lower; standing: (n, legs). margins: (n,) of the centre of mass to the
-    polygon of the feet that stand [m]; torques: (n,) largest share of a joint's torque limit, inf: not held.
+    groups: (m,) legs that each foot move moves together; stances: m + 1. The first ``settling`` foot moves put feet,
+    one by one, from how the rover stood to where its gait has them. stride: taken [m]; duty: share of the foot moves of
+    a cycle in which a foot stands. height: of the chassis above its feet [m]; tread: how far feet are from its middle
+    at ease [m]. adapted: how many footfalls are not the ideal ones. The others: as of WalkPlan.
     """
 
+    goal: WalkGoal
     groups: tuple[tuple[int, ...], ...]
+    settling: int
     stances: tuple[Stance, ...]
     stride: float
     duty: float
+    height: float
+    tread: float
+    adapted: int
     waypoints: NDArray[np.float64]
     Ts_site_base: NDArray[np.float64]
-    steps: NDArray[np.int64]
+    moves: NDArray[np.int64]
     phases: tuple[str, ...]
-    standing: NDArray[np.bool_]
     margins: NDArray[np.float64]
     torques: NDArray[np.float64]
-    failing: NDArray[np.bool_]
+    provenance: Provenance
+
+    def check(self) -> None:
+        count = len(self.waypoints)
+        if {len(self.Ts_site_base), len(self.moves), len(self.phases), len(self.margins), len(self.torques)} != {count}:
+            raise InvalidInput("every waypoint of a gait needs a pose, a foot move, a phase, a margin and a torque")
+        if len(self.stances) != len(self.groups) + 1:
+            raise InvalidInput("a gait of m foot moves has m + 1 stances")
+
+    @property
+    def feet_moved(self) -> int:
+        """How many feet are removed and placed."""
+        return sum(len(group) for group in self.groups)
+
+    @property
+    def chassis_way(self) -> float:
+        """How far the chassis' origin goes [m]."""
+        return float(sum(np.linalg.norm(b - a) for a, b in pairwise(self.Ts_site_base[:, :3, 3])))
+
+    @property
+    def walk(self) -> WalkPlan:
+        """The same as a walk, which is exported and carried out. Raises InvalidInput where feet move together."""
+        if any(len(group) > 1 for group in self.groups):
+            raise InvalidInput("a walk moves one foot at a time, this gait moves several: ask for a wave")
+        return WalkPlan(
+            goal=self.goal,
+            legs=tuple(group[0] for group in self.groups),
+            stances=self.stances,
+            waypoints=self.waypoints,
+            Ts_site_base=self.Ts_site_base,
+            moves=self.moves,
+            phases=self.phases,
+            margins=self.margins,
+            torques=self.torques,
+            provenance=self.provenance,
+        )
 
 
 @value
 class GaitResult(Value):
-    """The answer to one request for a gait. ``reason`` tells the first failure.
+    """The answer to one request for a gait. ``reason`` tells what failed, where, by how much, what to try.
 
-    plan: where all checks hold all the way to the goal, with status FOUND, and only then; failed: otherwise the motion
-    as far as it is known, where there is one. walked: how far the chassis goes before the first failure [m].
+    plan: where all checks hold all the way to the goal, with status FOUND, and only then; partial: otherwise the gait
+    as far as all of them hold, where it begins at all; failure: the check that ended it. walked: how far the chassis
+    comes along its way [m]; checks: of what was planned, each where it has least to spare.
     """
 
     status: Status
     plan: GaitPlan | None
-    failed: GaitPlan | None
+    partial: GaitPlan | None
     reason: str
-    failures: tuple[GaitFailure, ...]
+    failure: GaitFailure | None
     walked: float
+    checks: tuple[Check, ...]
     goal: WalkGoal
     provenance: Provenance
 

@@ -1,5 +1,7 @@
 """A walk as a value: what a search found, joined to one row of waypoints."""
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,19 @@ from footfall.planning.walk.foot_move import At, BodyWay, Moved
 from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings
 
 Array = NDArray[np.float64]
+
+
+class Measured(Protocol):
+    """Waypoints (n,) of a walk or a gait, with what was measured there."""
+
+    @property
+    def moves(self) -> NDArray[np.int64]: ...
+    @property
+    def phases(self) -> tuple[str, ...]: ...
+    @property
+    def margins(self) -> Array: ...
+    @property
+    def torques(self) -> Array: ...
 
 
 class _Rows:
@@ -66,7 +81,7 @@ def walk_of(goal: WalkGoal, start: At, way: list[Moved], closing: BodyWay | None
     )
 
 
-def checks_of(plan: WalkPlan, settings: WalkSettings) -> tuple[Check, ...]:
+def checks_of(plan: Measured, settings: WalkSettings) -> tuple[Check, ...]:
     """What a plan was checked for, each where it has least to spare; what it fails is never planned."""
     margin, torque = int(np.argmin(plan.margins)), int(np.argmax(plan.torques))
     kind = "conservative polygon" if settings.support == "required" else "support polygon"
@@ -91,5 +106,5 @@ def checks_of(plan: WalkPlan, settings: WalkSettings) -> tuple[Check, ...]:
     return tuple(found)
 
 
-def _where(plan: WalkPlan, at: int) -> str:
+def _where(plan: Measured, at: int) -> str:
     return f"foot move {int(plan.moves[at])}, {plan.phases[at]}, waypoint {at}"

@@ -1,0 +1,67 @@
+"""The foot moves before the first step of a gait: feet go one by one to where the gait has them, as in a walk."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.gait.layout import Layout, placed
+from footfall.planning.gait.rhythm import Rhythm
+from footfall.planning.gait.step import Lack
+from footfall.planning.gait.stride_kernel import spares_of
+from footfall.planning.walk.foot_move import At, Moved, foot_move
+from footfall.planning.walk.transition_kernel import vector_of
+from footfall.planning.walk.world import World
+
+Array = NDArray[np.float64]
+
+SEED = 0
+"""Of the search of chassis poses for these foot moves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The foot moves that were made; lack: why no more were, with the leg of the next."""
+
+    moves: list[Moved]
+    leg: tuple[int, ...] = ()
+    lack: Lack | None = None
+
+
+def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: float) -> Settled:
+    """Feet that are within ``tolerance`` [m] of where the gait has them, and can stay as long as it wants, do.
+
+    Where one can't be moved the others are moved first.
+    """
+    left = [row for row in beat.begins if not _stays(world, start, beat, layout, row, tolerance)]
+    rng, aim, at = np.random.default_rng(SEED), vector_of(layout.Ts[0]), start
+    moves: list[Moved] = []
+    while left:
+        lack: tuple[tuple[int, ...], Lack] | None = None
+        for row in left:
+            leg = int(beat.legs[row])
+            to = placed(at.stance, beat, layout, range(row, row + 1), tolerance)
+            moved = to if isinstance(to, Lack) else foot_move(world, at, leg, to, aim, rng)
+            if isinstance(moved, Moved):
+                moves.append(moved)
+                left.remove(row)
+                at = moved.to
+                break
+            unit = moved.unit if isinstance(moved, Lack) else "m or rad"
+            lack = lack or ((leg,), Lack(moved.check, moved.leg, moved.lacks, unit))
+        else:
+            return Settled(moves, *(lack or ((), None)))
+    return Settled(moves)
+
+
+def _stays(world: World, start: At, beat: Rhythm, layout: Layout, row: int, tolerance: float) -> bool:
+    """Whether the foot of a row may stand where it does until it is moved in the gait."""
+    leg, spares = int(beat.legs[row]), np.empty(1)
+    off = np.hypot(*(start.stance.contacts[leg] - layout.contacts[row])[:2])
+    if off > tolerance or start.stance.branches[leg] != 0:
+        return False
+    wheel = np.ascontiguousarray(start.stance.Ts_site_wheel[leg : leg + 1, :3])
+    own = slice(row, row + 1)
+    lift = world.settings.lift
+    spares_of(layout.Ts, wheel, beat.legs[own], beat.first[own], beat.last[own], lift, world.legs, spares)
+    return bool(spares[0] >= 0.0)
