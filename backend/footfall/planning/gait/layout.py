@@ -15,6 +15,7 @@ from footfall.planning.gait.stride_kernel import spares_of
 from footfall.planning.walk.footfalls import standable
 from footfall.planning.walk.footprint import Footprint
 from footfall.planning.walk.guide import Guide
+from footfall.planning.walk.legs_kernel import UNREACHED
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.spans_kernel import poses_of
 from footfall.planning.walk.transition_kernel import ROOM
@@ -26,12 +27,16 @@ from footfall.terrain.ground.surface import height_at, normal_at
 Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
-HIGHER = np.array([0.0, -0.1, 0.1, -0.2, 0.2, -0.3])
+HIGHER = np.array([0.0, -0.1, 0.1, -0.15, -0.2, -0.25, -0.3])
 """Heights of the chassis that are looked at, above that at ease [m]."""
-WIDER = np.array([0.0, -0.1, 0.1, -0.2, -0.3])
+WIDER = np.array([0.0, -0.05, 0.05, -0.1, -0.15, -0.2, -0.25])
 """How much farther out the feet are then [m]."""
-AT_EASE = 0.02
-"""What a metre of these is worth [m or rad to spare]."""
+AT_EASE = 0.0005
+"""What a metre of these costs beside the squares of what legs have less than ROOM to spare."""
+ENOUGH = 0.04
+"""What a leg is to have to spare, so that it also lifts and lowers its wheel without turning fast [m or rad]."""
+LOOKED_THROUGH = 60
+"""Footfalls that height and tread are chosen for, about; they are spread over all there are."""
 APART = 0.05
 """Between places that are looked at in place of an ideal footfall [m]."""
 LOOKED_AT = 3.0
@@ -59,22 +64,28 @@ class Layout:
 
 def laid_out(world: World, dem: Dem, beat: Rhythm, way: Guide, ease: Footprint, tolerance: float) -> Layout:
     """The footfalls of a gait along a way, whose heights are those of ``ease``; tolerance: see GaitSettings [m]."""
-    best, most = None, -np.inf
+    best: tuple[Array, Array, Array, Array, float, float] | None = None
+    least = np.inf
+    some = np.arange(0, len(beat.legs), 1 + len(beat.legs) // LOOKED_THROUGH)
     level = np.column_stack([np.interp(beat.ways, way.ways, column) for column in way.vectors.T])
     for wider in WIDER:
         out = ease.feet * (1.0 + wider / np.hypot(ease.feet[:, 0], ease.feet[:, 1]))[:, None]
         contacts, normals, wheels = _on_ground(world, dem, beat, way, out)
         for higher in HIGHER if world.settings.height is None else (0.0,):
             Ts = _poses(level, higher)
-            spares = _spares(world, beat, Ts, wheels, np.arange(len(wheels)))
-            worth = float(np.minimum(spares, ROOM).mean()) - AT_EASE * (abs(higher) + abs(wider))
-            if worth > most:
+            spares = _spares(world, beat, Ts, wheels[some], some)
+            short = np.clip(ROOM - spares, 0.0, UNREACHED)
+            costs = float((short**2).mean()) + AT_EASE * (abs(higher) + abs(wider))
+            if costs < least:
                 tread = float(np.hypot(out[0, 0], out[0, 1]))
-                most, away = worth, np.zeros(len(wheels))
-                best = Layout(contacts, normals, wheels, Ts, spares, away, ease.height + float(higher), tread)
+                least, height = costs, ease.height + float(higher)
+                best = contacts, normals, wheels, Ts, height, tread
     if best is None:
         raise ValueError("no footprint was looked at")
-    return _adapted(world, dem, beat, way, best, tolerance)
+    contacts, normals, wheels, Ts, height, tread = best
+    spares = _spares(world, beat, Ts, wheels, np.arange(len(wheels)))
+    ideal = Layout(contacts, normals, wheels, Ts, spares, np.zeros(len(wheels)), height, tread)
+    return _adapted(world, dem, beat, way, ideal, tolerance)
 
 
 def _poses(level: Array, higher: float) -> Array:
@@ -115,11 +126,11 @@ def _spares(world: World, beat: Rhythm, Ts: Array, wheels: Array, rows: Rows) ->
 def _adapted(world: World, dem: Dem, beat: Rhythm, way: Guide, ideal: Layout, tolerance: float) -> Layout:
     """The same with every footfall that can't be stood on, or not all the time, moved to the nearest that can.
 
-    Where none can, it is the one whose leg lacks least; where no wheel can stand at all, ``away`` is inf.
+    Where none has enough to spare it is the one that has most; where no wheel can stand at all, ``away`` is inf.
     """
     good = np.zeros(len(ideal.contacts), bool)
     good[standable(world.robot, dem, ideal.contacts[:, :2], world.settings)[2]] = True
-    bad = np.flatnonzero(~(good & (ideal.spares >= 0.0)))
+    bad = np.flatnonzero(~(good & (ideal.spares >= ENOUGH)))
     if not len(bad):
         return ideal
     beside = _beside(tolerance)
@@ -137,7 +148,7 @@ def _adapted(world: World, dem: Dem, beat: Rhythm, way: Guide, ideal: Layout, to
         if not len(near):
             farther[row] = away[own].min() if len(own) else np.inf
             continue
-        at = near[np.lexsort((away[near], -np.minimum(spares[near], 0.0)))[0]]
+        at = near[np.lexsort((away[near], -np.minimum(spares[near], ENOUGH)))[0]]
         new.contacts[row], new.normals[row], new.wheels[row] = contacts[at], normals[at], wheels[at]
         new.spares[row], farther[row] = spares[at], away[at]
     return replace(new, away=farther)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.planning.gait.layout import Layout, placed
+from footfall.planning.gait.layout import ENOUGH, Layout, placed
 from footfall.planning.gait.rhythm import Rhythm
 from footfall.planning.gait.step import Lack
 from footfall.planning.gait.stride_kernel import spares_of
@@ -64,4 +64,4 @@ def _stays(world: World, start: At, beat: Rhythm, layout: Layout, row: int, tole
     own = slice(row, row + 1)
     lift = world.settings.lift
     spares_of(layout.Ts, wheel, beat.legs[own], beat.first[own], beat.last[own], lift, world.legs, spares)
-    return bool(spares[0] >= 0.0)
+    return bool(spares[0] >= ENOUGH)
