@@ -39,8 +39,8 @@ LOOKED_THROUGH = 60
 """Footfalls that height and tread are chosen for, about; they are spread over all there are."""
 APART = 0.05
 """Between places that are looked at in place of an ideal footfall [m]."""
-LOOKED_AT = 3.0
-"""So many tolerances around it, to tell how far the nearest place is."""
+BEYOND = 0.4
+"""How far beyond the tolerance they are, to tell how far the nearest place is [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +156,13 @@ def _adapted(world: World, dem: Dem, beat: Rhythm, way: Guide, ideal: Layout, to
 
 def _beside(tolerance: float) -> Array:
     """Places (k, 2) around an ideal footfall, itself the first."""
-    count = int(np.ceil(LOOKED_AT * tolerance / APART))
+    far = tolerance + BEYOND
+    count = int(np.ceil(far / APART))
     steps = np.asarray(APART * np.arange(-count, count + 1), np.float64)
     places = np.column_stack([one.ravel() for one in np.meshgrid(steps, steps)])
     away = np.hypot(places[:, 0], places[:, 1])
     order = np.argsort(away, kind="stable")
-    near = order[away[order] <= LOOKED_AT * tolerance + 1e-9]
+    near = order[away[order] <= far + 1e-9]
     return np.asarray(places[near], np.float64)
 
 

@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 SEED = 0
 """Of the search of chassis poses for these foot moves."""
+TRIES = 3
+"""That each foot has before none can be moved: the search has some chance in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ def settled(world: World, start: At, beat: Rhythm, layout: Layout, tolerance: fl
     moves: list[Moved] = []
     while left:
         lack: tuple[tuple[int, ...], Lack] | None = None
-        for row in left:
+        for row in TRIES * left:
             leg = int(beat.legs[row])
             to = placed(at.stance, beat, layout, range(row, row + 1), tolerance)
             moved = to if isinstance(to, Lack) else foot_move(world, at, leg, to, aim, rng)
