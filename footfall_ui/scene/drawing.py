@@ -371,8 +371,7 @@ def _rover_state(live: LiveSession) -> RobotState | None:
 
 def _played(live: LiveSession) -> Motion | None:
     """What the ghost plays."""
-    played = None if live.played is None else live.get(live.played)
-    return motion_of(played.plan if isinstance(played, PlanResult) else played)
+    return None if live.played is None else motion_of(live.get(live.played))
 
 
 def _accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from footfall.core.value import Value
 from footfall.planning.stance.follow import base_path
-from footfall.planning.step.problem import StepPlan
+from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.planning.walk.problem import WalkPlan, WalkResult
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall_ui.scene.robot import GHOST, RobotDrawing, leg_links
@@ -49,7 +50,15 @@ class GhostDrawing:
 
 
 def motion_of(value: Value | None) -> Motion | None:
-    """What a ghost plays of a plan or a sequence; None of anything else."""
+    """What a ghost plays of a plan, a walk or a sequence; None of anything else. Of a walk that was not found it is the
+    part that was.
+    """
+    if isinstance(value, PlanResult):
+        return motion_of(value.plan)
+    if isinstance(value, WalkResult):
+        return motion_of(value.plan or value.partial)
+    if isinstance(value, WalkPlan):
+        return Motion(None, value.waypoints, value.Ts_site_base)
     if isinstance(value, StepPlan):
         return Motion(value.leg, value.waypoints, np.tile(value.T_site_base, (len(value.waypoints), 1, 1)))
     if isinstance(value, Sequence) and value.commands:

@@ -33,6 +33,7 @@ import * as row from "./panels/row.js";
 import * as run from "./panels/run.js";
 import * as sessions from "./panels/sessions.js";
 import * as status from "./panels/status.js";
+import * as strip from "./panels/strip.js";
 import * as suggest from "./panels/suggest.js";
 import * as telemetry from "./panels/telemetry.js";
 import * as timeline from "./panels/timeline.js";
@@ -41,7 +42,7 @@ import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, execution, ghost, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

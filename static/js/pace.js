@@ -2,13 +2,26 @@
 
 import { known } from "./store.js";
 
-export const travelOf = (waypoints) => waypoints.slice(1).map((row, i) => Math.max(...row.map((q, j) => Math.abs(q - waypoints[i][j]))));
+const travels = new WeakMap(); // waypoints → what they come to: a walk has hundreds, and is read at every message
+
+export function travelOf(waypoints) {
+  if (!travels.has(waypoints)) travels.set(waypoints, waypoints.slice(1).map((row, i) => Math.max(...row.map((q, j) => Math.abs(q - waypoints[i][j])))));
+  return travels.get(waypoints);
+}
 
 const summed = (steps) => steps.reduce((sums, one) => [...sums, sums.at(-1) + one], [0]);
+
+// The walk, or the part of it that was found, where that is what the scene plays.
+export function walkPlayed() {
+  const { summary, walk } = known;
+  return walk && walk.digest === summary?.played ? walk.plan ?? walk.partial : null;
+}
 
 // What the scene plays: the waypoints, and what each leads through.
 export function played() {
   const { summary, plan, sequence } = known;
+  const walk = walkPlayed();
+  if (walk) return { what: "walk", ...walk };
   if (sequence && sequence.digest === summary?.played) {
     const names = sequence.commands.map((command) => command.phase || command.name);
     return { what: "commands", waypoints: [sequence.start, ...sequence.predicted], phases: ["", ...names] };

@@ -11,6 +11,7 @@ export const known = {
   connected: false, // the event stream is open
   jobs: new Map(), // id → job, oldest first
   plan: null, // the current PlanResult
+  walk: null, // the latest WalkResult
   sequence: null, // the current Sequence, with its ETag
 };
 

@@ -61,6 +61,8 @@ async function refreshProducts(summary) {
   const { digest } = summary.plan;
   if (!digest) known.plan = null;
   else if (known.plan?.digest !== digest) known.plan = (await request("GET", `/sessions/current/plans/${digest}`)).body;
+  if (!summary.walk) known.walk = null;
+  else if (known.walk?.digest !== summary.walk) known.walk = (await request("GET", `/sessions/current/walks/${summary.walk}`)).body;
   if (!summary.sequence) known.sequence = null;
   else if (known.sequence?.digest !== summary.sequence) {
     const { body, response } = await request("GET", `/sequences/${summary.sequence}`);

@@ -1,11 +1,14 @@
 """What the ghost plays: one leg of a plan, or the whole rover of a sequence that moves the chassis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import footfall
 from footfall.core.frames import apply
 from footfall.planning.stance.follow import DRIFT
+from footfall.planning.step.problem import Status
 from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
@@ -85,3 +88,28 @@ def test_of_edited_commands_the_edited_posture_is_shown(athlete, ground, stood):
 def test_nothing_is_played_of_anything_else(stood):
     assert motion_of(None) is None
     assert motion_of(stood) is None
+
+
+def test_a_walk_is_played_from_start_to_goal_with_its_standing_feet_where_they_are(athlete, ground, stood):
+    result = footfall.plan_walk(athlete, ground, stood, goal=(0.4, 0.1, 0.0), seed=4)
+    plan = result.plan
+    assert plan is not None, result.reason
+    motion = motion_of(result)
+    assert motion is not None
+    assert motion.leg is None
+    travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1))])
+    for moment in np.linspace(0.0, 1.0, 37):
+        posture, T_site_base = at(motion, moment)
+        before = int(np.searchsorted(travel, moment * travel[-1], side="right")) - 1
+        after = min(before + 1, len(travel) - 1)
+        number = int(plan.moves[after])
+        stance = plan.stances[min(number, plan.foot_moves)]
+        lifted = plan.legs[number] if plan.phases[after] != "body" else None
+        centers = apply(T_site_base, wheel_centers(athlete, posture))
+        for leg in athlete.legs:
+            if leg != lifted:
+                assert np.linalg.norm(centers[leg] - stance.Ts_site_wheel[leg][:3, 3]) < DRIFT
+    np.testing.assert_allclose(at(motion, 1.0)[1], plan.Ts_site_base[-1], atol=1e-9)
+    partial = replace(result, status=Status.NO_PATH, plan=None, partial=plan)
+    assert motion_of(partial) == motion
+    assert motion_of(replace(partial, partial=None)) is None

@@ -78,3 +78,18 @@ def test_a_row_that_moves_nothing_stands_on_every_wheel(athlete, ground, planned
     com = apply(step.T_site_base, center_of_mass(athlete, step.start))
     assert stood == pytest.approx(margin(feet, com[:2]), abs=1e-9)
     assert lifting.max() < stood.min() - 0.2
+
+
+def test_along_a_walk_the_polygon_s_margin_is_the_planner_s(athlete, ground):
+    plan = footfall.plan_walk(athlete, ground, footfall.stand(athlete, ground), goal=(0.4, 0.1, 0.0), seed=4).plan
+    assert plan is not None
+    course = course_of(athlete, ground, plan)
+    travel = np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1)
+    for row in range(len(travel)):
+        found = course.margins["plain"][course.rows == row]
+        # of a swing, which is one motion, the planner tells the least
+        least = found.min() if plan.phases[row + 1] == "swing" else found[-1]
+        assert least == pytest.approx(plan.margins[row + 1], abs=2e-3)
+    np.testing.assert_allclose(
+        [course.moments[course.rows == row][-1] for row in range(len(travel))], np.cumsum(travel) / travel.sum()
+    )

@@ -1,4 +1,4 @@
-"""How steadily the rover stands all along a plan or a sequence, and where it stands worst."""
+"""How steadily the rover stands all along a plan, a walk or a sequence, and where it stands worst."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from footfall.maps.standing import standing
 from footfall.maps.steadiness import OUTLINES, Support, support_of
 from footfall.planning.stance.follow import base_path
 from footfall.planning.step.problem import StepPlan
+from footfall.planning.walk.problem import BODY, WalkPlan
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
@@ -45,7 +46,9 @@ class Course:
         return None if np.isnan(found).all() else int(np.nanargmin(found))
 
 
-def course_of(robot: Robot, dem: Dem, moved: StepPlan | Sequence, balance: BalanceSettings | None = None) -> Course:
+def course_of(
+    robot: Robot, dem: Dem, moved: StepPlan | WalkPlan | Sequence, balance: BalanceSettings | None = None
+) -> Course:
     """Margins at samples of every row. A row stands on the wheels that are down, and stay, from its begin to its end.
 
     Of ``balance`` friction and the sides of its cones count.
@@ -54,6 +57,10 @@ def course_of(robot: Robot, dem: Dem, moved: StepPlan | Sequence, balance: Balan
         waypoints = moved.waypoints
         Ts = np.broadcast_to(moved.T_site_base, (len(waypoints), 4, 4))
         legs: list[int | None] = [moved.leg] * (len(waypoints) - 1)
+    elif isinstance(moved, WalkPlan):
+        waypoints, Ts = moved.waypoints, moved.Ts_site_base
+        parts = zip(moved.moves[1:], moved.phases[1:], strict=True)
+        legs = [None if phase == BODY else moved.legs[move] for move, phase in parts]
     else:
         waypoints = np.vstack([moved.start, moved.predicted])
         Ts = np.concatenate([moved.T_site_base[None], moved.poses])

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.step.problem import PlanResult, Status
+from footfall.planning.walk.problem import WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.carried_out import carried_out, to_command
 from footfall.session.commanded import CommandedSession
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SessionState
-from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE
+from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE, WALK
 from footfall.session.products.up_to_date import MEASURED, SENT, Difference, difference
 from footfall.telemetry.state import RobotState
 
@@ -94,7 +95,31 @@ class PlannedSession(CommandedSession):
 
     @property
     def played(self) -> str | None:
-        """Digest of what a ghost plays: the plan, or the sequence where that is newer and moves otherwise.
+        """Digest of what a ghost plays: the walk or the planned step, whichever is newer or the view asks for since."""
+        walk, step = self._walk_played, self.step_played
+        if walk is None or step is None:
+            return walk or step
+        view = self.view
+        for event in reversed(self.events()):
+            if view.plays != "newest" and event.seq <= view.plays_since:
+                return walk if view.plays == "walk" else step
+            kind = KINDS[event.payload["kind"]] if event.type == "product" else None
+            if kind is WALK:
+                return walk
+            if event.type == "plan_chosen" or (kind is not None and (kind is PLAN or kind.is_commands)):
+                return step
+        return step
+
+    @property
+    def _walk_played(self) -> str | None:
+        """Digest of the latest walk, where it was found or comes part of its way."""
+        digest = self.state.newest(WALK)
+        found = None if digest is None else self._shelf.typed(WalkResult, digest)
+        return None if found is None or (found.plan or found.partial) is None else digest
+
+    @property
+    def step_played(self) -> str | None:
+        """Digest of what a ghost plays of a step: the plan, or the sequence where that is newer and moves otherwise.
 
         It does where it was edited, or moves the chassis: what is looked at is what would be sent.
         """
@@ -123,7 +148,7 @@ class PlannedSession(CommandedSession):
         source = state.products.get(behind)
         if source is not None and source.kind == PLAN.name:
             return behind != state.plan
-        return state.plan is not None and self.played == state.plan
+        return state.plan is not None and self.step_played == state.plan
 
     @property
     def to_command(self) -> dict[str, Any] | None:

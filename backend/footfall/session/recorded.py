@@ -136,7 +136,7 @@ class RecordedSession:
         if "leg" in changes:
             self._require_leg(changes["leg"])
         with self._journal.lock:
-            self._view = self._view.changed(**changes)
+            self._view = self._view.changed(len(self.events()) - 1, **changes)
             self._journal.tell("view", view=asdict(self._view))
             return self._view
 

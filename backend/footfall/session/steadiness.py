@@ -14,6 +14,7 @@ from footfall.core.errors import Conflict, NotFound
 from footfall.core.value import Value
 from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.planning.walk.problem import WalkPlan, WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
 from footfall.session.products.remembered import on_map
@@ -44,7 +45,7 @@ class Judged:
 class Along:
     """least, conservative: what the motion was planned to keep; friction: that it is judged by."""
 
-    motion: StepPlan | Sequence
+    motion: StepPlan | WalkPlan | Sequence
     course: "Course"
     friction: float
     least: float
@@ -79,7 +80,7 @@ def friction_of(live: LiveSession) -> BalanceSettings:
 
 
 def along(live: LiveSession, digest: str) -> Along:
-    """A plan or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
+    """A plan, a walk or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
     from footfall.sequence.steadiness import course_of
 
     motion = _motion(live.get(digest), digest)
@@ -92,14 +93,20 @@ def along(live: LiveSession, digest: str) -> Along:
     friction = float(getattr(settings, "friction", BalanceSettings().friction))
     course = course_of(live.robot, cast(Dem, live.get(made_on)), motion, BalanceSettings(friction=friction))
     least = float(getattr(settings, "least_margin", 0.0))
-    return Along(motion, course, friction, least, bool(getattr(settings, "conservative", False)))
+    conservative = getattr(settings, "conservative", False) or getattr(settings, "support", "") == "required"
+    return Along(motion, course, friction, least, bool(conservative))
 
 
-def _motion(found: Value, digest: str) -> StepPlan | Sequence:
+def _motion(found: Value, digest: str) -> StepPlan | WalkPlan | Sequence:
+    if isinstance(found, WalkResult):
+        plan = found.plan or found.partial
+        if plan is None:
+            raise Conflict(f"there is no walk, so nothing moves: {found.reason}")
+        return plan
     if isinstance(found, PlanResult):
         if found.plan is None:
             raise Conflict(f"there is no plan, so nothing moves: {found.reason}")
         return found.plan
     if not isinstance(found, Sequence) or not found.commands:
-        raise NotFound(f"{digest} is neither a plan nor a sequence with commands", digest=digest)
+        raise NotFound(f"{digest} is neither a plan, a walk nor a sequence with commands", digest=digest)
     return found

@@ -11,6 +11,8 @@ from footfall.maps.layers import LAYERS
 LOOKS = ("free", "top", "leg", "wheel", "follow")
 """Where the scene is looked at from: as the operator turns it, from above, along the leg, at its wheel; following the
 chassis as it moves."""
+PLAYS = ("newest", "walk", "step")
+"""What the ghost plays: what was made last, the walk, or the planned step or its commands."""
 TAPE_ENDS = 2
 Points = tuple[tuple[float, float, float], ...]
 
@@ -38,7 +40,8 @@ SWITCHES = tuple(one.name for one in fields(Shown))
 @dataclass(frozen=True)
 class ViewState:
     """scrub: 0…1 along the plan; layer: a name of LAYERS, or None; look: one of LOOKS; looks: how often one was asked
-    for; tape: the measured points, at most two, site frame [m]."""
+    for; tape: the measured points, at most two, site frame [m]. plays: one of PLAYS, heeded until something newer than
+    the events numbered up to ``plays_since`` can be played."""
 
     leg: int = 0
     layer: str | None = "footing"
@@ -48,10 +51,15 @@ class ViewState:
     look: str = "free"
     looks: int = 0
     tape: Points = ()
+    plays: str = "newest"
+    plays_since: int = -1
 
-    def changed(self, **changes: Any) -> "ViewState":
-        """The view with other fields; ``shown`` as a mapping of the switches that change. Raises InvalidInput."""
-        mine = [name for name in ViewState.__dataclass_fields__ if name != "looks"]
+    def changed(self, latest: int = -1, **changes: Any) -> "ViewState":
+        """The view with other fields; ``shown`` as a mapping of the switches that change. Raises InvalidInput.
+
+        latest: number of the latest event of the session.
+        """
+        mine = [name for name in ViewState.__dataclass_fields__ if name not in ("looks", "plays_since")]
         unknown = set(changes) - set(mine)
         if unknown:
             raise InvalidInput(f"a view has {', '.join(mine)}, not {', '.join(sorted(unknown))}")
@@ -59,6 +67,10 @@ class ViewState:
             raise InvalidInput(f"there is no layer {changes['layer']!r}; there are {', '.join(LAYERS)}")
         if "scrub" in changes and not 0 <= changes["scrub"] <= 1:
             raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
+        if "plays" in changes:
+            if changes["plays"] not in PLAYS:
+                raise InvalidInput(f"plays is one of {', '.join(PLAYS)}", plays=changes["plays"])
+            changes["plays_since"] = latest
         if "shown" in changes:
             changes["shown"] = replace(self.shown, **_switches(changes["shown"]))
         if "tape" in changes:

@@ -4,6 +4,8 @@
 import { act } from "../acts.js";
 import { get, put } from "../api.js";
 import { $, age, attempt, element, fixed } from "../dom.js";
+import { footMoveTold } from "../footmoves.js";
+import { walkPlayed } from "../pace.js";
 import { known, subscribe } from "../store.js";
 import { telemetryAge } from "./status.js";
 
@@ -72,8 +74,8 @@ function choose(name) {
 function draw({ summary, frame, plan, sequence }) {
   if (!summary) return;
   look(summary, frame);
-  const played = [plan?.plan && plan.digest, sequence?.digest].find((digest) => digest === summary.played);
-  const chosen = sequence?.commands.length ? sequence.digest : played;
+  const played = [walkPlayed() && summary.walk, plan?.plan && plan.digest, sequence?.digest].find((digest) => digest === summary.played);
+  const chosen = sequence?.commands.length && !walkPlayed() ? sequence.digest : played;
   for (const digest of new Set([played, chosen].filter(Boolean))) fetchCourse(digest, summary.id);
   const asked = chosen && courses.get(chosen);
   drawNow(summary, frame);
@@ -168,6 +170,8 @@ function nameOf(digest, row) {
     const command = known.sequence.commands[row];
     return `row ${row + 1}, ${command?.phase || command?.name || "–"}`;
   }
+  const walk = digest === known.walk?.digest ? walkPlayed() : null;
+  if (walk) return `${footMoveTold(walk, row + 1)}, ${walk.phases[row + 1]}`;
   return known.plan?.plan?.phases[row + 1] ?? "";
 }
 

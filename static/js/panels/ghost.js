@@ -1,31 +1,39 @@
-// The ghost's scrubber: where the leg, or the rover, will be at a moment of the plan, or of the commands where they were edited or move the chassis.
+// The ghost's scrubber: where the leg, or the rover, will be at a moment of the plan, of the commands where they were edited or move the chassis, or of a whole walk.
 
 import { act } from "../acts.js";
 import { put } from "../api.js";
 import { followCursor } from "../cursor.js";
 import { $, attempt } from "../dom.js";
-import { momentAt, pace, played, rowAt, timeAt, travelOf } from "../pace.js";
+import { endBeside, footMoveTold, waypointAt } from "../footmoves.js";
+import { momentAt, pace, played, rowAt, timeAt, travelOf, walkPlayed } from "../pace.js";
 import { postureAt } from "../samples.js";
 import { known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
 import { onChoice, chosenRow } from "./row.js";
 
 const PLAY_SECONDS = 6; // for the whole way, where it has no times or those are not asked for
+const FOOT_MOVE_SECONDS = 2; // for each foot move of a walk
 
 let wanted = null; // the newest position not yet sent
 let sending = false;
 let playing = 0;
+let exact = null; // the moment that was asked for last: the slider holds it in steps
 let time = null; // s: the one that was asked for, where a wait makes several of one moment
 
 export function start() {
-  $("scrub").addEventListener("input", () => show(Number($("scrub").value) / 1000));
+  $("scrub").addEventListener("input", () => ghostTo(Number($("scrub").value) / 1000));
+  $("ghost-plays").addEventListener("change", () => attempt(async () => {
+    await put("/sessions/current/view", { plays: $("ghost-plays").value });
+    await refresh();
+  }));
   $("scrub-time").addEventListener("change", () => { const way = pace(); if (way) showTime(way, Number($("scrub-time").value)); });
   const refusal = () => (played() ? "" : "There is neither a plan nor a sequence to play.");
-  const untimed = () => refusal() || (pace() ? "" : "What the ghost plays has no rows yet: make its commands.");
+  const untimed = () => refusal() || (pace() || walkPlayed() ? "" : "What the ghost plays has no rows yet: make its commands.");
   act({ key: " ", text: "Play or pause the ghost", button: "ghost-play", run: toggle, refusal });
   act({ key: "[", text: "Ghost back", run: () => nudge(-0.02), refusal });
   act({ key: "]", text: "Ghost on", run: () => nudge(0.02), refusal });
-  act({ key: "{", text: "Ghost to the row before", run: () => toRow(-1), refusal: untimed });
-  act({ key: "}", text: "Ghost to the row after", run: () => toRow(1), refusal: untimed });
+  act({ key: "{", text: "Ghost to the row, or the foot move, before", run: () => toPart(-1), refusal: untimed });
+  act({ key: "}", text: "Ghost to the row, or the foot move, after", run: () => toPart(1), refusal: untimed });
   onChoice(() => { if (chosenRow() !== null) endOf(chosenRow()); });
   followCursor(goTo);
   subscribe(draw);
@@ -38,7 +46,7 @@ function goTo(when) {
   const plan = when === null ? null : played();
   const posture = plan && postureAt(when);
   const moment = posture && nearest(plan.waypoints, posture);
-  if (typeof moment === "number") show(moment);
+  if (typeof moment === "number") ghostTo(moment);
 }
 
 function nearest(waypoints, posture) {
@@ -58,9 +66,9 @@ function nearest(waypoints, posture) {
 }
 
 // Only the newest position is sent while one is under way: scrubbing never queues up.
-async function show(moment, at = null) {
+export async function ghostTo(moment, at = null) {
   time = at;
-  wanted = Math.min(1, Math.max(0, moment));
+  wanted = exact = Math.min(1, Math.max(0, moment));
   $("scrub").value = String(Math.round(wanted * 1000));
   read(wanted);
   if (sending) return;
@@ -73,20 +81,27 @@ async function show(moment, at = null) {
   sending = false;
 }
 
-const nudge = (by) => { if (!$("scrub").disabled) show(Number($("scrub").value) / 1000 + by); };
+const nudge = (by) => { if (!$("scrub").disabled) ghostTo(shownMoment() + by); };
 
-const shownMoment = () => Number($("scrub").value) / 1000;
+export const shownMoment = () => (exact !== null && Math.round(1000 * exact) === Number($("scrub").value) ? exact : Number($("scrub").value) / 1000);
 const shownTime = (way) => time ?? timeAt(way, shownMoment());
 
 function showTime(way, seconds) {
   const at = Math.min(way.seconds.at(-1), Math.max(0, seconds));
-  show(momentAt(way, at), at);
+  ghostTo(momentAt(way, at), at);
 }
 
 // The end of a row (from 0), before which −1 is the start.
 function endOf(row) {
   const way = pace();
   if (way) showTime(way, way.seconds[Math.max(0, Math.min(way.seconds.length - 1, row + 1))]);
+}
+
+// Of a walk, the end of a foot move.
+function toPart(by) {
+  const walk = walkPlayed();
+  if (walk) ghostTo(endBeside(walk, shownMoment(), by));
+  else toRow(by);
 }
 
 function toRow(by) {
@@ -112,7 +127,8 @@ function toggle() {
   const way = pace();
   const rate = way ? Number($("ghost-rate").value) : 0; // times as fast as commanded; 0: whole way in PLAY_SECONDS
   const from = shownMoment() >= 1 ? 0 : shownMoment();
-  const before = rate ? (from ? shownTime(way) : 0) / rate : from * PLAY_SECONDS;
+  const whole = walkPlayed() ? FOOT_MOVE_SECONDS * Math.max(1, walkPlayed().legs.length) : PLAY_SECONDS;
+  const before = rate ? (from ? shownTime(way) : 0) / rate : from * whole;
   const begin = performance.now() - before * 1000;
   const mine = begin;
   sayPlaying(mine);
@@ -120,8 +136,8 @@ function toggle() {
     if (playing !== mine) return;
     const passed = (performance.now() - begin) / 1000;
     if (rate) showTime(way, passed * rate);
-    else show(passed / PLAY_SECONDS);
-    if (rate ? passed * rate >= way.seconds.at(-1) : passed >= PLAY_SECONDS) toggle();
+    else ghostTo(passed / whole);
+    if (rate ? passed * rate >= way.seconds.at(-1) : passed >= whole) toggle();
     else setTimeout(frame, 40);
   };
   frame();
@@ -143,7 +159,13 @@ function read(moment) {
   if (!what) return;
   const way = pace();
   $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = !way;
+  const walk = walkPlayed();
   const share = `${Math.round(moment * 100)} % of the ${what.what}`;
+  if (walk) {
+    const waypoint = waypointAt(walk, moment);
+    $("scrub-read").textContent = `${footMoveTold(walk, waypoint)}, ${walk.phases[waypoint]}, ${share}`;
+    return;
+  }
   if (!way) {
     $("scrub-read").textContent = `${share}, ${phaseAt(what, moment)}`;
     return;
@@ -155,9 +177,12 @@ function read(moment) {
   $("scrub-whole").textContent = `of ${way.seconds.at(-1).toFixed(1)} s`;
 }
 
-function draw({ summary }) {
+function draw({ summary, plan, sequence }) {
   if (!summary) return;
   const there = Boolean(played());
+  const [walk, step] = [known.walk?.plan ?? known.walk?.partial, plan?.plan || sequence?.commands.length];
+  $("ghost-plays").hidden = !(walk && step);
+  if (document.activeElement !== $("ghost-plays")) $("ghost-plays").value = walkPlayed() ? "walk" : "step";
   $("scrub").disabled = !there;
   if (!there) {
     $("scrub-read").textContent = "no plan";
@@ -165,6 +190,7 @@ function draw({ summary }) {
   } else if (!playing && !sending && document.activeElement !== $("scrub")) {
     const moved = Math.round(summary.view.scrub * 1000) !== Number($("scrub").value);
     if (moved) time = null;
+    exact = summary.view.scrub;
     $("scrub").value = String(Math.round(summary.view.scrub * 1000));
     read(summary.view.scrub);
   }

@@ -2,7 +2,7 @@
 // move becomes commands from where the rover stands, which are armed and sent as all are.
 
 import { act } from "../acts.js";
-import { get, once, post } from "../api.js";
+import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { freeze } from "../stance.js";
@@ -83,21 +83,16 @@ const plan = () => attempt(async () => {
   await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value), ...places } });
 });
 
-async function draw({ summary }) {
+function draw({ summary, walk }) {
   if (!summary) return;
   const doubt = summary.up_to_date.walk?.fits === false ? summary.up_to_date.walk.reason : "";
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? `▲ Out of date: ${doubt}. Plan the walk again.` : "";
   drawWalking(summary.walking);
-  if ((summary.walk ?? "") === shown) return;
-  shown = summary.walk ?? "";
-  const digest = shown;
-  if (!digest) {
-    $("walk-answer").replaceChildren();
-    return;
-  }
-  const answer = await get(`/sessions/current/walks/${digest}`);
-  if (shown === digest) show(answer); // else a newer one came meanwhile
+  if ((walk?.digest ?? "") === shown) return;
+  shown = walk?.digest ?? "";
+  if (walk) show(walk);
+  else $("walk-answer").replaceChildren();
 }
 
 const nextOf = (here) => (here.leg === null ? "the chassis goes to the goal" : `foot move ${here.next + 1} – leg ${here.leg}`);

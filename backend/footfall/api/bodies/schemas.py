@@ -13,7 +13,7 @@ from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import MOST_THROUGH, StepSettings
-from footfall.session.view import LOOKS, TAPE_ENDS
+from footfall.session.view import LOOKS, PLAYS, TAPE_ENDS
 from footfall.terrain.fusion.clear import Area
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
@@ -302,6 +302,7 @@ class ViewChange(Strictly):
         {"leg": 2, "layer": "footing"},
         {"scrub": 0.5, "show_ghost": True},
         {"shown": {"cameras": True}, "look": "top"},
+        {"plays": "walk"},
         {"shown": {"tape": True}, "tape": [[0.0, 1.0, 0.1], [0.5, 1.0, 0.3]]},
     )
     leg: Leg = Field(default_factory=int)
@@ -311,6 +312,10 @@ class ViewChange(Strictly):
     shown: ShownChange = Field(default_factory=ShownChange)
     look: Name = Field(default_factory=str, description=f"one of {', '.join(LOOKS)}")
     tape: Annotated[list[Vector3], Len(0, TAPE_ENDS)] = Field(default_factory=list, description="points, site [m]")
+    plays: Name = Field(
+        default_factory=str,
+        description=f"what the ghost plays, until something newer is made: one of {', '.join(PLAYS)}",
+    )
 
 
 class NewNote(Strictly):

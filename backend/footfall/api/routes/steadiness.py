@@ -39,7 +39,7 @@ class SteadinessAnswer(TypedDict):
 
 
 class WorstMoment(TypedDict):
-    """Where the margin is least; row: of a sequence, or of a plan the waypoint that is gone to, from 0."""
+    """Where the margin is least; row: of a sequence, or of a plan or walk the waypoint that is gone to, from 0."""
 
     moment: float
     row: int
@@ -47,7 +47,7 @@ class WorstMoment(TypedDict):
 
 
 class CourseAnswer(TypedDict):
-    """Margins along a plan or sequence. moments: (n,) 0…1, as the ghost is scrubbed; rows: (n,), as in `worst`.
+    """Margins along a plan, walk or sequence. moments: (n,) 0…1, as the ghost is scrubbed; rows: (n,), as in `worst`.
 
     least: the margin that the motion was planned to keep [m], to the outline that `conservative` says.
     """
@@ -83,7 +83,7 @@ def stands(live: OneSession) -> SteadinessAnswer:
 
 @router.get("/sessions/{session}/steadiness/{digest}")
 def moves(live: OneSession, digest: Digest) -> CourseAnswer:
-    """The margins all along a plan or a sequence, and where each is least; `current` names what the ghost plays."""
+    """Margins all along a plan, walk or sequence, and where each is least; `current` names what the ghost plays."""
     played = present(live.played, "there is no plan yet") if digest == "current" else digest
     found = along(live, played)
     course = found.course

@@ -1,0 +1,106 @@
+"""The ghost over a whole walk: every foot move told and stepped to, its worst places a press away."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from footfall.planning.stance.stand import stand
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.session.jobs.requests import WalkRequest
+from footfall.session.products.kinds import WALK
+from tests.support.chassis_ground import wavy
+from tests.support.page_steps import SESSION, held
+from tests.support.server import Running
+from tests.support.waiting import until
+
+Keep = Callable[[str], None]
+
+
+def walked(quiet: Running) -> dict[str, Any]:
+    """A walk of the session, as the interface tells it."""
+    live = quiet.sessions.current
+    assert live is not None
+    dem = wavy(half=4.0)
+    live.load_terrain(dem, "made for the test")
+    live.set_state(stand(live.robot, dem))
+    live.ask(WALK, WalkRequest(WalkGoal(1.5, 0.1, 0.0), WalkSettings(seed=4))).finish()
+    made = held(quiet, f"{SESSION}/walks/current")
+    assert made["plan"], made["reason"]
+    return made
+
+
+def moments_of(plan: dict[str, Any]) -> np.ndarray:
+    """0…1 at each waypoint, by the joint that travels most."""
+    steps = np.abs(np.diff(np.array(plan["waypoints"]), axis=0)).max(axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+
+
+def test_the_ghost_plays_a_whole_walk_foot_move_by_foot_move(console: Page, quiet: Running, look: Keep) -> None:
+    made = walked(quiet)
+    plan, moments = made["plan"], moments_of(made["plan"])
+    assert held(quiet)["played"] == made["digest"]
+    moves = np.array(plan["moves"])
+    ends = [float(moments[np.flatnonzero(moves == number).max()]) for number in range(len(plan["legs"]))]
+    read, strip = console.locator("#scrub-read"), console.locator("#strip")
+    expect(strip).to_be_visible()
+    expect(console.locator("#strip-ticks i")).to_have_count(len(set(moves.tolist())))
+
+    def shows(moment: float) -> None:
+        until(lambda: abs(held(quiet)["view"]["scrub"] - moment) < 1e-9, f"the ghost at {moment}")
+
+    console.locator("#scrub").fill("0")
+    shows(0.0)
+    console.locator("#h-plan").click()
+    for number, end in enumerate(ends):
+        console.keyboard.press("}")
+        shows(end)
+        expect(read).to_contain_text(f"foot move {number + 1} of {len(ends)}, leg {plan['legs'][number]}, lower")
+    console.keyboard.press("{")
+    shows(ends[-2])
+    look("stepped")
+
+    worst = {"margin": int(np.argmin(plan["margins"])), "torque": int(np.argmax(plan["torques"]))}
+    told = {
+        "margin": f"▼ least margin {plan['margins'][worst['margin']]:.2f} m",
+        "torque": f"▲ most torque {100 * plan['torques'][worst['torque']]:.0f} %",
+    }
+    for name, waypoint in worst.items():
+        button = console.locator(f"#strip-{name}")
+        expect(button).to_have_text(told[name])
+        button.click()
+        shows(float(moments[waypoint]))
+        number = int(moves[waypoint])
+        expect(read).to_contain_text(f"foot move {number + 1} of" if number < len(ends) else "to its goal")
+        look(name)
+    box = console.locator("#strip-picture").bounding_box()
+    assert box is not None
+    console.locator("#strip-picture").click(position={"x": 0.25 * box["width"], "y": box["height"] / 2})
+    until(lambda: held(quiet)["view"]["scrub"] == pytest.approx(0.25, abs=2 / box["width"]), "a quarter of the walk")
+    # the margin there, judged by the session along the walk, is the one of the planner
+    at = float(np.interp(held(quiet)["view"]["scrub"], moments, plan["margins"]))
+    expect(console.locator("#gauge-ghost output")).to_contain_text(f"{at:.2f} m, foot move")
+
+
+def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console: Page, quiet: Running) -> None:
+    made = walked(quiet)
+    live = quiet.sessions.current
+    assert live is not None
+    plays = console.get_by_label("What the ghost plays")
+    expect(plays).to_have_value("walk")
+    plays.select_option("step")
+    until(lambda: held(quiet)["played"] == held(quiet)["plan"]["digest"], "the step")
+    expect(console.locator("#strip")).to_be_hidden()
+    expect(console.locator("#scrub-read")).to_contain_text("of the plan")
+    plays.select_option("walk")
+    until(lambda: held(quiet)["played"] == made["digest"], "the walk")
+    # what would be sent is looked at before what is only planned
+    commands = live.command_foot_moves(made["digest"], 0)
+    assert held(quiet)["played"] == commands
+    expect(plays).to_have_value("step")
+    expect(console.locator("#scrub-read")).to_contain_text("of the commands")
+    plays.select_option("walk")
+    until(lambda: held(quiet)["played"] == made["digest"], "the walk, over its commands")
+    expect(console.locator("#strip")).to_be_visible()
