@@ -84,6 +84,18 @@ def test_the_ghost_plays_a_whole_walk_foot_move_by_foot_move(console: Page, quie
     expect(console.locator("#gauge-ghost output")).to_contain_text(f"{at:.2f} m, foot move")
 
 
+def test_what_smoothing_changed_is_told(console: Page, quiet: Running, look: Keep) -> None:
+    made = walked(quiet)
+    before, after = made["smoothed"]["before"], made["smoothed"]["after"]
+    console.locator("#panel-walk summary").click()
+    told = console.locator("#walk-smoothed")
+    expect(told).to_contain_text(f"{before['foot_moves']} → {after['foot_moves']} foot moves")
+    expect(told).to_contain_text(f"{before['chassis_way']:.2f} → {after['chassis_way']:.2f} m of the chassis' way")
+    expect(told).to_contain_text(f"{before['turning']:.1f} → {after['turning']:.1f} rad")
+    told.scroll_into_view_if_needed()
+    look("smoothed")
+
+
 def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console: Page, quiet: Running) -> None:
     made = walked(quiet)
     live = quiet.sessions.current

@@ -114,6 +114,7 @@ function show(answer) {
   const found = answer.status === "found";
   $("walk-answer").replaceChildren(
     element("p", { className: found ? "yes" : "no", textContent: found ? `found: ${inWords(answer.plan)}` : `${answer.status.replaceAll("_", " ")}: ${answer.reason}` }),
+    ...(answer.smoothed ? [element("p", { id: "walk-smoothed", className: "hint", textContent: smoothedInWords(answer.smoothed) })] : []),
     ...(answer.partial ? [element("p", { className: "doubt", textContent: `It comes this far: ${inWords(answer.partial)}` })] : []),
     element("ul", {}, ...answer.checks.map((one) => element("li", {
       className: one.holds ? "yes" : "no",
@@ -122,6 +123,19 @@ function show(answer) {
     element("ol", { "aria-label": "Foot moves" }, ...footMoves(answer.plan ?? answer.partial)),
   );
   drawWalking(walking());
+}
+
+// What smoothing changed of the walk as it was found; the same on both sides is said once.
+function smoothedInWords({ before, after }) {
+  const change = (text, of) => (text(before) === text(after) ? of(text(after)) : of(`${text(before)} → ${text(after)}`));
+  return `Smoothed: ${[
+    change((one) => String(one.foot_moves), (told) => `${told} foot moves`),
+    change((one) => fixed(one.chassis_way, 2), (told) => `${told} m of the chassis' way`),
+    change((one) => fixed(one.turning, 1), (told) => `${told} rad of joints' turning`),
+    change((one) => fixed(100 * one.largest_torque, 0), (told) => `largest torque ${told} %`),
+    change((one) => fixed(100 * one.mean_torque, 0), (told) => `${told} % in the mean of foot moves`),
+    change((one) => fixed(one.least_margin, 2), (told) => `least margin ${told} m`),
+  ].join(", ")}.`;
 }
 
 function inWords(plan) {
