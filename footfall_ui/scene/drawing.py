@@ -13,7 +13,7 @@ from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkResult
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
-from footfall.session.access.acting import acting
+from footfall.session.access.acting import acting, actor
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import WALK
 from footfall.session.steadiness import friction_of
@@ -26,6 +26,7 @@ from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.footfall import FootfallDrawing
 from footfall_ui.scene.forces import ForcesDrawing
 from footfall_ui.scene.ghost import GhostDrawing, Motion, motion_of
+from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.look import Looking
 from footfall_ui.scene.path import PathDrawing
@@ -91,6 +92,7 @@ class Scene:
         self._what_if = WhatIfDrawing(server)
         self._sag = SagDrawing(server)
         self._walk = WalkDrawing(server)
+        self._goal = GoalDrawing(server)
         self._tape = TapeDrawing(server)
         self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
@@ -108,6 +110,7 @@ class Scene:
             "suggestions": self._draw_suggestions,
             "plan": self._draw_plan,
             "walk": self._draw_walk,
+            "goal": self._goal.draw,
             "collision": self._draw_collision,
             "ghost": self._draw_ghost,
             "swept": self._draw_swept,
@@ -356,7 +359,10 @@ class Scene:
         if point is None:
             return
         x, y, z = (float(one) for one in point)
-        if live.view.shown.tape:
+        who = actor()
+        if who is not None and who.page and who.page == live.view.goal_page:
+            live.set_view(goal=(x, y), goal_page="")
+        elif live.view.shown.tape:
             live.set_view(tape=live.view.measured((x, y, z)))
         else:
             live.choose_footfall(live.view.leg, x, y)

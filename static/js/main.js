@@ -20,6 +20,7 @@ import * as execution from "./panels/execution.js";
 import * as footfall from "./panels/footfall.js";
 import * as gauge from "./panels/gauge.js";
 import * as ghost from "./panels/ghost.js";
+import * as goal from "./panels/goal.js";
 import * as ground from "./panels/ground.js";
 import * as hand from "./panels/hand.js";
 import * as images from "./panels/images.js";
@@ -42,7 +43,7 @@ import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, goal, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

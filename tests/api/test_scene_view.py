@@ -11,12 +11,16 @@ import viser
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.stand import stand
 from footfall.sequence.commands import Sequence
+from footfall.session.access.acting import acting
+from footfall.session.access.identity import LOCAL
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.recorded import present
 from footfall.session.registry import Sessions
 from footfall.session.view import SWITCHES, ViewState
 from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene import Scene
+from footfall_ui.scene.goal import POLE
 from footfall_ui.scene.look import Looking, eye_of
 from tests.support.chassis_ground import wavy
 from tests.support.waiting import BOUND, until
@@ -255,3 +259,34 @@ def test_switches_and_looks_over_rest(client):
         answer = client.put(view, json=wrong)
         assert answer.status_code == 422, answer.text
         assert answer.headers["content-type"] == "application/problem+json"
+
+
+def test_a_click_sets_the_goal_of_a_walk_for_the_page_that_asked_and_once(viewed, ground):
+    live, there, scene, server = viewed
+    down = np.array([0.0, 0.0, -1.0])
+    mine, others = replace(LOCAL, page="mine"), replace(LOCAL, page="another")
+
+    def click(who, x, y):
+        with acting(who):
+            scene._choose(np.array([x, y, 9.0]), down)
+
+    click(mine, 0.2, 0.5)
+    assert live.view.goal is None
+    live.set_view(goal_page="mine")
+    click(others, 0.3, 0.5)
+    click(replace(LOCAL, page=""), 0.35, 0.5)
+    assert live.view.goal is None
+    assert live.state.footfall.x == pytest.approx(0.35)
+    click(mine, 1.5, -0.5)
+    assert live.view.goal == pytest.approx((1.5, -0.5))
+    assert live.state.footfall.x == pytest.approx(0.35)
+    click(mine, 0.1, 0.5)
+    assert live.view.goal == pytest.approx((1.5, -0.5))
+    assert live.state.footfall.x == pytest.approx(0.1)
+
+    assert there("/goal/flag")
+    label = server.scene.get_handle_by_name("/goal/text")
+    assert label.position == pytest.approx((1.5, -0.5, float(height_at(ground, 1.5, -0.5)) + POLE))
+    live.set_view(goal=None)
+    settle(scene)
+    assert server.scene.get_handle_by_name("/goal/flag") is None

@@ -41,7 +41,9 @@ SWITCHES = tuple(one.name for one in fields(Shown))
 class ViewState:
     """scrub: 0…1 along the plan; layer: a name of LAYERS, or None; look: one of LOOKS; looks: how often one was asked
     for; tape: the measured points, at most two, site frame [m]. plays: one of PLAYS, heeded until something newer than
-    the events numbered up to ``plays_since`` can be played."""
+    the events numbered up to ``plays_since`` can be played.
+    goal: x, y where a walk is to lead, as the operator has set it, site frame [m]; goal_page: the page whose next click
+    on the ground sets it, "" for none."""
 
     leg: int = 0
     layer: str | None = "footing"
@@ -53,8 +55,10 @@ class ViewState:
     tape: Points = ()
     plays: str = "newest"
     plays_since: int = -1
+    goal: tuple[float, float] | None = None
+    goal_page: str = ""
 
-    def changed(self, latest: int = -1, **changes: Any) -> "ViewState":
+    def changed(self, latest: int = -1, /, **changes: Any) -> "ViewState":
         """The view with other fields; ``shown`` as a mapping of the switches that change. Raises InvalidInput.
 
         latest: number of the latest event of the session.
@@ -75,6 +79,8 @@ class ViewState:
             changes["shown"] = replace(self.shown, **_switches(changes["shown"]))
         if "tape" in changes:
             changes["tape"] = _points(changes["tape"])
+        if changes.get("goal") is not None:
+            changes["goal"] = _goal(changes["goal"])
         if "look" in changes:
             if changes["look"] not in LOOKS:
                 raise InvalidInput(f"look is one of {', '.join(LOOKS)}", look=changes["look"])
@@ -92,6 +98,13 @@ def _switches(changes: Any) -> dict[str, bool]:
     if not all(isinstance(one, bool) for one in changes.values()):
         raise InvalidInput("each switch of shown is true or false")
     return changes
+
+
+def _goal(goal: Any) -> tuple[float, float]:
+    found = np.asarray(goal, float)
+    if found.shape != (2,) or not np.isfinite(found).all():
+        raise InvalidInput("the goal of a walk has finite x and y [m]")
+    return float(found[0]), float(found[1])
 
 
 def _points(points: Any) -> Points:

@@ -7,6 +7,7 @@ import { $, attempt, element, fixed } from "../dom.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
+import { picks, setGoal } from "./goal.js";
 
 const SIDES = ["left", "right"];
 const FIRST = { left: "footing", right: "footing_friction" };
@@ -43,7 +44,7 @@ function toggle() {
   if ($("panel-map").open) reveal("footfall");
 }
 
-const chooseAt = ([x, y]) => chooseFootfall(x, y);
+const chooseAt = ([x, y]) => (picks() ? setGoal(x, y) : chooseFootfall(x, y));
 
 function place(canvas, event) {
   const box = canvas.getBoundingClientRect();

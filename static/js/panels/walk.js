@@ -3,7 +3,6 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
-import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -14,34 +13,12 @@ let places = { forbidden: [], pinned: [] }; // what the operator says of the gro
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
-  act({
-    text: "Goal of the walk at the chosen footfall", button: "walk-here", run: takeFootfall,
-    refusal: () => (known.summary?.footfall ? "" : "Choose a place first: click on the ground."),
-  });
   act({ text: "Plan the walk to its goal", button: "plan-walk", run: plan });
   act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: "Re-plan the walk from here", button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : "There is no walk yet.") });
   act({ text: "Forget forbidden and pinned places", button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
-  for (const id of ["walk-ahead", "walk-toward"]) $(id).addEventListener("input", goAhead);
   subscribe(draw);
-}
-
-const takeFootfall = () => attempt(async () => {
-  await settled();
-  const { x, y } = known.summary.footfall;
-  $("panel-walk").open = true;
-  $("walk-x").value = x.toFixed(3);
-  $("walk-y").value = y.toFixed(3);
-});
-
-// Straight on, or aside, from where the chassis is by the latest telemetry.
-function goAhead() {
-  const T = known.frame?.T_site_base;
-  if (!T || $("walk-ahead").value === "") return;
-  const toward = Math.atan2(T[1][0], T[0][0]) + (Number($("walk-toward").value) * Math.PI) / 180;
-  $("walk-x").value = (T[0][3] + Number($("walk-ahead").value) * Math.cos(toward)).toFixed(3);
-  $("walk-y").value = (T[1][3] + Number($("walk-ahead").value) * Math.sin(toward)).toFixed(3);
 }
 
 const walking = () => known.summary?.walking ?? null;

@@ -303,6 +303,7 @@ class ViewChange(Strictly):
         {"scrub": 0.5, "show_ghost": True},
         {"shown": {"cameras": True}, "look": "top"},
         {"plays": "walk"},
+        {"goal": [2.5, 1.0]},
         {"shown": {"tape": True}, "tape": [[0.0, 1.0, 0.1], [0.5, 1.0, 0.3]]},
     )
     leg: Leg = Field(default_factory=int)
@@ -312,6 +313,10 @@ class ViewChange(Strictly):
     shown: ShownChange = Field(default_factory=ShownChange)
     look: Name = Field(default_factory=str, description=f"one of {', '.join(LOOKS)}")
     tape: Annotated[list[Vector3], Len(0, TAPE_ENDS)] = Field(default_factory=list, description="points, site [m]")
+    goal: Vector2 | None = Field(default=None, description="of a walk: x, y [m] in the site frame; null: none")
+    goal_page: Annotated[str, Len(0, 64)] = Field(
+        default_factory=str, description="the page, as FootFall-Page names it, whose next click sets the goal; or none"
+    )
     plays: Name = Field(
         default_factory=str,
         description=f"what the ghost plays, until something newer is made: one of {', '.join(PLAYS)}",

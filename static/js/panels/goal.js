@@ -1,0 +1,93 @@
+// The goal of a walk: typed as a place, as a way ahead, taken from the footfall, or from a click on the ground while that is
+// asked for. It is the session's, and the scene flies a flag there.
+
+import { act } from "../acts.js";
+import { PAGE, put } from "../api.js";
+import { settled } from "../choosing.js";
+import { $, attempt } from "../dom.js";
+import { heardFirst } from "../keys.js";
+import { reveal } from "../layout.js";
+import { isEscape } from "../stopkeys.js";
+import { known, subscribe } from "../store.js";
+
+const PLACE = ["walk-x", "walk-y"];
+const AHEAD = ["walk-ahead", "walk-toward"];
+
+let drawn = "null"; // the goal that is in the fields
+
+export function start() {
+  act({
+    text: "Goal of the walk at the chosen footfall", button: "walk-here", run: takeFootfall,
+    refusal: () => (known.summary?.footfall ? "" : "Choose a place first: click on the ground."),
+  });
+  act({ key: "=", text: "Walk to…: a click on the ground sets the goal", button: "walk-to", run: () => (picks() ? leave() : pick()), refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
+  for (const id of AHEAD) $(id).addEventListener("input", goAhead);
+  for (const id of [...PLACE, ...AHEAD]) $(id).addEventListener("change", typed);
+  heardFirst((event) => {
+    const leaves = isEscape(event) && picks();
+    if (leaves) leave();
+    return leaves;
+  });
+  subscribe(draw);
+}
+
+// Whether the next click on the ground by this page sets the goal.
+export const picks = () => known.summary?.view.goal_page === PAGE;
+
+const change = (view) => attempt(() => put("/sessions/current/view", view));
+const leave = () => change({ goal_page: "" });
+export const setGoal = (x, y) => change({ goal: [x, y], goal_page: "" });
+
+function pick() {
+  reveal("plan");
+  $("panel-walk").open = true;
+  $("walk-form").scrollIntoView({ block: "nearest" });
+  change({ goal_page: PAGE });
+}
+
+const takeFootfall = () => attempt(async () => {
+  await settled();
+  const { x, y } = known.summary.footfall;
+  $("panel-walk").open = true;
+  write(x, y);
+  await setGoal(x, y);
+});
+
+function typed() {
+  const [x, y] = PLACE.map((id) => $(id).value);
+  if (x !== "" && y !== "") setGoal(Number(x), Number(y));
+}
+
+// Straight on, or aside, from where the chassis is by the latest telemetry.
+function goAhead() {
+  const T = known.frame?.T_site_base;
+  if (!T || $("walk-ahead").value === "") return;
+  const toward = facing(T) + (Number($("walk-toward").value) * Math.PI) / 180;
+  $("walk-x").value = (T[0][3] + Number($("walk-ahead").value) * Math.cos(toward)).toFixed(3);
+  $("walk-y").value = (T[1][3] + Number($("walk-ahead").value) * Math.sin(toward)).toFixed(3);
+}
+
+const facing = (T) => Math.atan2(T[1][0], T[0][0]);
+
+// The place, and the way there from where the chassis is; without telemetry nobody knows that way.
+function write(x, y) {
+  $("walk-x").value = x.toFixed(3);
+  $("walk-y").value = y.toFixed(3);
+  const T = known.frame?.T_site_base;
+  const [east, north] = T ? [x - T[0][3], y - T[1][3]] : [0, 0];
+  const turn = T ? Math.atan2(north, east) - facing(T) : 0;
+  $("walk-ahead").value = T ? Math.hypot(east, north).toFixed(2) : "";
+  $("walk-toward").value = String(Math.round((Math.atan2(Math.sin(turn), Math.cos(turn)) * 180) / Math.PI));
+}
+
+function draw({ summary }) {
+  if (!summary) return;
+  $("goal-note").hidden = !picks();
+  $("walk-to").setAttribute("aria-pressed", String(picks()));
+  const { goal } = summary.view;
+  const key = JSON.stringify(goal);
+  const typing = [...PLACE, ...AHEAD].some((id) => document.activeElement === $(id));
+  if (key === drawn || typing) return; // never write over what the operator is typing
+  drawn = key;
+  if (goal) write(...goal);
+}
