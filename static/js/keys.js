@@ -53,7 +53,7 @@ export function listenForKeys(stop) {
       press(event, "F6");
       return;
     }
-    if (typing || event.altKey || document.querySelector("dialog[open]")) return;
+    if (typing || event.altKey || document.querySelector("dialog[open]") || isLost(event)) return;
     if (isTaken(event)) return;
     // on a button or link Space and Enter are that one's
     if ([" ", "Enter"].includes(event.key) && event.target.closest?.("button, a, summary, [role=tab]")) return;
@@ -64,6 +64,14 @@ export function listenForKeys(stop) {
   };
   hearEverywhere(heard);
 }
+
+// The field that was typed in may go under the hands of who types, as where its answer draws a panel anew: what is typed on
+// is meant for it, and chooses or plans nothing, until something is pointed at or focused.
+let typedIn = null;
+for (const type of ["pointerdown", "focusin"]) addEventListener(type, () => { typedIn = null; }, true);
+addEventListener("input", ({ target }) => { typedIn = target; }, true);
+
+const isLost = ({ key, target }) => key.length === 1 && target === document.body && typedIn !== null && (!typedIn.isConnected || typedIn.disabled || !typedIn.checkVisibility());
 
 function press(event, key) {
   const found = actOfKey(key);

@@ -61,7 +61,7 @@ def test_a_step_is_planned_to_the_footfall_that_was_typed_just_before(console: P
 
 def test_a_footfall_is_of_the_leg_that_was_chosen_just_before(console: Page, quiet: Running) -> None:
     console.evaluate(LATE, ["PUT", "/view"])
-    console.keyboard.press("5")
+    console.keyboard.press("4")
     typed(console, -0.5, 1.74)
     until(lambda: held(quiet)["footfall"]["x"] == -0.5, "the footfall")
     assert held(quiet)["footfall"]["leg"] == held(quiet)["view"]["leg"] == 4

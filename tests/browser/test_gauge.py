@@ -103,7 +103,7 @@ def test_the_gauge_says_what_it_does_not_know(console: Page, quiet: Running, loo
 def test_the_age_of_the_ground_has_a_legend(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
     legend = console.locator("#age-legend")
     expect(legend).to_be_empty()
-    console.keyboard.press("0")
+    console.keyboard.press("-")
     console.get_by_role("checkbox", name="age of the ground").check()
     expect(legend).to_contain_text("measured within 1 min of the newest")
     live = quiet.sessions.current

@@ -30,7 +30,7 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
     server = page.locator("#status-server")
     with running_server(tmp_path, prepare=lambda s: s.open_sample("rock-step")) as first:
         page.goto(f"{first.url}/?scene=off")
-        page.keyboard.press("3")
+        page.keyboard.press("2")
         until(lambda: held(first)["view"]["leg"] == 2, "leg 2")
         expect(page.locator("#leg-2")).to_have_attribute("aria-checked", "true")
         expect(page.locator("#commands tbody tr").first).to_be_visible()
@@ -55,8 +55,8 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
         with second.client() as client:
             client.post("/sessions/current/notes", json={"text": "written after the restart"}).raise_for_status()
         expect(page.locator("#log li").first).to_contain_text("written after the restart")
-        page.locator("#h-ground").click()  # out of the field, where 5 is a digit
-        page.keyboard.press("5")
+        page.locator("#h-ground").click()  # out of the field, where 4 is a digit
+        page.keyboard.press("4")
         expect(page.locator("#leg-4")).to_have_attribute("aria-checked", "true")
         assert held(second)["view"]["leg"] == 4
         expect(page.locator("#seed")).to_have_value("7")

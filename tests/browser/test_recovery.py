@@ -122,11 +122,11 @@ def test_keys_pressed_in_the_scene(page: Page, served: Running) -> None:
     inside = next(frame for frame in page.frames if "/scene/" in frame.url)
     inside.evaluate("document.body.tabIndex = 0; document.body.focus()")
     before = held(served)["events"]
-    page.keyboard.press("4")
+    page.keyboard.press("3")
     until(lambda: held(served)["view"]["leg"] == 3, "leg 3")
     for key in "wasdqe":  # they move the scene's camera
         page.keyboard.press(key)
-    page.keyboard.press("5")
+    page.keyboard.press("4")
     until(lambda: held(served)["view"]["leg"] == 4, "leg 4")
     assert held(served)["events"] == before
     page.keyboard.press("Control+.")

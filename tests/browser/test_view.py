@@ -22,7 +22,7 @@ def asked(page: Page, held: list[Route]) -> Route:
 def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
     menu, cameras = console.locator("#view"), console.get_by_role("checkbox", name="camera views")
     expect(cameras).to_be_hidden()
-    console.keyboard.press("0")
+    console.keyboard.press("-")
     expect(cameras).not_to_be_checked()
     expect(console.get_by_role("checkbox", name="joint torques")).to_be_checked()
     cameras.check()
@@ -51,7 +51,7 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
     console.locator("#palette-input").fill("swept volume")
     console.keyboard.press("Enter")
     until(lambda: view(quiet)["shown"]["swept"], "the switch by the palette")
-    console.keyboard.press("0")
+    console.keyboard.press("-")
     expect(menu).not_to_have_attribute("open", "")
 
 
@@ -59,7 +59,7 @@ def test_a_switch_stays_as_set_until_the_server_has_answered(console: Page, quie
     held: list[Route] = []
     console.route("**/view", lambda route: held.append(route))
     cameras = console.get_by_role("checkbox", name="camera views")
-    console.keyboard.press("0")
+    console.keyboard.press("-")
     cameras.check()
     console.wait_for_timeout(2500)  # the page draws itself once a second
     expect(cameras).to_be_checked()

@@ -15,6 +15,8 @@ import { awaitImages } from "./work.js";
 
 const OLD_GROUND = 3600; // s: what was seen longer ago is marked
 
+const KEYED = 7; // legs from here on have no key: 7 to 9 are the layouts'
+
 let legendFor = "";
 let imagesFor = "";
 
@@ -27,11 +29,11 @@ export function start() {
   $("legs").append(
     ...known.robot.legs.map((leg) =>
       element("button", { type: "button", role: "radio", ariaLabel: `Leg ${leg}`, id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
-        `Leg ${leg}`, element("small", { textContent: `key ${leg + 1}` })),
+        `Leg ${leg}`, element("small", { textContent: leg < KEYED ? `key ${leg}` : "" })),
     ),
   );
   $("terrain-file").addEventListener("change", loadFile);
-  known.robot.legs.forEach((leg) => act({ key: `${leg + 1}`, text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
+  known.robot.legs.forEach((leg) => act({ key: leg < KEYED ? `${leg}` : "", text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
   act({ key: "I", text: "Take images", button: "take-images", run: takeImages, refusal: () => (known.summary?.link.connected ? "" : "No rover is connected.") });
   act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
   act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet: build it or load a file.") });

@@ -24,7 +24,7 @@ export function start() {
     $("view-shown").append(element("label", {}, box, text));
     act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !isOn(name)), refusal: () => lacking(box) });
   }
-  act({ key: "0", text: "What the scene shows", run: toggle });
+  act({ key: "-", text: "What the scene shows", run: toggle });
   subscribe(draw);
 }
 
