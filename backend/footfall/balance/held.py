@@ -12,6 +12,7 @@ from footfall.balance.moving_leg import leg_bodies, leg_links
 from footfall.balance.payload import loaded
 from footfall.balance.posture_statics import lowest_rim_points
 from footfall.balance.settings import BalanceSettings
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.robot.description import PARTS
 from footfall.robot.model import Robot
@@ -19,8 +20,8 @@ from footfall.robot.model import Robot
 Array = NDArray[np.float64]
 
 
-def held_tables(robot: Robot, settings: BalanceSettings) -> HeldTables:
-    """What the compiled checks need of a robot, loaded and judged as the settings say."""
+def held_tables(robot: Robot, settings: BalanceSettings, tether: Tether | None = None) -> HeldTables:
+    """What the compiled checks need of a robot, loaded and judged as the settings say, that may hang on a tether."""
     parts = np.empty((robot.leg_count, 6, 4))
     for leg in robot.legs:
         parts[leg, :, 3], parts[leg, :, :3] = leg_bodies(robot, leg)
@@ -38,6 +39,9 @@ def held_tables(robot: Robot, settings: BalanceSettings) -> HeldTables:
         np.append(mass * center / own, own),
         np.ascontiguousarray(settings.R_level_site),
         np.array([settings.gravity, settings.friction, inside, settings.sides]),
+        np.empty((0, 7))
+        if tether is None
+        else np.array([[*tether.anchor, *tether.attachment, tether.most_force]], float),
     )
 
 
@@ -49,15 +53,16 @@ def postures_held(
     normals: ArrayLike,
     settings: BalanceSettings,
     most: float = 1.0,
+    tether: Tether | None = None,
 ) -> NDArray[np.bool_]:
     """Which of n postures (n, legs × 6) [rad] are held with at most the share ``most`` of every torque limit, (n,).
 
     Ts_site_base: (n, 4, 4); standing: (n, legs) bool, the legs on the ground; normals: (n, legs, 3) of the ground under
     those, in site. Wheels touch with the lowest points of their rims. False where a number is not finite, and where a
-    normal does not point up. Raises InvalidInput for wrong shapes.
+    normal does not point up and there is no tether. Raises InvalidInput for wrong shapes.
     """
     args = placed_postures(robot, postures, Ts_site_base, standing, normals)
-    return all_held_within(*args, held_tables(robot, settings), float(most))
+    return all_held_within(*args, held_tables(robot, settings, tether), float(most))
 
 
 def placed_postures(

@@ -6,7 +6,8 @@ pyramids, and a proof that there are none (refusal_kernel.py) with those around 
 of the program of torque_kernel.py.
 
 Contacts are thought fixed to the legs' last links, as the wheels are locked. Ground whose normal does not point up,
-against gravity, carries nothing: a rover that counts on it is not held. Nor is one with numbers that are not finite.
+against gravity, carries nothing: a rover that counts on it is not held, unless it hangs on a tether: then normals may
+point anywhere, and the program decides. Nor is one with numbers that are not finite.
 """
 
 import math
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from footfall.balance.cones import fill_facets
 from footfall.balance.refusal_kernel import refused
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.tether_kernel import MOST, easiest_pull, fill_change, fill_limb, fill_pull
 from footfall.balance.torque_kernel import least_ratio
 from footfall.balance.trial_forces_kernel import approach_bounds, inside_cones, smallest_forces, spread_of
 from footfall.compiled import njit
@@ -38,6 +40,7 @@ class HeldTables(NamedTuple):
     parts: (legs, 6, 4) centre in the link's frame [m] and mass [kg] of the links that joints move, the wheel with the
     last. limits: (legs, 6) torques [N·m]. chassis: (4,) centre in base and mass, payload and all. R_level_site: (3, 3),
     see BalanceSettings. about: (4,) gravity [m/s²], friction, friction of the cones inside the pyramids, their sides.
+    tether: (1, 7) anchor in site, attachment in base [m], the drum's most [N]; no row: there is none.
     """
 
     parts: Array
@@ -45,13 +48,14 @@ class HeldTables(NamedTuple):
     chassis: Array
     R_level_site: Array
     about: Array
+    tether: Array
 
 
 class _Room(NamedTuple):
     """What one answer is worked out in; rows of feet in the order of the legs.
 
     beyond: (legs, 6, 4) first moment in site [kg·m] and mass of what each joint moves. effect, constant: see
-    least_ratio. The others: see trial_forces_kernel.py.
+    least_ratio. pull, change: see tether_kernel.py. The others: see trial_forces_kernel.py.
     """
 
     beyond: Array
@@ -62,6 +66,8 @@ class _Room(NamedTuple):
     spread: Array
     effect: Array
     constant: Array
+    pull: Array
+    change: Array
 
 
 @njit()
@@ -88,6 +94,12 @@ def held_ratio(
     if not spread_of(arms, room.spread):
         return np.inf, False
     smallest_forces(arms, room.spread, forces)
+    if tables.tether.shape[0] > 0:
+        share = _pulled(tables, room, feet, weight)
+        none, spread = (room.effect[:0], room.constant[:0]), room.spread
+        if not approach_bounds(arms, unit, spread, inside, *none, 0.0, _MOST_ROUNDS, forces, past):
+            return np.inf, False
+        return max(share, _largest(poses, contacts, standing, tables, room, weight)), True
     if not inside_cones(unit, inside, forces):
         none, spread = (room.effect[:0], room.constant[:0]), room.spread
         if not approach_bounds(arms, unit, spread, inside, *none, 0.0, _FEW_ROUNDS, forces, past):
@@ -113,7 +125,7 @@ def least_held_ratio(
     if feet == 0:
         return np.inf
     _fill_effects(poses, contacts, standing, tables, room, weight)
-    return max(_least(tables, room, feet), _hanging(poses, contacts, standing, tables, room))
+    return max(_least(tables, room, feet, weight), _hanging(poses, contacts, standing, tables, room))
 
 
 @njit()
@@ -128,8 +140,8 @@ def held_within(
 ) -> bool:
     """Whether the least ratio is at most ``most``; arguments as of :func:`held_ratio`. An unsolved program: False."""
     room = _room(standing.size)
-    held, sure, feet = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, room)
-    return held if sure else _least(tables, room, feet) <= most
+    held, sure, feet, weight = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, room)
+    return held if sure else _least(tables, room, feet, weight) <= most
 
 
 @njit()
@@ -143,33 +155,41 @@ def held_at_once(
     most: float,
 ) -> tuple[bool, bool]:
     """:func:`held_within` without the program: the answer, and whether it is sure."""
-    held, sure, _ = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, _room(standing.size))
+    held, sure, _, _ = _at_once(poses, T_site_base, contacts, normals, standing, tables, most, _room(standing.size))
     return held, sure
 
 
 @njit()
 def _at_once(poses, T_site_base, contacts, normals, standing, tables, most, room):
-    """The answer, whether it is sure, and the number of feet; where not sure, the room is ready for the program."""
+    """The answer, whether it is sure, number of feet and weight; where not sure, the room is ready for the program."""
     feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
     if feet == 0 or not _hanging(poses, contacts, standing, tables, room) <= most:
-        return False, True, feet
+        return False, True, feet, weight
     arms, unit, forces, past = room.arms[:feet], room.unit[:feet], room.forces[:feet], room.past[:feet]
     inside, around = tables.about[INSIDE], tables.about[FRICTION]
     if not spread_of(arms, room.spread):
         _fill_effects(poses, contacts, standing, tables, room, weight)
-        return False, False, feet
+        return False, False, feet, weight
     smallest_forces(arms, room.spread, forces)
+    if tables.tether.shape[0] > 0:
+        share = _pulled(tables, room, feet, weight)
+        _fill_effects(poses, contacts, standing, tables, room, weight)
+        effect, constant, spread = room.effect[:feet], room.constant[:feet], room.spread
+        held = share <= most and approach_bounds(
+            arms, unit, spread, inside, effect, constant, most, _MOST_ROUNDS, forces, past
+        )
+        return held, held, feet, weight
     within = inside_cones(unit, inside, forces)
     if within and _largest(poses, contacts, standing, tables, room, weight) <= most:
-        return True, True, feet
+        return True, True, feet, weight
     _fill_effects(poses, contacts, standing, tables, room, weight)
     effect, constant, spread = room.effect[:feet], room.constant[:feet], room.spread
     if approach_bounds(arms, unit, spread, inside, effect, constant, most, _FEW_ROUNDS, forces, past):
-        return True, True, feet
+        return True, True, feet, weight
     if not within and refused(arms, unit, around):
-        return False, True, feet
+        return False, True, feet, weight
     held = approach_bounds(arms, unit, spread, inside, effect, constant, most, _MOST_ROUNDS, forces, past)
-    return held, held, feet
+    return held, held, feet, weight
 
 
 @njit()
@@ -190,8 +210,20 @@ def all_held_within(
 
 
 @njit()
+def _pulled(tables, room, feet, weight):
+    """Pull the tether so that the feet are pressed least sideways; the share of the drum's most that it takes."""
+    forces, change, most = room.forces[:feet], room.change[:feet], tables.tether[0, MOST] / weight
+    fill_change(room.arms[:feet], room.spread, room.pull, change)
+    pull = easiest_pull(room.unit[:feet], forces, change, most)
+    for foot in range(feet):
+        for row in range(3):
+            forces[foot, row] += pull * change[foot, row]
+    return pull / most
+
+
+@njit()
 def _room(legs):
-    feet = np.empty((4, legs, 3))
+    feet = np.empty((5, legs, 3))
     return _Room(
         np.empty((legs, 6, 4)),
         feet[0],
@@ -199,8 +231,10 @@ def _room(legs):
         feet[2],
         feet[3],
         np.empty((4, 3)),
-        np.empty((legs, 6, 3)),
-        np.empty((legs, 6)),
+        np.empty((legs + 1, 6, 3)),
+        np.empty((legs + 1, 6)),
+        np.empty((2, 3)),
+        feet[4],
     )
 
 
@@ -225,14 +259,17 @@ def _lay_out(poses, T_site_base, contacts, normals, standing, tables, room):
             beyond[leg, joint, 3] = m
         x, y, z, mass = x + mx, y + my, z + mz, mass + m
     x, y, z = x / mass, y / mass, z / mass
-    feet, R = 0, tables.R_level_site
+    feet, R, tethered = 0, tables.R_level_site, tables.tether.shape[0] > 0
+    if tethered and not fill_pull(tables.tether, T_site_base, R, x, y, z, room.pull):
+        return 0, 0.0
     for leg in range(standing.size):
         if not standing[leg]:
             continue
         ax, ay, az = contacts[leg, 0] - x, contacts[leg, 1] - y, contacts[leg, 2] - z
         nx, ny, nz = normals[leg, 0], normals[leg, 1], normals[leg, 2]
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        if not (_row(R, 2, nx, ny, nz) > 0.0 and length < np.inf and math.isfinite(ax + ay + az)):
+        upward = _row(R, 2, nx, ny, nz) > 0.0 or (tethered and length > 0.0)
+        if not (upward and length < np.inf and math.isfinite(ax + ay + az)):
             return 0, 0.0
         for row in range(3):
             room.arms[feet, row] = _row(R, row, ax, ay, az)
@@ -325,17 +362,21 @@ def _fill_effects(poses, contacts, standing, tables, room, weight):
 
 
 @njit()
-def _least(tables: HeldTables, room: _Room, feet: int) -> float:
+def _least(tables: HeldTables, room: _Room, feet: int, weight: float) -> float:
     """The least ratio of the standing legs' joints by the program; inf where no forces hold, NaN where unsolved."""
-    about = tables.about
-    faces = np.empty((feet, int(about[SIDES]), 3))
-    fill_facets(room.unit[:feet], about[FRICTION], faces)
+    about, limbs = tables.about, feet + tables.tether.shape[0]
+    faces, arms = np.empty((limbs, int(about[SIDES]), 3)), np.empty((limbs, 3))
+    fill_facets(room.unit[:feet], about[FRICTION], faces[:feet])
+    arms[:feet] = room.arms[:feet]
+    if limbs > feet:
+        fill_limb(room.pull, tables.tether[0, MOST] / weight, arms[feet], faces[feet], room.effect[feet])
+        room.constant[feet] = 0.0
     size = 1e-6
-    for foot in range(feet):
+    for limb in range(limbs):
         for row in range(3):
-            size = max(size, abs(room.arms[foot, row]))
-    arms, effect, constant = room.arms[:feet] / size, room.effect[:feet], room.constant[:feet]
-    status, ratio = least_ratio(arms, faces, effect, constant, room.forces[:feet])
+            size = max(size, abs(arms[limb, row]))
+    forces = np.empty((limbs, 3))
+    status, ratio = least_ratio(arms / size, faces, room.effect[:limbs], room.constant[:limbs], forces)
     if status == INFEASIBLE:
         return np.inf
     return float(ratio) if status == OPTIMAL else np.nan

@@ -158,8 +158,11 @@ def surviving_margin(regions: tuple[EquilibriumRegion, ...], com_xy: ArrayLike) 
     return RegionMargin(one.margin, most, one.edge, one.carrying, lost, one.reason)
 
 
-def require_stance(contacts: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
-    """Contacts (k, 3) and unit normals (k, 3). Raises InvalidInput unless finite, as many, and normals upward."""
+def require_stance(contacts: ArrayLike, normals: ArrayLike, upward: bool = True) -> tuple[Array, Array]:
+    """Contacts (k, 3) and unit normals (k, 3). Raises InvalidInput unless finite, as many, and normals upward.
+
+    upward: False where a program decides what ground carries whose normal points elsewhere.
+    """
     points = np.ascontiguousarray(contacts, float)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InvalidInput("contacts need k × 3 finite numbers [m]", shape=list(points.shape))
@@ -167,7 +170,7 @@ def require_stance(contacts: ArrayLike, normals: ArrayLike) -> tuple[Array, Arra
     if len(unit) != len(points):
         raise InvalidInput("each contact needs one normal", contacts=len(points), normals=len(unit))
     down = np.flatnonzero(unit[:, 2] <= 0)
-    if down.size:
+    if upward and down.size:
         foot = int(down[0])
         raise InvalidInput(
             f"the normal of contact {foot} must point up, out of the ground, against gravity",

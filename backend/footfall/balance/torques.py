@@ -11,6 +11,7 @@ terrain", International Journal of Robotics Research 27, 2008 (equilibrium with 
 """
 
 from collections.abc import Sequence
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,10 +23,12 @@ from footfall.balance.posture_statics import PostureStatics
 from footfall.balance.region import require_stance
 from footfall.balance.settings import GRAVITY, BalanceSettings
 from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.tether import Tether
+from footfall.balance.tether_kernel import fill_limb
 from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError, InvalidInput
 from footfall.core.frames import apply, inverse, require_transform
-from footfall.core.value import Value, value
+from footfall.core.value import LATER, Value, value
 from footfall.robot.model import Robot
 
 Array = NDArray[np.float64]
@@ -38,8 +41,9 @@ class TorqueCheck(Value):
     feasible: some contact forces inside friction hold the rover, whatever the torques. Where not, ratio is
     inf, joint −1, joint_name empty, and forces and torques are NaN.
     ratio: least possible max |torque| / limit over all joints of the rover; held where at most 1.
-    joint, joint_name: the joint with that ratio.
+    joint, joint_name: the joint with that ratio; −1 and "tether" where it is the drum of one.
     forces: (legs, 3) [N] in site that reach it, zero for legs in the air; torques: (legs × 6,) [N·m].
+    pull: of the tether [N], 0 without one and where nothing holds the rover.
     """
 
     feasible: bool
@@ -48,6 +52,7 @@ class TorqueCheck(Value):
     joint_name: str
     forces: NDArray[np.float64]
     torques: NDArray[np.float64]
+    pull: float = field(default=0.0, metadata=LATER)
 
     @property
     def holds(self) -> bool:
@@ -109,12 +114,15 @@ def torque_check(
     legs: Sequence[int],
     normals: ArrayLike,
     settings: BalanceSettings,
+    tether: Tether | None = None,
 ) -> TorqueCheck:
     """Least torque ratio with the wheels of ``legs`` on the ground and the others in the air.
 
+    tether: pulls as it serves best; its share of the drum's most counts like that of a torque limit.
+
     normals: (k, 3) of the ground under each of those legs, site. Friction pyramids, gravity, its direction and the
-    payload are those of the settings. Raises InvalidInput for legs that don't exist or stand twice, for wrong shapes
-    and for normals that don't point up, against gravity.
+    payload are those of the settings. Raises InvalidInput for legs that don't exist or stand twice, for wrong shapes,
+    and without a tether for normals that don't point up, against gravity.
     """
     T_site_base = require_transform(T_site_base, "T_site_base")
     if len(set(legs)) != len(legs):
@@ -125,8 +133,8 @@ def torque_check(
         return _infeasible(robot)
     contacts = statics.contacts(standing, unit, T_site_base)
     mass, com_base = loaded(robot, statics.com, settings)
-    level, unit_level = require_stance(settings.level(contacts - apply(T_site_base, com_base)), settings.level(unit))
-    size = max(float(np.abs(level).max()), 1e-6)
+    com = apply(T_site_base, com_base)
+    level, unit_level = require_stance(settings.level(contacts - com), settings.level(unit), tether is None)
     R_level_base = settings.R_level_site @ T_site_base[:3, :3]
     limits = robot.torque_limits.reshape(-1, 6)[standing]
     torques = statics.gravity_torques(R_level_base[2], settings.gravity)
@@ -135,20 +143,31 @@ def torque_check(
     weight = mass * settings.gravity
     # ratio of each supporting joint = share of gravity + effect · force of its foot, in weights
     effect = np.ascontiguousarray((-weight / limits[:, None] * J_level).transpose(0, 2, 1))
-    shares = np.empty((len(standing), 3))
-    faces = facets(unit_level, settings.friction, settings.sides)
+    faces, feet = facets(unit_level, settings.friction, settings.sides), len(standing)
+    most = 0.0 if tether is None else tether.most_force / weight
+    if tether is not None:
+        at, toward = tether.pull(T_site_base)
+        arm, own_faces, own_effect = np.empty(3), np.empty_like(faces[0]), np.empty((6, 3))
+        fill_limb(settings.level(np.array([at - com, toward])), most, arm, own_faces, own_effect)
+        level, faces = np.vstack([level, arm]), np.concatenate([faces, own_faces[None]])
+        effect, gravity_share = np.concatenate([effect, own_effect[None]]), np.vstack([gravity_share, np.zeros(6)])
+    shares = np.empty((len(level), 3))
+    size = max(float(np.abs(level).max()), 1e-6)
     status, _ = least_ratio(level / size, faces, effect, gravity_share, shares)
     if status == INFEASIBLE:
         return _infeasible(robot)
     if status != OPTIMAL:
         raise FootFallError("the torque program was not solved", status=int(status))
     forces = np.zeros((robot.leg_count, 3))
-    forces[standing] = weight * shares @ settings.R_level_site
-    torques.reshape(-1, 6)[standing] += limits * (effect @ shares[:, :, None])[:, :, 0]
+    forces[standing] = weight * shares[:feet] @ settings.R_level_site
+    torques.reshape(-1, 6)[standing] += limits * (effect[:feet] @ shares[:feet, :, None])[:, :, 0]
     ratios = np.abs(torques) / robot.torque_limits
+    pull = float(np.linalg.norm(shares[feet:]))
+    if tether is not None and pull / most > ratios.max() + 1e-9:
+        return TorqueCheck(True, pull / most, -1, "tether", forces, torques, weight * pull)
     # at the optimum several joints are often equally loaded: the first of them is named
     worst = int(np.argmax(ratios >= ratios.max() - 1e-9))
-    return TorqueCheck(True, float(ratios.max()), worst, robot.joint_names[worst], forces, torques)
+    return TorqueCheck(True, float(ratios.max()), worst, robot.joint_names[worst], forces, torques, weight * pull)
 
 
 def _standing(robot: Robot, legs: Sequence[int], normals: ArrayLike) -> tuple[list[int], Array]:

@@ -26,6 +26,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 # imported its class. Values of the layers above register themselves: only they read files that hold them.
 HOMES: dict[str, tuple[str, ...]] = {
     "footfall.balance.settings": ("BalanceSettings",),
+    "footfall.balance.tether": ("Tether",),
     "footfall.balance.torques": ("TorqueCheck",),
     "footfall.core.grid": ("GridGeometry",),
     "footfall.core.mesh": ("Mesh",),

@@ -1,0 +1,56 @@
+"""A tether from an anchor in the ground to a drum on the chassis: one more limb, which only pulls.
+
+Its drum keeps the pull that the balance asks for, anything from none to its most, and pays out what the chassis' way
+needs. So it is taut, and as long as anchor and attachment are apart.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.bounds import require_above_zero, require_not_negative
+from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
+from footfall.core.value import Value, value
+
+Array = NDArray[np.float64]
+
+
+@value
+class Tether(Value):
+    """anchor: (3,) in site [m]. attachment: (3,) where it leaves the drum, in base, on or above the chassis [m].
+
+    most_force: of the drum [N]. free_length: that can be paid out [m]; speed: of paying out and hauling in [m/s].
+    clearance: from the ground and from the legs [m]; bare: how much of it next to the anchor may lie on the ground [m].
+    """
+
+    anchor: NDArray[np.float64]
+    attachment: NDArray[np.float64]
+    most_force: float = 12_000.0
+    free_length: float = 30.0
+    speed: float = 0.05
+    clearance: float = 0.05
+    bare: float = 0.5
+
+    def check(self) -> None:
+        for name, point in (("anchor", self.anchor), ("attachment", self.attachment)):
+            if point.shape != (3,) or not np.isfinite(point).all():
+                raise InvalidInput(f"the tether's {name} needs three finite numbers [m]")
+        require_above_zero(most_force=self.most_force, free_length=self.free_length, speed=self.speed)
+        require_not_negative(clearance=self.clearance, bare=self.bare)
+
+    def lengths(self, Ts_site_base: ArrayLike) -> Array:
+        """From anchor to attachment with the chassis at poses (n, 4, 4), (n,) [m]."""
+        Ts = np.asarray(Ts_site_base, float)
+        return np.linalg.norm(self.anchor - Ts[:, :3, 3] - Ts[:, :3, :3] @ self.attachment, axis=1)
+
+    def pull(self, T_site_base: Array) -> tuple[Array, Array]:
+        """Where it pulls, and where to, unit, (3,) each in site [m]. Raises InvalidInput where it has no length."""
+        at = apply(T_site_base, self.attachment)
+        length = float(np.linalg.norm(self.anchor - at))
+        if not length > SHORTEST:
+            raise InvalidInput("the tether's anchor is at its attachment: it has no direction", length=length)
+        return at, (self.anchor - at) / length
+
+
+SHORTEST = 0.01
+"""A tether that is shorter has no direction that could be counted on [m]."""
