@@ -5,6 +5,7 @@ Slopes are those of the plane fitted under a wheel, at every cell. Where a famil
 """
 
 import argparse
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,11 +14,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.scenes import robot
+from footfall.core.frames import rotation
+from footfall.core.mesh import Mesh
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane
+from footfall.terrain.ground.rasterise import rasterise
 from footfall.terrain.ground.surface import normal_at
+from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.rocks import HEIGHT_PER_DIAMETER, add_rocks
 
 Array = NDArray[np.float64]
@@ -39,7 +44,7 @@ SIZES: Mapping[float, tuple[float, float]] = {
 class Family:
     """steepest: range of the 95th percentile of slopes [rad], None: level. rough: jagged down to a cell, or smooth.
 
-    rocks: strewn with rocks. blocked: a wall with a gap beside the way, or a boulder, stands in the way. resolution: of
+    incline: all of it falls to the east so steeply [rad]; slopes are those over it then. rocks: strewn with rocks. blocked: a wall with a gap beside the way, or a boulder, stands in the way. resolution: of
     its cells [m]. least: the shortest walk over it [m].
     """
 
@@ -47,6 +52,7 @@ class Family:
     rough: bool = False
     rocks: bool = False
     blocked: bool = False
+    incline: float = 0.0
     resolution: float = 0.1
     least: float = 0.0
 
@@ -62,6 +68,7 @@ FAMILIES: Mapping[str, Family] = {
     "steep": Family(_degrees(33.0, 48.0), rough=True),
     "around": Family(_degrees(3.0, 8.0), blocked=True, least=10.0),
     "very steep": Family(_degrees(50.0, 60.0), rough=True),
+    "rappel": Family(_degrees(10.0, 20.0), rough=True, incline=math.radians(60.0), resolution=0.05),
 }
 
 SMOOTH = 0.8
@@ -93,6 +100,8 @@ def terrain(family: str, seed: int, metres: float = 2.75) -> Dem:
     if kind.steepest is not None:
         shape = _jagged if kind.rough else _undulating
         ground = _scaled(shape(SIZES[metres], kind.resolution, rng), float(rng.uniform(*kind.steepest)))
+    if kind.incline:
+        return _inclined(ground, kind.incline, f"{family} {seed}", seed)
     if kind.blocked:
         ground = _blocked(ground, rng)
     if kind.rocks:
@@ -148,6 +157,17 @@ def _blocked(ground: Dem, rng: np.random.Generator) -> Dem:
         above = height * np.sqrt(np.clip(shares, 0.0, None))
     heights = (ground.heights + above).astype(np.float32)
     return Dem(heights, ground.geometry, ground.name, ground.provenance)
+
+
+def _inclined(ground: Dem, incline: float, name: str, seed: int) -> Dem:
+    """The ground turned about its north axis until it falls to the east, seen from above.
+
+    It is turned, not sheared: what is rough stands across the slope.
+    """
+    turned = triangulate(ground)
+    points = np.asarray(turned.vertices) @ rotation("y", incline).T
+    steep = rasterise(Mesh(points, turned.triangles), ground.geometry.resolution, name)
+    return Dem(steep.heights, steep.geometry, name, Provenance({}, seed=seed))
 
 
 def _jagged(size: tuple[float, float], resolution: float, rng: np.random.Generator) -> Dem:

@@ -70,6 +70,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Blocked",
         "Place",
         "Stance",
+        "Tethered",
         "WalkGoal",
         "WalkPlan",
         "WalkResult",

@@ -126,10 +126,11 @@ def named(code: int) -> str:
     """The two bodies of a code in words: "leg 2 shank and leg 3 thigh"."""
     if code == CLEAR:
         return "nothing is too near"
-    return " and ".join(_named(body) for body in divmod(code, BODIES))
+    return " and ".join(body_named(body) for body in divmod(code, BODIES))
 
 
-def _named(body: int) -> str:
+def body_named(body: int) -> str:
+    """A body's number in words."""
     return _OTHERS[body] if body in _OTHERS else f"leg {body // PART_COUNT} {_WORDS[body % PART_COUNT]}"
 
 

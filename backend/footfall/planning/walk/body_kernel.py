@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from footfall.balance.held_kernel import HeldTables, held_ratio, least_held_ratio
 from footfall.compiled import njit
 from footfall.planning.scene.rover_kernel import CLEAR, RoverTables, center_of_mass, first_too_near, place_rover
+from footfall.planning.scene.tether_kernel import TetherTables, tether_spare
 from footfall.planning.walk.legs_kernel import Feet, LegsTables, between, legs_at, turn_between
-from footfall.planning.walk.transition_kernel import PREFERRED, Balance, margin_without
+from footfall.planning.walk.transition_kernel import PREFERRED, REQUIRED, Balance, margin_without
 
 Array = NDArray[np.float64]
 
-HOLDS, LEG, MARGIN, TORQUE, NEAR, COARSE = range(6)
-"""What fails: nothing, a leg's reach, the balance, forces or torques, two bodies too near, samples too far apart."""
+HOLDS, LEG, MARGIN, TORQUE, NEAR, COARSE, TETHER = range(7)
+"""What fails: nothing, a leg's reach, the balance, forces or torques, two bodies too near, samples too far apart, the
+way of the tether."""
 _TORQUE_EVERY = 4
 """Forces and torques are asked for at every so many samples."""
 _LEVERS = np.array([2.1, 1.9, 1.2, 0.8, 0.8, 0.25])
@@ -38,24 +40,36 @@ class Checks(NamedTuple):
     most_torque: float
     reaches: Array
     gap: float
+    tether: TetherTables
 
 
 @njit()
 def torque_of(
     poses: Array, T: Array, contacts: Array, normals: Array, standing: NDArray[np.bool_], checks: Checks
 ) -> float:
-    """Largest share of a torque limit, at most; the least possible where the cheap bound is not good enough."""
+    """Largest share of a torque limit, at most; the least possible where the cheap bound is not good enough.
+
+    Infinite, too, on a tether where the support must be conservative and nothing holds the rover without some foot.
+    """
     ratio = held_ratio(poses, T, contacts, normals, standing, checks.held)[0]
-    if ratio <= checks.most_torque:
-        return ratio
-    return least_held_ratio(poses, T, contacts, normals, standing, checks.held)
+    if not ratio <= checks.most_torque:
+        ratio = least_held_ratio(poses, T, contacts, normals, standing, checks.held)
+    if ratio <= checks.most_torque and checks.balance.support == REQUIRED and checks.held.tether.shape[0] > 0:
+        for leg in np.flatnonzero(standing):
+            left = standing.copy()
+            left[leg] = False
+            # what motors bear without it is not asked, as with a support polygon
+            if not held_ratio(poses, T, contacts, normals, left, checks.held)[0] < np.inf:
+                if not least_held_ratio(poses, T, contacts, normals, left, checks.held) < np.inf:
+                    return np.inf
+    return ratio
 
 
 @njit()
 def configuration_fails(
     q: Array, T: Array, contacts: Array, normals: Array, lifted: int, checks: Checks, poses: Array
 ) -> tuple[int, int, float]:
-    """What one configuration fails, (HOLDS, MARGIN, TORQUE or NEAR, the code of NEAR, by how much); poses are written.
+    """What one configuration fails, with the code of NEAR or TETHER, and by how much; poses are written.
 
     lifted: the leg about to leave the ground, or that has just come down: it carries nothing; −1: all do.
     """
@@ -69,6 +83,9 @@ def configuration_fails(
     code, near = first_too_near(poses, T, standing, 0.0, checks.rover)
     if code != CLEAR:
         return NEAR, code, near
+    spare, code = tether_spare(poses, T, checks.tether)
+    if not spare >= 0.0:
+        return TETHER, code, spare
     if lifted >= 0:
         standing[lifted] = False
     ratio = torque_of(poses, T, contacts, normals, standing, checks)
@@ -147,12 +164,43 @@ def body_path(
         code, near = first_too_near(poses, Ts[i], standing, 0.0, checks.rover)
         if code != CLEAR and i > 0:
             return NEAR, code, near, i
+        spare, code = tether_spare(poses, Ts[i], checks.tether)
+        if not spare >= 0.0 and i > 0:
+            return TETHER, code, spare, i
         torques[i] = np.nan
         if i % _TORQUE_EVERY == 0 or i == count - 1:
             torques[i] = torque_of(poses, Ts[i], contacts, normals, standing, checks)
             if not torques[i] <= max(checks.most_torque, torques[0]):
                 return TORQUE, 0, checks.most_torque - torques[i], i
     return HOLDS, 0, 0.0, count
+
+
+@njit()
+def tether_on_path(path: Array, q: Array, T: Array, leg: int, checks: Checks) -> tuple[float, int]:
+    """What the tether has to spare while a leg goes through postures (n, 6), straight between them, (m, code).
+
+    Never more than that; where it may be less than nothing, it is told so. q: (legs × 6,) of the other legs.
+    """
+    if checks.tether.line.shape[0] == 0:
+        return np.inf, -1
+    posture, poses = q.copy(), np.empty((7 * (len(q) // 6), 3, 4))
+    least, what = np.inf, -1
+    for row in range(1, len(path)):
+        way = 0.0
+        for k in range(6):
+            way += _LEVERS[k] * abs(path[row, k] - path[row - 1, k])
+        share = 0.0
+        while True:
+            posture[6 * leg : 6 * leg + 6] = path[row - 1] + share * (path[row] - path[row - 1])
+            place_rover(posture, T, checks.rover, poses)
+            spare, code = tether_spare(poses, T, checks.tether)
+            if spare < least:
+                least, what = spare, code
+            if least < 0.0 or share >= 1.0:
+                break
+            # before it is gone, nothing can have come so near
+            share = min(1.0, share + max(spare, checks.gap) / max(way, 1e-9))
+    return least, what
 
 
 @njit()

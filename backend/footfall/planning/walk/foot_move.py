@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
 from footfall.planning.scene.rover_tables import named
+from footfall.planning.scene.tether_tables import beside_tether
 from footfall.planning.step.certificate import body_tables
 from footfall.planning.step.leg_over_ground import LegOverGround
 from footfall.planning.walk.body_kernel import (
@@ -16,11 +17,13 @@ from footfall.planning.walk.body_kernel import (
     LEG,
     MARGIN,
     NEAR,
+    TETHER,
     TORQUE,
     Checks,
     body_path,
     configuration_fails,
     held_without,
+    tether_on_path,
     waypoints_of,
 )
 from footfall.planning.walk.legs_kernel import Feet, leg_at, legs_at, pose_of
@@ -39,7 +42,7 @@ BODY_STEP, BODY_TURN = 0.006, 0.004
 """From one sample of the chassis' way to the next [m, rad]; halved as often as anything moves too far between."""
 FARTHEST = 8
 """Samples from one waypoint to the next, at most."""
-NAMES = {LEG: "reach", MARGIN: "balance", TORQUE: "torque", NEAR: "collision", COARSE: "sampling"}
+NAMES = {LEG: "reach", MARGIN: "balance", TORQUE: "torque", NEAR: "collision", COARSE: "sampling", TETHER: "tether"}
 SWING_TURN = 0.1
 """Of a joint between two looks at forces and torques on a swing [rad]."""
 
@@ -134,6 +137,9 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
     over = _swing(world, piece.ground, at.stance, to, T_site_base, q, q_leg, leg, rng)
     if isinstance(over, str):
         return Fails(over, leg)
+    spare, code = tether_on_path(over.waypoints, q, T, leg, checks)
+    if not spare >= 0.0:
+        return Fails(_told(TETHER, code), leg)
     margins, torques = _along(checks, over, q, T, at.stance, leg)
     if not (np.isfinite(torques).all() and torques.max() <= checks.most_torque):
         return Fails(NAMES[TORQUE], leg)
@@ -142,6 +148,8 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
 
 def failure_told(failed: int, code: int) -> str:
     """The check that failed, in words; code: of NEAR."""
+    if failed == TETHER:
+        return f"{NAMES[failed]} and {beside_tether(code)}"
     return f"{NAMES[failed]} of {named(code)}" if failed == NEAR else NAMES[failed]
 
 

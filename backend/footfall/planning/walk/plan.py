@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -23,6 +24,7 @@ from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import guide
 from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance_of
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
 from footfall.planning.walk.start import start_of
@@ -61,10 +63,12 @@ def plan_walk(
     seed: int | None = None,
     settings: WalkSettings | None = None,
     progress: Progress = no_progress,
+    tether: Tether | None = None,
 ) -> WalkResult:
     """Plan a walk to ``goal``: a WalkGoal, or x, y [m] and, if it matters, yaw [rad] in site.
 
-    seed: replaces that of ``settings`` unless None. progress: may raise Cancelled. Returns a result; a walk that is
+    seed: replaces that of ``settings`` unless None. progress: may raise Cancelled. tether: that the rover hangs on.
+    Returns a result; a walk that is
     not found is a result with a reason, and with the walk that comes nearest. Raises InvalidInput where goal or
     settings make no sense or the state is of another robot, NotFound for a posture that the robot does not have. The
     same arguments give the same walk in any process, unless the time limit cuts search or smoothing short.
@@ -79,8 +83,31 @@ def plan_walk(
     if settings.smoothing.posture is not None:
         robot.posture(settings.smoothing.posture)
     asked = goal if isinstance(goal, WalkGoal) else _goal(goal)
+    if tether is not None:
+        return _rappel(robot, dem, state, asked, settings, tether, progress)
     provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings, settings.seed)
     return _Attempt(robot, dem, state, asked, settings, provenance, progress).run()
+
+
+def _rappel(
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    goal: WalkGoal,
+    settings: WalkSettings,
+    tether: Tether,
+    progress: Progress,
+) -> WalkResult:
+    """The walk of a rover on a tether, planned in the frame of its slope."""
+    provenance = provenance_of(dem, state, robot, settings, tether)
+    attempt = _Attempt(robot, dem, state, goal, settings, provenance, progress)
+    refusal = attempt.goal_refused()
+    asked = refusal or on_slope(robot, dem, state, goal, settings, tether)
+    if isinstance(asked, tuple):
+        return WalkResult(asked[0], None, asked[1], (), goal, provenance)
+    ground = asked.hung.frame.ground
+    attempt = _Attempt(robot, ground, state, asked.goal, asked.settings, provenance, progress, asked)
+    return in_site(robot, asked, attempt.run(), settings.friction)
 
 
 def _goal(numbers: tuple[float, ...]) -> WalkGoal:
@@ -99,17 +126,19 @@ class _Attempt:
         settings: WalkSettings,
         provenance: Provenance,
         progress: Progress,
+        slope: OnSlope | None = None,
     ) -> None:
+        self.slope = slope
         self.robot, self.dem, self.state = robot, dem, state
         self.goal, self.settings, self.provenance = goal, settings, provenance
         self.watch = Watch(progress, settings.time_limit)
 
     def run(self) -> WalkResult:
         self.watch.phase(0.0, "looking at the ground")
-        refusal = self._goal_refused()
+        refusal = self.goal_refused() if self.slope is None else None
         if refusal is not None:
             return self._no(*refusal)
-        start = start_of(self.robot, self.dem, self.state)
+        start = start_of(self.robot, self.dem, self.state) if self.slope is None else self.slope.start
         if isinstance(start, str):
             return self._no(Status.START_INVALID, start)
         here, there = start.T_site_base[:2, 3], np.array([self.goal.x, self.goal.y])
@@ -121,7 +150,7 @@ class _Attempt:
         whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
         if whole is None:
             return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
-        places = footfalls(self.robot, self.dem, low, high, self.settings)
+        places = self._places(low, high)
         ease = footprint(self.robot, self.settings.height)
         refusal = self._places_refused(places, ease)
         if refusal:
@@ -139,9 +168,10 @@ class _Attempt:
             whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
             if whole is None:
                 return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
-            places = footfalls(self.robot, self.dem, low, high, self.settings)
+            places = self._places(low, high)
+        hung = None if self.slope is None else self.slope.hung
         with self.watch.uncounted():
-            world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings, start.T_site_base)
+            world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings, start.T_site_base, hung)
         way = guide(whole.dem, begin, end, ease, through)
         self.watch.phase(0.05, "searching for foot moves")
         searches: list[Search] = []
@@ -160,13 +190,18 @@ class _Attempt:
                 return WalkResult(Status.FOUND, plan, "", checks, self.goal, self.provenance, smoothed=report)
         return self._not_found(searches, Status.NO_PATH)
 
+    def _places(self, low: Array, high: Array) -> Footfalls:
+        """Where feet may be put between two corners (2,) [m]."""
+        found = footfalls(self.robot, self.dem, low, high, self.settings)
+        return found if self.slope is None else self.slope.hung.places(found, self.robot.wheel_radius)
+
     def _around(self, straight: TravelCost, start: At) -> Array | NoWay:
         """The chassis' way to the goal, around what is in the straight one."""
         begin, end = straight.begin[:2], straight.end[:2]
         west, south, east, north = self.dem.geometry.bounds
         low = np.maximum(np.minimum(begin, end) - ASIDE, (west, south))
         high = np.minimum(np.maximum(begin, end) + ASIDE, (east, north))
-        places = footfalls(self.robot, self.dem, low - BESIDE, high + BESIDE, self.settings)
+        places = self._places(low - BESIDE, high + BESIDE)
         spacing, standing = self.settings.spacing, start.stance.contacts
         ease, turns = straight.footprint, (straight.begin, straight.end)
         cost = travel_cost(self.robot, self.dem, places, spacing, standing, ease, *turns)
@@ -180,7 +215,7 @@ class _Attempt:
             "stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more ground"
         )
 
-    def _goal_refused(self) -> tuple[Status, str] | None:
+    def goal_refused(self) -> tuple[Status, str] | None:
         """Why no walk can end there, whatever is between."""
         west, south, east, north = self.dem.geometry.bounds
         x, y = self.goal.x, self.goal.y

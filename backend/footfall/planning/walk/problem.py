@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.friction import FRICTION
+from footfall.balance.tether import Tether
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, before, value
@@ -25,7 +26,9 @@ SUPPORTS: Mapping[str, str] = {
     "preferred": "stances and poses with a conservative support polygon first, others where there are none",
     "ignored": "the support polygon of the feet that stand is enough",
 }
-"""What the conservative support polygon counts for."""
+"""What the conservative support polygon counts for. On a tether polygons are seen along the slope's normal, in every case
+forces of the ground and the tether must hold the rover, and with ``required`` also without any one of the feet that
+stand. The tether itself is not thought lost."""
 
 FINEST = 0.05
 """Least spacing of footfalls [m]: with less there are more of them than can be looked at."""
@@ -146,6 +149,26 @@ class Stance(Value):
 
 
 @value
+class Tethered(Value):
+    """A walk's tether. up: (3,) unit, the normal of the slope, along which support polygons are seen.
+
+    lengths: (n,) from anchor to attachment at each waypoint, which the drum has paid out there [m]. pulls: (n,) with
+    which the rover is held there [N].
+    """
+
+    tether: Tether
+    up: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    pulls: NDArray[np.float64]
+
+    def check(self) -> None:
+        if self.up.shape != (3,) or not abs(float(np.linalg.norm(self.up)) - 1.0) < 1e-6:
+            raise InvalidInput("the normal of a tethered walk's slope needs three numbers, of length 1")
+        if self.lengths.ndim != 1 or self.lengths.shape != self.pulls.shape:
+            raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
+
+
+@value
 class WalkPlan(Value):
     """A checked walk. Joints move in straight lines between waypoints.
 
@@ -156,7 +179,8 @@ class WalkPlan(Value):
     waypoint; of each foot move in this order, the chassis fixed in all but ``body``. The first waypoint is the
     start.
     margins: (n,) of the centre of mass to the polygon that the settings ask for, of the feet that stand [m].
-    torques: (n,) largest share of a joint's torque limit there.
+    torques: (n,) largest share of a joint's torque limit there. tethered: how a walk on a tether uses it: of that
+    margins are seen along the slope's normal, and torques may be the share of the drum's most force.
     """
 
     goal: WalkGoal
@@ -169,9 +193,12 @@ class WalkPlan(Value):
     margins: NDArray[np.float64]
     torques: NDArray[np.float64]
     provenance: Provenance
+    tethered: Tethered | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
         count = len(self.waypoints)
+        if self.tethered is not None and len(self.tethered.lengths) != count:
+            raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
         if {len(self.Ts_site_base), len(self.moves), len(self.phases), len(self.margins), len(self.torques)} != {count}:
             raise InvalidInput("every waypoint of a walk needs a pose, a foot move, a phase, a margin and a torque")
         if len(self.stances) != len(self.legs) + 1:
@@ -191,6 +218,15 @@ class WalkPlan(Value):
     def foot_moves(self) -> int:
         """How many feet are removed and placed; in the paper's count that is twice as many steps."""
         return len(self.legs)
+
+    @property
+    def paid_out(self) -> NDArray[np.float64]:
+        """What the tether gets longer in each foot move, and in what is after the last, (m + 1,) [m]; less than zero
+        is hauled in, and without a tether there is nothing."""
+        out = np.zeros(self.foot_moves + 1)
+        if self.tethered is not None:
+            np.add.at(out, self.moves[1:], np.diff(self.tethered.lengths))
+        return out
 
     @property
     def chassis_way(self) -> float:

@@ -290,6 +290,8 @@ class Search:
 
     def _is_there(self, vector: Array) -> bool:
         """Whether a chassis there, (6,), is at the goal."""
+        if self.world.hung is not None:
+            return self.world.hung.is_at_goal(vector)
         if math.hypot(vector[0] - self.goal.x, vector[1] - self.goal.y) > self.goal.within:
             return False
         return self.goal.yaw is None or abs(_angle(vector[5] - self.goal.yaw)) <= self.goal.turned

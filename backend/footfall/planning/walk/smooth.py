@@ -133,6 +133,8 @@ class _Smoothing:
         return None if then is None else way.with_move(number, moved, then)
 
     def _ended(self, way: Way, vector: Array) -> Way | None:
+        if self._world.hung is not None and not self._world.hung.is_at_goal(vector):
+            return None
         T = np.eye(4)
         pose_of(vector, T[:3])
         closing = self._body(way.at(len(way.moves)), T)

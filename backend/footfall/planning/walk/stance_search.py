@@ -5,6 +5,7 @@ Feet are drawn around a chassis pose, then an evolution strategy moves the chass
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from footfall.planning.walk.foot_move import feet_of
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import guide
+from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import leg_at, legs_at, pose_of
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.planning.walk.transition_kernel import Move, find_pose
@@ -43,22 +45,34 @@ OFF = 0.2
 """What each metre costs that a foot is from where it would be at ease."""
 
 
-def search_stance(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> tuple[Array, Array] | None:
+def search_stance(
+    robot: Robot, dem: Dem, x: float, y: float, yaw: float, hung: Hung | None = None
+) -> tuple[Array, Array] | None:
     """Posture (legs × 6,) and T_site_base (4, 4) of a rover that stands near a place, or None where none is found.
 
     All that a walk with default settings asks of a chassis over its feet holds there: reserves of reach and joints,
-    support, friction, torque, clearances. Equal arguments give equal stances.
+    support, friction, torque, clearances. hung: of a rover on a tether; all is in the slope's frame then, but for the
+    place that is asked for. Equal arguments give equal stances.
     """
-    return _Search(robot, dem, x, y, yaw).run()
+    if hung is None:
+        return _Search(robot, dem, x, y, yaw).run()
+    frame = hung.frame
+    at = frame.on_slope(x, y, footprint(robot).height)
+    if not np.isfinite(at).all():
+        return None
+    found = _Search(robot, frame.ground, at[0], at[1], hung.heading(yaw), hung).run()
+    return None if found is None else (found[0], frame.poses_to_site(found[1]))
 
 
 class _Search:
-    def __init__(self, robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> None:
-        self.robot, self.dem, self.at = robot, dem, np.array([x, y, yaw])
+    def __init__(self, robot: Robot, dem: Dem, x: float, y: float, yaw: float, hung: Hung | None = None) -> None:
+        self.robot, self.dem, self.at, self.hung = robot, dem, np.array([x, y, yaw]), hung
         self._rng = np.random.Generator(np.random.PCG64(0))
 
     def run(self) -> tuple[Array, Array] | None:
-        settings, at = WalkSettings(), self.at[:2]
+        settings, at, hung = WalkSettings(), self.at[:2], self.hung
+        if hung is not None:
+            settings = replace(settings, clearance=settings.clearance + hung.frame.off)
         low, high = at - AROUND, at + AROUND
         whole = without_holes_between(self.dem, low, high, np.empty((0, 3)))
         if whole is None:
@@ -67,8 +81,9 @@ class _Search:
         self.aim = guide(whole.dem, self.at, self.at, self.ease).vectors[0]
         T = np.eye(4)
         pose_of(self.aim, T[:3])
-        self.places: Footfalls = footfalls(self.robot, self.dem, low, high, settings)
-        self.world = World(self.robot, Nearby(whole.dem, whole.filled), settings, T)
+        places = footfalls(self.robot, self.dem, low, high, settings)
+        self.places: Footfalls = places if hung is None else hung.places(places, self.robot.wheel_radius)
+        self.world = World(self.robot, Nearby(whole.dem, whole.filled), settings, T, hung)
         best, liftable = None, -1
         for _ in range(ROUNDS):
             stance = self._drawn()

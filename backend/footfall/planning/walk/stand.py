@@ -4,12 +4,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.forces import distribute
-from footfall.balance.torques import holding_torques
+from footfall.balance.settings import BalanceSettings
+from footfall.balance.tether import Tether
+from footfall.balance.torques import holding_torques, torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
 from footfall.planning.stance.stand import stand as stand_level
 from footfall.planning.stance.under_links import ground_near_links
+from footfall.planning.walk.hung import Hung
+from footfall.planning.walk.rappel import AROUND
+from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.stance_search import LEANS, TURNED, WITHIN, search_stance
 from footfall.robot.collision import posture_collisions
 from footfall.robot.kinematics import center_of_mass
@@ -24,7 +29,13 @@ AT_EASE = "stand"
 
 
 def stand(
-    robot: Robot, dem: Dem, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, posture: str = AT_EASE
+    robot: Robot,
+    dem: Dem,
+    x: float = 0.0,
+    y: float = 0.0,
+    yaw: float = 0.0,
+    posture: str = AT_EASE,
+    tether: Tether | None = None,
 ) -> RobotState:
     """The state of a rover that stands at (x, y) [m] with heading yaw [rad], chassis level where that can be.
 
@@ -32,9 +43,13 @@ def stand(
     "stand", a search of some seconds sets the feet anywhere near; the chassis then is within 0.15 m and 0.15 rad of
     what was asked, and leans at most 0.6 rad to each side. A walk may begin in what it finds.
 
+    On a tether the search alone is asked, leaning is counted from the slope, and the posture is of no account.
+
     Raises InvalidInput where both find nothing: the ground under a wheel is unknown, a leg can't reach it, the rover
     would collide, or no contact forces hold it; NotFound for an unknown posture.
     """
+    if tether is not None:
+        return _hanging(robot, dem, x, y, yaw, tether)
     try:
         return stand_level(robot, dem, x, y, yaw, posture)
     except InvalidInput as refused:
@@ -50,6 +65,22 @@ def stand(
             )
             raise InvalidInput(message, **refused.details) from None
         return state
+
+
+def _hanging(robot: Robot, dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState:
+    """The state of a rover that hangs on a tether; raises InvalidInput where none is found."""
+    here = np.array([x, y])
+    found = search_stance(robot, dem, x, y, yaw, Hung(slope_between(dem, here, here, AROUND), tether))
+    if found is None:
+        raise InvalidInput(f"{robot.name} can't stand at ({x:g}, {y:g}) on its tether: no stance was found", x=x, y=y)
+    q, T_site_base = found
+    hits = posture_collisions(robot, q, T_site_base, ground_near_links(robot, dem, q, T_site_base))
+    feet = contacts(robot, dem, q, T_site_base, robot.legs)
+    held = torque_check(robot, q, T_site_base, robot.legs, feet.normals, BalanceSettings(), tether)
+    if hits or not held.holds:
+        why = f"{hits[0].link_a} and {hits[0].link_b} would be too near" if hits else "nothing holds it"
+        raise InvalidInput(f"{robot.name} can't stand at ({x:g}, {y:g}) on its tether: {why}", x=x, y=y)
+    return RobotState(robot.name, 0.0, q, T_site_base, held.forces, held.torques, "idle")
 
 
 def _judged(robot: Robot, dem: Dem, q: Array, T_site_base: Array) -> RobotState | None:

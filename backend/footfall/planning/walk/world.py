@@ -10,9 +10,11 @@ from footfall.balance.held import held_tables
 from footfall.balance.held_kernel import HeldTables
 from footfall.balance.settings import BalanceSettings
 from footfall.planning.scene.rover_tables import rover_tables
+from footfall.planning.scene.tether_tables import tether_tables
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.kept import Kept
 from footfall.planning.walk.body_kernel import Checks
+from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.legs_kernel import KNEE_ROLL_ON_THE_WAY, WRIST_ON_THE_WAY, LegsTables
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.transition_kernel import IGNORED, PREFERRED, REQUIRED, Balance
@@ -46,10 +48,15 @@ class Piece:
 
 
 class World:
-    """A robot over its ground, without holes. T_site_base: (4, 4) where it begins; first: the piece there."""
+    """A robot over its ground, without holes. T_site_base: (4, 4) where it begins; first: the piece there.
 
-    def __init__(self, robot: Robot, ground: Nearby, settings: WalkSettings, T_site_base: Array) -> None:
-        self.robot, self.ground, self.settings = robot, ground, settings
+    hung: of a rover on a tether, for which all of it is in the slope's frame.
+    """
+
+    def __init__(
+        self, robot: Robot, ground: Nearby, settings: WalkSettings, T_site_base: Array, hung: Hung | None = None
+    ) -> None:
+        self.robot, self.ground, self.settings, self.hung = robot, ground, settings, hung
         legs = robot.description.legs
         self.legs = LegsTables(
             np.array([leg_lengths(leg) for leg in legs]),
@@ -60,7 +67,11 @@ class World:
             settings.joint_reserve,
         )
         self.balance = Balance(_SUPPORT[settings.support], settings.least_margin)
-        self._held: HeldTables = held_tables(robot, BalanceSettings(friction=settings.friction))
+        friction, gap = settings.friction, max(settings.clearance, LEAST_GAP)
+        tether = None if hung is None else hung.frame.tether(hung.tether)
+        balance = BalanceSettings(friction=friction) if hung is None else hung.balance(friction)
+        self._held: HeldTables = held_tables(robot, balance, tether)
+        self._tether = tether_tables(robot, ground.dem, tether, gap)
         meshes = robot_meshes(robot.description)
         reaches = [float(np.linalg.norm(np.asarray(meshes[part].vertices), axis=1).max()) for part in PARTS]
         self._reaches = np.tile(reaches, robot.leg_count)
@@ -86,6 +97,7 @@ class World:
             self.settings.most_torque,
             self._reaches,
             max(clearance, LEAST_GAP),
+            self._tether,
         )
         return Piece(
             checks, clearance_ground(self.robot, heights, geometry, clearance, middle, self._within, MOST_CELLS)

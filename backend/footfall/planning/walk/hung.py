@@ -1,0 +1,61 @@
+"""A rover on a tether as the planner of walks sees it: the slope's frame, the tether in it, and where it is to go."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.settings import BalanceSettings
+from footfall.balance.tether import Tether
+from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.legs_kernel import pose_of
+from footfall.planning.walk.problem import Blocked, WalkGoal
+from footfall.planning.walk.slope_frame import SlopeFrame
+from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Hung:
+    """frame: of the slope; tether: in site; goal: in site, None where the rover only stands."""
+
+    frame: SlopeFrame
+    tether: Tether
+    goal: WalkGoal | None = None
+
+    def balance(self, friction: float) -> BalanceSettings:
+        """Gravity as it is in the slope's frame."""
+        return BalanceSettings(friction=friction, slope=self.frame.steep, uphill=self.frame.uphill)
+
+    def is_at_goal(self, vector: Array) -> bool:
+        """Whether a chassis at ``vector`` (6,) in the slope's frame is where it is to be in site."""
+        T, goal = np.eye(4), self.goal
+        pose_of(vector, T[:3])
+        T = self.frame.poses_to_site(T)
+        if goal is None or math.hypot(T[0, 3] - goal.x, T[1, 3] - goal.y) > goal.within:
+            return False
+        off = 0.0 if goal.yaw is None else math.atan2(T[1, 0], T[0, 0]) - goal.yaw
+        return abs(math.remainder(off, 2 * math.pi)) <= goal.turned
+
+    def heading(self, yaw: float) -> float:
+        """A heading in site as one in the slope's frame [rad]: that whose projection it is."""
+        off = yaw - self.frame.downhill
+        return self.frame.downhill + math.atan2(math.cos(self.frame.steep) * math.sin(off), math.cos(off))
+
+    def places(self, places: Footfalls, radius: float) -> Footfalls:
+        """Footfalls of the slope's frame, on the site's very ground; those whose ground is unknown there are left out."""
+        contacts, normals = self.frame.seated(places.contacts, radius)
+        good = np.isfinite(contacts).all(axis=1) & np.isfinite(normals).all(axis=1)
+        contacts, normals = contacts[good], normals[good]
+        return Footfalls(contacts, normals, places.pinned[good], type(places.tree)(contacts[:, :2].reshape(-1, 2)))
+
+    def blocked(self, blocked: tuple[Blocked, ...]) -> tuple[Blocked, ...]:
+        """What stopped a search, at its places in site."""
+        found = []
+        for one in blocked:
+            z = float(height_at(self.frame.ground, one.x, one.y))
+            at = self.frame.to_site(np.array([one.x, one.y, z]))
+            found.append(replace(one, x=float(at[0]), y=float(at[1])))
+        return tuple(found)
