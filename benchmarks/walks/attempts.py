@@ -6,8 +6,10 @@ import numpy as np
 
 import footfall
 from benchmarks.scenes import robot
+from benchmarks.walks.rappel import hanging
 from benchmarks.walks.summary import Attempt
-from benchmarks.walks.terrains import slopes, start_of, terrain
+from benchmarks.walks.terrains import FAMILIES, slopes, start_of, terrain
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkSettings
@@ -32,12 +34,17 @@ def attempt(
 ) -> Attempt:
     """The walk of so many metres on the terrain of a family and number; limit: of wall clock [s]."""
     dem, (x, y) = terrain(family, number, metres), start_of(metres)
-    slope, state = slopes(dem), _standing(dem, x, y)
+    slope, tether, yaw = slopes(dem), None, 0.0
+    if FAMILIES[family].incline:
+        tether, (x, y), end, yaw = hanging(dem, family, metres)
+        state = _on_tether(dem, x, y, yaw, tether)
+    else:
+        state, end = _standing(dem, x, y), (x + metres, y)
     if isinstance(state, str):
         return Attempt(family, number, seed, "no start", state, slope=slope)
-    goal, settings = WalkGoal(x + metres, y, 0.0), WalkSettings(time_limit=limit, smoothing=smoothing)
+    goal, settings = WalkGoal(*end, yaw), WalkSettings(time_limit=limit, smoothing=smoothing)
     begun, worked = time.perf_counter(), time.process_time()
-    result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings)
+    result = plan_walk(robot(), dem, state, goal, seed=seed, settings=settings, tether=tether)
     took = time.perf_counter() - begun, time.process_time() - worked
     walk = result.plan or result.partial
     if walk is None:
@@ -68,6 +75,14 @@ def _standing(dem: Dem, x: float, y: float) -> RobotState | str:
         except InvalidInput as no:
             refusals.append(str(no))
     return refusals[0]
+
+
+def _on_tether(dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState | str:
+    """The rover hanging on its tether at a place; why it can't."""
+    try:
+        return footfall.stand(robot(), dem, x, y, yaw, tether=tether)
+    except InvalidInput as no:
+        return str(no)
 
 
 def _asked(plan: WalkPlan, goal: WalkGoal) -> WalkPlan:

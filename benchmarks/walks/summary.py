@@ -50,7 +50,11 @@ class Floor:
     solved: float
 
 
-FLOORS: Mapping[str, Floor] = {"smooth": Floor(2.0, 6.0, 0.98), "steep": Floor(5.0, 15.0, 0.90)}
+FLOORS: Mapping[str, Floor] = {
+    "smooth": Floor(2.0, 6.0, 0.98),
+    "steep": Floor(5.0, 15.0, 0.90),
+    "rappel": Floor(10.0, 60.0, 0.90),
+}
 
 
 def summary(attempts: Sequence[Attempt], metres: float) -> dict[str, Any]:

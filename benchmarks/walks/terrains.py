@@ -44,8 +44,9 @@ SIZES: Mapping[float, tuple[float, float]] = {
 class Family:
     """steepest: range of the 95th percentile of slopes [rad], None: level. rough: jagged down to a cell, or smooth.
 
-    incline: all of it falls to the east so steeply [rad]; slopes are those over it then. rocks: strewn with rocks. blocked: a wall with a gap beside the way, or a boulder, stands in the way. resolution: of
-    its cells [m]. least: the shortest walk over it [m].
+    incline: all of it falls to the east so steeply [rad]; ``steepest`` is across that then. rocks: strewn with rocks.
+    blocked: a wall with a gap beside the way, or a boulder, stands in the way. resolution: of its cells [m]. least: the
+    shortest walk over it [m].
     """
 
     steepest: tuple[float, float] | None
@@ -136,7 +137,8 @@ def _tangents(ground: Dem) -> Array:
     inner = int(np.ceil(radius / grid.resolution))
     x, y = np.meshgrid(grid.xs[inner:-inner], grid.ys[inner:-inner])
     normals = normal_at(ground, x, y, radius)
-    return np.hypot(normals[..., 0], normals[..., 1]) / normals[..., 2]
+    tangents = np.hypot(normals[..., 0], normals[..., 1]) / normals[..., 2]
+    return tangents[np.isfinite(tangents)]
 
 
 def _scaled(ground: Dem, p95: float) -> Dem:

@@ -46,8 +46,8 @@ class GoalDrawing:
         foot = np.array([*goal, z if np.isfinite(z) else 0.0])
         local, middle = near(SEGMENTS + foot)
         scene = self._server.scene
-        self._drawn.keep(
-            scene.add_line_segments(FLAG, local, COLOR, thickness=4.0, thickness_units="screen", position=middle),
-            scene.add_label(LABEL, "goal of the walk", position=foot + SEGMENTS[0, 1]),
+        self._drawn.add(
+            scene.add_line_segments, FLAG, local, COLOR, thickness=4.0, thickness_units="screen", position=middle
         )
+        self._drawn.add(scene.add_label, LABEL, "goal of the walk", position=foot + SEGMENTS[0, 1])
         self._of = (live.state.dem, goal)

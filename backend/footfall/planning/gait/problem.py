@@ -139,6 +139,11 @@ class GaitPlan(Value):
             raise InvalidInput("a gait of m foot moves has m + 1 stances")
 
     @property
+    def tethered(self) -> None:
+        """No gait hangs on a tether."""
+        return
+
+    @property
     def feet_moved(self) -> int:
         """How many feet are removed and placed."""
         return sum(len(group) for group in self.groups)

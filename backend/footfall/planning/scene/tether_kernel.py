@@ -26,8 +26,8 @@ _ON_HULL = 0.001
 
 
 class TetherTables(NamedTuple):
-    """line: (1, 9) anchor in site, attachment in base, clearance, length that may lie on the ground, longest [m]; no row:
-    there is no tether.
+    """line: (1, 9) anchor in site, attachment in base, clearance, length that may lie on the ground, longest [m]; no
+    row: there is no tether.
 
     capsules: (7, 7) of a leg's parts, in the part's frame: both ends, radius [m]. walls: (k, 4) the planes of the
     chassis' hull in base: outward normal, offset [m]. highest: (rows, cols) what no ground is above that is nearer to
@@ -107,8 +107,8 @@ def _above_ground(at: Array, anchor: Array, bare: float, tables: TetherTables) -
     sag = 0.5 * abs(z) / length * way / (count - 1)
     for i in range(count):
         share = way / length * i / (count - 1)
-        column = int(round((at[0] + share * x - place[0]) * place[2]))
-        row = int(round((at[1] + share * y - place[1]) * place[2]))
+        column = math.floor((at[0] + share * x - place[0]) * place[2] + 0.5)
+        row = math.floor((at[1] + share * y - place[1]) * place[2] + 0.5)
         if row < 0 or column < 0 or row >= highest.shape[0] or column >= highest.shape[1]:
             return -np.inf
         least = min(least, at[2] + share * z - sag - highest[row, column])

@@ -59,9 +59,10 @@ def torque_of(
             left = standing.copy()
             left[leg] = False
             # what motors bear without it is not asked, as with a support polygon
-            if not held_ratio(poses, T, contacts, normals, left, checks.held)[0] < np.inf:
-                if not least_held_ratio(poses, T, contacts, normals, left, checks.held) < np.inf:
-                    return np.inf
+            if held_ratio(poses, T, contacts, normals, left, checks.held)[0] < np.inf:
+                continue
+            if not least_held_ratio(poses, T, contacts, normals, left, checks.held) < np.inf:
+                return np.inf
     return ratio
 
 

@@ -139,7 +139,7 @@ def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng:
         return Fails(over, leg)
     spare, code = tether_on_path(over.waypoints, q, T, leg, checks)
     if not spare >= 0.0:
-        return Fails(_told(TETHER, code), leg)
+        return Fails(failure_told(TETHER, code), leg)
     margins, torques = _along(checks, over, q, T, at.stance, leg)
     if not (np.isfinite(torques).all() and torques.max() <= checks.most_torque):
         return Fails(NAMES[TORQUE], leg)

@@ -45,7 +45,7 @@ class Hung:
         return self.frame.downhill + math.atan2(math.cos(self.frame.steep) * math.sin(off), math.cos(off))
 
     def places(self, places: Footfalls, radius: float) -> Footfalls:
-        """Footfalls of the slope's frame, on the site's very ground; those whose ground is unknown there are left out."""
+        """Footfalls of the slope's frame, on the site's very ground; without those where that is unknown."""
         contacts, normals = self.frame.seated(places.contacts, radius)
         good = np.isfinite(contacts).all(axis=1) & np.isfinite(normals).all(axis=1)
         contacts, normals = contacts[good], normals[good]

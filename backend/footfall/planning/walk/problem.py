@@ -26,9 +26,9 @@ SUPPORTS: Mapping[str, str] = {
     "preferred": "stances and poses with a conservative support polygon first, others where there are none",
     "ignored": "the support polygon of the feet that stand is enough",
 }
-"""What the conservative support polygon counts for. On a tether polygons are seen along the slope's normal, in every case
-forces of the ground and the tether must hold the rover, and with ``required`` also without any one of the feet that
-stand. The tether itself is not thought lost."""
+"""What the conservative support polygon counts for. On a tether polygons are seen along the slope's normal; in every
+case forces of the ground and the tether must hold the rover, and with ``required`` also without any one of the feet
+that stand. The tether itself is not thought lost."""
 
 FINEST = 0.05
 """Least spacing of footfalls [m]: with less there are more of them than can be looked at."""

@@ -1,7 +1,7 @@
 """Walks on a tether: asked in the site, planned in the frame of the slope, told in the site again.
 
-After Fig. 8 of Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006), where a tether is
-one more limb with which a rover goes down a slope of 60°.
+After Fig. 8 of Hauser, Bretl, Latombe & Wilcox, "Motion planning for a six-legged lunar robot" (2006), where a tether
+is one more limb with which a rover goes down a slope of 60°.
 """
 
 from dataclasses import dataclass, replace
@@ -58,8 +58,8 @@ def on_slope(
         return Status.START_INVALID, reason
     if frame.off > MOST_OFF:
         reason = (
-            f"the ground has edges that stand {frame.off:.3f} m out of what is planned with, {MOST_OFF:g} m is accepted; "
-            "give it in smaller cells"
+            f"the ground has edges that stand {frame.off:.3f} m out of what is planned with, {MOST_OFF:g} m is "
+            "accepted; give it in smaller cells"
         )
         return Status.START_INVALID, reason
     at = frame.on_slope(goal.x, goal.y, footprint(robot, settings.height).height)

@@ -136,7 +136,7 @@ class SlopeFrame:
 
 
 def slope_between(dem: Dem, here: Array, there: Array, around: float) -> SlopeFrame:
-    """The frame of the plane through the ground from ``here`` to ``there`` (2,) and ``around`` [m] beside; least squares.
+    """The frame of the plane through the ground from ``here`` to ``there`` (2,) and ``around`` [m]; least squares.
 
     It is that of the site where the plane is nearly level.
     """

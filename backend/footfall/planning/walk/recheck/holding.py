@@ -15,9 +15,10 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from footfall.balance.settings import GRAVITY
+from footfall.balance.tether import Tether
 from footfall.core.errors import FootFallError
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.problem import Tethered, WalkSettings
 from footfall.planning.walk.recheck.feet import Worst
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.stretches import Stretch
@@ -31,6 +32,8 @@ SOLVED, INFEASIBLE = 0, 2
 """Status of scipy's linear programs."""
 CELL = 0.002
 """Of the lattice on which polygons around centres of mass have their corners [m]."""
+PULLED = 0.02
+"""How far the tether's pull may be from what is told [weights], as that was found with other pyramids."""
 NOT_HELD = -1.0
 """Margin where no forces at all balance the weight: all of it is lacking."""
 
@@ -43,6 +46,7 @@ class Holding:
 
     def __init__(self, robot: Robot, plan: Motion, settings: WalkSettings, turn: float) -> None:
         self.robot, self.plan, self.settings, self.turn = robot, plan, settings, turn
+        self.tethered = plan.tethered
         self.support, self.friction, self.torque = Worst(), Worst(), Worst()
         self._model = robot.model.copy()
         self._scratch = self._model.createData()
@@ -51,15 +55,19 @@ class Holding:
         """Take a stretch into account."""
         stance, feet = self.plan.stances[stretch.move], stretch.standing
         contacts, normals = stance.contacts[feet], stance.normals[feet]
-        spare = self._polygon_margins(contacts[:, :2], stretch.coms_site[:, :2]) - self.settings.least_margin
+        seen = np.eye(3)[:, :2] if self.tethered is None else _across(self.tethered.up)
+        spare = self._polygon_margins(contacts @ seen, stretch.coms_site @ seen) - self.settings.least_margin
         at = int(np.argmin(spare))
         self.support.take(float(spare[at]), stretch.where(at))
         faces = pyramids(normals, self.settings.friction)
-        self._look_at_friction(stretch, contacts, faces, pulse)
-        forces = np.zeros(3 * len(feet))
-        for at in _turned(stretch, self.turn):
+        if self.tethered is None:
+            self._look_at_friction(stretch, contacts, faces, pulse)
+        forces = np.zeros(3 * len(feet) + (self.tethered is not None))
+        for at in turned(stretch, self.turn):
             pulse()
             load = self._load(stretch, at, contacts)
+            if self.tethered is not None:
+                self._look_at_hanging(stretch, at, load, faces, self.tethered)
             if load.ratio(_shared(load, forces), faces) <= self.settings.most_torque - self.torque.spare:
                 continue
             found = load.least(faces)
@@ -67,7 +75,7 @@ class Holding:
                 continue  # friction has failed there
             forces = found
             ratios = load.ratios(forces)
-            joint = self.robot.joint_names[int(np.argmax(ratios))]
+            joint = [*self.robot.joint_names, "tether"][int(np.argmax(ratios))]
             self.torque.take(self.settings.most_torque - float(ratios.max()), f"{joint}, {stretch.where(at)}")
 
     def checks(self) -> tuple[Check, ...]:
@@ -84,6 +92,22 @@ class Holding:
             if margin < self.friction.spare:
                 nearest = int(np.argmin(np.square(coms[:, :2] - corner).sum(axis=1)))
                 self.friction.take(margin, stretch.where(nearest))
+
+    def _look_at_hanging(self, stretch: Stretch, at: int, load: "Load", faces: Array, tethered: Tethered) -> None:
+        """Friction at a sample of a walk on a tether; at waypoints with the very pull that the walk says."""
+        where = stretch.where(at)
+        given = float(tethered.pulls[stretch.waypoints[at]]) / (self.robot.mass * GRAVITY)
+        drum = float(load.effect[-1, -1])
+        if stretch.fractions[at] == 1.0:
+            found = load.least(faces, given)
+            spare = NOT_HELD if found is None else self.settings.most_torque - float(load.ratios(found).max())
+            if spare < 0:
+                self.torque.take(spare, f"with the pull that is told, {where}")
+        self.friction.take(load.friction(faces, 1.0 / drum), where)
+        if self.settings.support == "required":
+            for foot in range(len(faces)):
+                margin = load.without(foot).friction(np.delete(faces, foot, axis=0), 1.0 / drum)
+                self.friction.take(margin, f"without the foot of leg {stretch.standing[foot]}, {where}")
 
     def _polygon_margins(self, feet_xy: Array, coms_xy: Array) -> Array:
         """How far inside the polygon that the settings ask for centres of mass (n, 2) are, (n,) [m]."""
@@ -105,14 +129,28 @@ class Holding:
             # the motion of the contact, thought fixed to the leg's last link
             moved = J[:3, own] - _crossed(points[foot]) @ J[3:, own]
             effect[own, 3 * foot : 3 * foot + 3] = -weight * (R @ moved).T / limits[own, None]
-        return Load(gravity, effect, *_balance(contacts, stretch.coms_site[at]))
+        load = Load(gravity, effect, *_balance(contacts, stretch.coms_site[at]))
+        return load if self.tethered is None else self._on_tether(load, stretch, at, contacts, self.tethered.tether)
+
+    def _on_tether(self, load: "Load", stretch: Stretch, at: int, contacts: Array, tether: Tether) -> "Load":
+        """The load with the tether's pull as one more force, and its share of the drum's most as one more ratio."""
+        T, com = stretch.Ts_site_base[at], stretch.coms_site[at]
+        end = T[:3, :3] @ tether.attachment + T[:3, 3]
+        toward = (tether.anchor - end) / np.linalg.norm(tether.anchor - end)
+        size = float(np.abs(contacts - com).max())
+        wrench = np.concatenate([toward, np.cross((end - com) / size, toward)])
+        effect = np.zeros((len(load.gravity) + 1, load.effect.shape[1] + 1))
+        effect[:-1, :-1] = load.effect
+        effect[-1, -1] = self.robot.mass * GRAVITY / tether.most_force
+        return Load(np.append(load.gravity, 0.0), effect, np.column_stack([load.A, wrench]), load.b)
 
 
 @dataclass(frozen=True)
 class Load:
     """What joints bear at one posture, as shares of their limits: gravity (n,) + effect (n, 3k) · forces, in weights.
 
-    A (6, 3k), b (6,): forces are in equilibrium where A · forces = b.
+    A (6, 3k), b (6,): forces are in equilibrium where A · forces = b. On a tether its pull is one more of the forces,
+    and its drum one more joint.
     """
 
     gravity: Array
@@ -125,13 +163,52 @@ class Load:
 
     def ratio(self, forces: Array, faces: Array) -> float:
         """Largest share for forces in equilibrium; inf where they are not inside friction."""
-        inside = np.einsum("ksj,kj->ks", faces, forces.reshape(-1, 3)).min() >= 0
+        feet = 3 * len(faces)
+        inside = np.einsum("ksj,kj->ks", faces, forces[:feet].reshape(-1, 3)).min() >= 0 and (forces[feet:] >= 0).all()
         return float(self.ratios(forces).max()) if inside else float("inf")
 
-    def least(self, faces: Array) -> Array | None:
-        """The forces inside friction, in equilibrium, whose largest share is least; None where there are none."""
+    def without(self, foot: int) -> "Load":
+        """Without the force on one foot."""
+        own = slice(3 * foot, 3 * foot + 3)
+        return Load(self.gravity, np.delete(self.effect, own, axis=1), np.delete(self.A, own, axis=1), self.b)
+
+    def friction(self, faces: Array, most: float) -> float:
+        """:func:`friction_margin` with a pull of at most ``most`` [weights]."""
+        inside = self._inside(faces)
+        # what a pull could bear sideways is not asked
+        spare = np.append(np.ones(faces.shape[0] * faces.shape[1]), 0.0)[: len(inside)]
+        bounds = [(None, None)] * (self.A.shape[1] - 1) + [(0.0, most), (None, None)]
+        found = linprog(
+            np.append(np.zeros(self.A.shape[1]), -1.0),
+            np.column_stack([-inside, spare]),
+            np.zeros(len(inside)),
+            np.column_stack([self.A, np.zeros(6)]),
+            self.b,
+            bounds,
+            "highs",
+        )
+        return float(found.x[-1]) if found.status == SOLVED else NOT_HELD
+
+    def _inside(self, faces: Array) -> Array:
+        """Rows over all forces that are at least zero where they are inside friction, and a pull pulls."""
+        blocks, pulls = _blocks(faces), self.A.shape[1] - 3 * len(faces)
+        if not pulls:
+            return blocks
+        out = np.zeros((len(blocks) + pulls, self.A.shape[1]))
+        out[: len(blocks), : blocks.shape[1]] = blocks
+        out[len(blocks) :, blocks.shape[1] :] = np.eye(pulls)
+        return out
+
+    def least(self, faces: Array, pull: float | None = None) -> Array | None:
+        """The forces inside friction, in equilibrium, whose largest share is least; None where there are none.
+
+        pull: of the tether, where it is given, within PULLED [weights].
+        """
         most, free = np.ones((len(self.gravity), 1)), self.A.shape[1]
-        inside = _blocks(faces)
+        inside = self._inside(faces)
+        bounds: list[tuple[float | None, float | None]] = [(None, None)] * (free + 1)
+        if pull is not None:
+            bounds[free - 1] = (max(pull - PULLED, 0.0), pull + PULLED)
         found = linprog(
             np.append(np.zeros(free), 1.0),
             np.vstack(
@@ -144,7 +221,7 @@ class Load:
             np.concatenate([-self.gravity, self.gravity, np.zeros(len(inside))]),
             np.column_stack([self.A, np.zeros(6)]),
             self.b,
-            (None, None),
+            bounds,
             "highs",
         )
         if found.status not in (SOLVED, INFEASIBLE):
@@ -173,7 +250,14 @@ def _corners_around(points: Array) -> Array:
     return CELL * corners[ConvexHull(corners).vertices]
 
 
-def _turned(stretch: Stretch, turn: float) -> list[int]:
+def _across(up: Array) -> Array:
+    """Two unit vectors across a unit vector and each other, (3, 2)."""
+    u = np.cross(up, np.eye(3)[int(np.abs(up).argmin())])
+    u /= np.linalg.norm(u)
+    return np.column_stack([u, np.cross(up, u)])
+
+
+def turned(stretch: Stretch, turn: float) -> list[int]:
     """Both ends, every waypoint, and so many samples that no joint turns by more between two of them."""
     chosen, last = [0], stretch.qs[0]
     for at in range(1, len(stretch.qs)):

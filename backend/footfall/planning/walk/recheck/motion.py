@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.value import Provenance
-from footfall.planning.walk.problem import Stance, WalkGoal
+from footfall.planning.walk.problem import Stance, Tethered, WalkGoal
 
 
 class Motion(Protocol):
@@ -26,5 +26,7 @@ class Motion(Protocol):
     def moves(self) -> NDArray[np.int64]: ...
     @property
     def phases(self) -> tuple[str, ...]: ...
+    @property
+    def tethered(self) -> Tethered | None: ...
     @property
     def provenance(self) -> Provenance: ...

@@ -14,10 +14,11 @@ from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.recheck import order
 from footfall.planning.walk.recheck.clearances import Clearances
 from footfall.planning.walk.recheck.feet import Branches, Contacts, limits
-from footfall.planning.walk.recheck.holding import Holding
+from footfall.planning.walk.recheck.holding import Holding, turned
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
+from footfall.planning.walk.recheck.tethering import Tethering
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -56,6 +57,8 @@ def recheck_walk(
     contacts, branches = Contacts(robot, plan), Branches(plan)
     holding = Holding(robot, plan, settings, every.hold)
     clearances = Clearances(robot, dem, plan, every.watched)
+    tethered = plan.tethered
+    tethering = None if tethered is None else Tethering(robot, dem, plan, tethered)
     for number in range(len(plan.stances)):
         contacts.grounded(dem, number)
         clearances.grounded(number)
@@ -65,6 +68,8 @@ def recheck_walk(
         branches.kept(stretch)
         holding.look(stretch, pulse)
         clearances.look(stretch, pulse)
+        if tethering is not None:
+            tethering.look(stretch, turned(stretch, every.hold), pulse)
     return (
         *first,
         contacts.worst.check("contact", "m"),
@@ -72,4 +77,5 @@ def recheck_walk(
         branches.check(),
         *holding.checks(),
         *clearances.checks(),
+        *(tethering.checks() if tethering is not None else ()),
     )
