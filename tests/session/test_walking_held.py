@@ -228,3 +228,17 @@ def test_how_far_it_is_is_counted_when_something_changed_and_is_right(live, rove
     assert live.get(other).plan is not None
     assert live.walking().done == counted(live, other) == 0
     assert len(counts) == before + 1
+
+
+def test_commands_start_from_the_telemetry_that_was_judged_however_old(live, rover, walk, monkeypatch):
+    frozen = live.state.state
+    rover.goes(rover.rest.commanded + np.eye(36)[13] * 0.008)
+    clock = live.link._clock
+    monkeypatch.setattr(live.link, "_clock", lambda: clock() + 100.0)
+    assert live.link.age > 99.0
+    sequence = live.get(live.command_foot_moves(None, 0))
+    assert live.state.state != frozen
+    assert np.abs(sequence.start - rover.state.posture).max() < 1e-9
+    assert np.array_equal(sequence.at_rest.set_points, rover.rest.commanded)
+    with pytest.raises(Conflict, match="the latest telemetry is 1"):
+        live.arm()

@@ -187,10 +187,10 @@ class LiveSession(WalkingSession):
             self.snapshot_state()
         return super()._ground()
 
-    def _standing_now(self) -> dict[str, str]:
-        if self.link.connected and (self.link.age or 0.0) <= STALE_AFTER and self.moved_since_frozen():
+    def _standing_now(self, oldest: float = STALE_AFTER) -> dict[str, str]:
+        if self.link.connected and (self.link.age or 0.0) <= oldest and self.moved_since_frozen():
             self.snapshot_state()
-        return super()._standing_now()
+        return super()._standing_now(oldest)
 
 
 def stands_alike(one: RobotState, other: RobotState) -> bool:

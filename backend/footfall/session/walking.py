@@ -129,7 +129,8 @@ class WalkingSession(PlannedSession):
         if against:
             raise Conflict(against, walk=digest, first=first)
         made = self.state.products[digest]
-        parents = {**self._standing_now(), "dem": made.parents["dem"], "plan": digest}
+        # from the telemetry that was just judged, however old: the gate asks for newer before anything moves
+        parents = {**self._standing_now(oldest=np.inf), "dem": made.parents["dem"], "plan": digest}
         request = FootMovesRequest(first, min(count, of - first))
         if self._sags and not as_commanded:
             set_points = set_points_at(self.link.frame, self._shelf.typed(RobotState, parents["state"]))

@@ -8,6 +8,7 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.problem import Footfall
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
 from footfall.session.products.kinds import BODY_MOVE, GROUND, SHIFT, WHAT_IF, Kind
@@ -76,8 +77,8 @@ class StanceSession(UpToDateSession):
         parents = self._ground()
         return parents if self.state.what_if is None else {**parents, "state": self.state.what_if}
 
-    def _standing_now(self) -> dict[str, str]:
-        """As :meth:`_standing`, of a rover that may have moved since it was frozen."""
+    def _standing_now(self, oldest: float = STALE_AFTER) -> dict[str, str]:
+        """As :meth:`_standing`, of a rover that may have moved since it was frozen; by telemetry so old at most [s]."""
         return self._standing()
 
     def _ground(self) -> dict[str, str]:
