@@ -15,8 +15,8 @@ from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.planning.route import field as field_module
 from footfall.planning.route.coarse import cheapest_way
+from footfall.planning.route.corners_kernel import edge_cost
 from footfall.planning.route.field import CostField
-from footfall.planning.route.field_kernel import edge_cost
 
 SIZE = 7
 SQUARE = GridGeometry(-3.0, 2.0, 0.5, SIZE, SIZE)

@@ -4,7 +4,6 @@ Field D* (Ferguson & Stentz 2005): ways may cross edges of cells anywhere, so th
 """
 
 import math
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,28 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
-from footfall.planning.route.field_kernel import (
-    COLS,
-    ESTIMATE,
-    LOOKED_AT,
-    NONE,
-    SHIFT,
-    Corners,
-    change,
-    look,
-    steps_of,
-)
+from footfall.planning.route import spread_kernel as spreading
+from footfall.planning.route.corners_kernel import LEAST_RISE, NONE, steps_of, unknown_corners
+from footfall.planning.route.field_kernel import COLS, LOOKED_AT, RISE, SHIFT, WAITING, change, look, take_over
 from footfall.planning.route.follow_kernel import follow
-from footfall.planning.route.line_kernel import line_cost, settle_points, shortcuts
+from footfall.planning.route.line_kernel import line_costs, settle_points, shortcuts
 
 Array = NDArray[np.float64]
 
 LEAST_COST = 1.0
 """Of a cell: so much at least for each metre."""
-ESTIMATE_SHARE = math.sqrt(0.5)
-"""Of the least cost, taken for what is left between two places. A corner that is reached over an edge costs at least
-c / √2 more than either end of it (√(c² − f²) with f = c / √2 at the most, see edge_cost), c a cell's cost: with more
-than this share corners would be looked at before those that they depend on, again and again."""
+_DEAR = 1.0 / 64.0
+"""Lists of corners are at least so wide [mean cost of an edge]: a few cheap cells make no difference."""
 AT_ONCE = 200_000
 """Corners that are looked at between two reports of progress."""
 _BORDER = 1
@@ -41,6 +30,8 @@ _BEYOND = 3.0
 """Corners are looked at as far as those around the rover cost, and so many times the least cost of an edge more."""
 _ROUNDS = 2
 """Times that a way is cut short and its corners are moved."""
+_WORTH_A_ROUND = 1e-3
+"""Share of the cost; where the last round saved less, another one saves next to nothing."""
 _NEAR = 1e-9
 """A point so near to an edge is on it [edges]."""
 _STEP = 0.5
@@ -61,26 +52,15 @@ class CostField:
         _require_costs(given)
         self.geometry, rows, cols = geometry, *geometry.shape
         shape = (rows + 1 + 2 * _BORDER, cols + 1 + 2 * _BORDER)
-        self._costs = np.full(shape, math.inf)
-        self._costs[_BORDER : _BORDER + rows, _BORDER : _BORDER + cols] = given
+        costs = np.full(shape, math.inf)
+        costs[_BORDER : _BORDER + rows, _BORDER : _BORDER + cols] = given
+        self._corners = unknown_corners(costs)
+        self._costs, self._g = (self._corners[name].reshape(shape) for name in ("cell", "g"))
         self.goal = np.array(goal, np.float64)
         self._goal = self._free_edges(self.goal, "the goal")
-        self._g = np.full(shape, math.inf)
-        count = self._g.size
-        self._known = Corners(
-            costs=self._costs.ravel(),
-            g=self._g.ravel(),
-            rhs=np.full(count, math.inf),
-            ways=np.full(count, NONE, np.int8),
-            steps=steps_of(shape[1]),
-            heap=np.empty(count, np.int32),
-            first=np.empty(count),
-            second=np.empty(count),
-            places=np.full(count, NONE, np.int32),
-            numbers=np.zeros(5),
-        )
-        self._numbers = self._known.numbers
-        self._numbers[COLS], self._numbers[ESTIMATE] = shape[1], ESTIMATE_SHARE * LEAST_COST
+        self._steps, self._queue = steps_of(shape[1]), np.empty(len(self._corners), WAITING)
+        self._numbers = np.zeros(5)
+        self._numbers[COLS], self._numbers[RISE] = shape[1], LEAST_RISE * LEAST_COST
         self._here: Array | None = None
         row, col = (int(at) for at in self._goal)
         corners = [(r, c) for r in (row, row + 1) for c in (col, col + 1)]
@@ -101,8 +81,10 @@ class CostField:
         goal = np.floor(self._goal).astype(np.int64) - _BORDER
         if (where == goal).all(axis=1).any():
             raise InvalidInput("the cost under the goal can't be changed; make a new field")
-        here = np.zeros(2) if self._here is None else self._here
-        change(self._known, here, self._ends, self._flat(where), values)
+        flat = self._flat(where)
+        self._corners["cell"][flat] = values
+        if self._here is not None:
+            change(self._corners, self._steps, self._queue, self._numbers, self._here, self._ends, flat)
 
     def plan(self, begin: ArrayLike, progress: Progress = no_progress) -> tuple[Array, float]:
         """The cheapest way (n, 2) [m] from ``begin`` to the goal and its cost; no points, infinite where none leads.
@@ -110,26 +92,44 @@ class CostField:
         What was found for other beginnings and before changes is used again. progress: may raise Cancelled.
         """
         here = self._free_edges(np.asarray(begin, np.float64), "the rover")
+        if not np.array_equal(np.floor(here), np.floor(self._goal)):
+            self._look(here, progress)
+        return self._way(here)
+
+    def _look(self, here: Array, progress: Progress) -> None:
         if self._here is None:
             self._here = here
-            # the corners around the goal begin to wait
-            cell = self._flat(np.floor(self._goal)[None].astype(np.int64) - _BORDER)
-            change(self._known, here, self._ends, cell, self._costs.ravel()[cell])
-        else:
-            self._numbers[SHIFT] += ESTIMATE_SHARE * LEAST_COST * math.hypot(*(here - self._here))
-            self._here = here
-        row, col = (int(at) for at in self._goal)
-        direct = line_cost(self._costs, here, self._goal) if (row, col) == (int(here[0]), int(here[1])) else math.inf
-        first = max(1.0, math.hypot(*(here - self._goal)))
-        while math.isinf(direct) and not look(self._known, here, self._ends, _BEYOND * LEAST_COST, AT_ONCE):
-            waiting = self._known.first[0] - self._numbers[SHIFT]
-            progress(min(0.9, first / max(first, waiting)), "looking for the cheapest way")
-        return self._way(here)
+            self._spread(here, progress)
+        self._numbers[SHIFT] += self._numbers[RISE] * math.hypot(*(here - self._here))
+        self._here = here
+        known = (self._corners, self._steps, self._queue, self._numbers, here, self._ends)
+        while not look(*known, _BEYOND * LEAST_COST, AT_ONCE):
+            progress(0.9, "looking for the cheapest way")
+
+    def _spread(self, here: Array, progress: Progress) -> None:
+        """Look from the goal on, all costs being new."""
+        free = self._costs[np.isfinite(self._costs)]
+        numbers = np.zeros(5)
+        numbers[spreading.RISE] = self._numbers[RISE]
+        numbers[spreading.WIDTH] = LEAST_RISE * max(free.min(), _DEAR * free.mean())
+        lists = np.full(spreading.LISTS + 1, NONE, np.int32)
+        row, col, cols = int(here[0]), int(here[1]), self._costs.shape[1]
+        around = np.array([r * cols + c for r in (row, row + 1) for c in (col, col + 1)], np.int32)
+        spreading.begin(self._corners, self._ends, lists, numbers)
+        searched = (self._corners, self._steps, around, _BEYOND * LEAST_COST, lists, numbers)
+        try:
+            while not spreading.spread(*searched, AT_ONCE):
+                looked_at = numbers[spreading.LOOKED_AT] / len(self._corners)
+                progress(min(0.9, looked_at), "looking for the cheapest way")
+        finally:
+            # what waits is looked at later, when that is asked for
+            take_over(self._corners, self._queue, self._numbers, here, lists)
+            self._numbers[LOOKED_AT] = numbers[spreading.LOOKED_AT]
 
     def cost_from(self, way: ArrayLike) -> float:
         """What a way (n, 2) [m] costs."""
         points = np.array([self._edges(point, "a point of the way") for point in np.asarray(way, np.float64)])
-        return self.geometry.resolution * float(self._own(points).sum())
+        return self.geometry.resolution * float(line_costs(self._costs, points).sum())
 
     def _flat(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         return (cells[:, 0] + _BORDER) * self._costs.shape[1] + cells[:, 1] + _BORDER
@@ -138,20 +138,17 @@ class CostField:
         way = follow(self._costs, self._g, here, self._goal, 4 * sum(self._g.shape))
         if not np.array_equal(way[-1], self._goal):
             return np.empty((0, 2)), math.inf
-        own = self._own(way)
+        own = line_costs(self._costs, way)
         for _ in range(_ROUNDS):
             before = own.sum()
             way = way[shortcuts(self._costs, way, own)]
-            settle_points(self._costs, way, _STEP)
-            own = self._own(way)
-            if own.sum() > before * (1.0 - 1e-6):
+            own = line_costs(self._costs, way)
+            settle_points(self._costs, way, own, _STEP)
+            if own.sum() > before * (1.0 - _WORTH_A_ROUND):
                 break
         x0, y0, size = self.geometry.x0, self.geometry.y0, self.geometry.resolution
         places = np.column_stack([x0, y0]) + size * (way[:, ::-1] - _BORDER - 0.5)
         return places, size * float(own.sum())
-
-    def _own(self, way: Array) -> Array:
-        return np.array([line_cost(self._costs, a, b) for a, b in pairwise(way)])
 
     def _free_edges(self, place: Array, what: str) -> Array:
         """As ``_edges``; raises InvalidInput where nothing may go, too."""

@@ -57,6 +57,8 @@ def _edge(
     off = abs(at[0] - ar) if ar == br else abs(at[1] - ac)
     share = at[1] - ac if ar == br else at[0] - ar
     ga, gb = g[ar, ac], g[br, bc]
+    if min(ga, gb) + min(cost, along) * off >= best:
+        return best
     if off < _NEAR:
         # the place is on this edge: only its ends lead anywhere
         for end in range(2):
@@ -78,7 +80,7 @@ def _edge(
             if not 0.0 < t < 1.0:
                 continue
         there = ga if t == 0.0 else gb if t == 1.0 else (1.0 - t) * ga + t * gb
-        total = cost * math.hypot(off, t - share) + there
+        total = cost * math.sqrt(off * off + (t - share) ** 2) + there
         if total < best:
             best = total
             out[0], out[1] = ar + t * (br - ar), ac + t * (bc - ac)

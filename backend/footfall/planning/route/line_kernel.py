@@ -11,47 +11,73 @@ Floats = NDArray[np.float64]
 
 _ROUNDS = 8
 """Times that all points of a way are moved, each time by half as much."""
+_PATIENCE = 8
+"""Lines are tried over so many times as many points as were cut off by the last one that paid."""
+_NEAR = 1e-9
+"""A point so near to an edge is on it [edges]."""
 
 
 @njit()
 def line_cost(costs: Floats, a: Floats, b: Floats) -> float:
-    """Cost of the straight line from a to b, (row, column) in edges; costs: with a border, see field_kernel.
+    """Cost of the straight line from a to b, (row, column) in edges; costs: with a border, see corners_kernel.
 
-    Along an edge the cheaper of both cells counts. Source: the cells are found as J. Amanatides & A. Woo, "A fast voxel
-    traversal algorithm for ray tracing" (Eurographics 1987) do.
+    Along an edge the cheaper of both cells counts. Source: J. Amanatides & A. Woo, "A fast voxel traversal algorithm
+    for ray tracing" (Eurographics 1987).
     """
-    dr, dc = b[0] - a[0], b[1] - a[1]
-    length = math.hypot(dr, dc)
-    if length == 0.0:
+    return _line(costs, a[0], a[1], b[0], b[1])
+
+
+@njit()
+def _line(costs: Floats, ar: float, ac: float, br: float, bc: float) -> float:
+    dr, dc = br - ar, bc - ac
+    if dr == 0.0 and dc == 0.0:
         return 0.0
+    row, following_row, share_row = _first(ar, dr)
+    col, following_col, share_col = _first(ac, dc)
+    near = _NEAR / max(abs(dr), abs(dc))
+    # the cell beside an edge that the line goes along
+    south, west = row - (dr == 0.0 and ar == row), col - (dc == 0.0 and ac == col)
+    down, left = row - south, col - west
+    up, right = 1 if dr > 0.0 else -1, 1 if dc > 0.0 else -1
     total, at = 0.0, 0.0
-    while at < 1.0:
-        r, c = a[0] + at * dr, a[1] + at * dc
-        following = min(1.0, _to_next(r, dr, at), _to_next(c, dc, at))
-        middle = 0.5 * (at + following)
-        total += (following - at) * length * _cost_at(costs, a[0] + middle * dr, a[1] + middle * dc, dr, dc)
+    while True:
+        following = min(1.0, following_row, following_col)
+        cost = costs[row, col]
+        if down or left:
+            cost = min(cost, costs[row - down, col - left])
+        # nothing of a cell that is only touched: it may be blocked
+        if following > at + near:
+            total += (following - at) * cost
         at = following
-    return total
+        if at >= 1.0:
+            return total * math.sqrt(dr * dr + dc * dc)
+        if following_row <= at + near:
+            row += up
+            following_row += share_row
+        if following_col <= at + near:
+            col += right
+            following_col += share_col
 
 
 @njit()
-def _to_next(x: float, dx: float, at: float) -> float:
-    """The share of the line at which it comes to the next grid line across; x: where it is now."""
-    if dx == 0.0:
-        return math.inf
-    edge = math.floor(x + 1e-9) + 1.0 if dx > 0.0 else math.ceil(x - 1e-9) - 1.0
-    return at + (edge - x) / dx
+def _first(x: float, dx: float) -> tuple[int, float, float]:
+    """Along one axis: the cell that a line begins in, the share of it to the next grid line, to each one after that."""
+    if dx > 0.0:
+        cell = math.floor(x + _NEAR)
+        return cell, (cell + 1.0 - x) / dx, 1.0 / dx
+    if dx < 0.0:
+        cell = math.ceil(x - _NEAR) - 1
+        return cell, (cell - x) / dx, -1.0 / dx
+    return math.floor(x), math.inf, math.inf
 
 
 @njit()
-def _cost_at(costs: Floats, r: float, c: float, dr: float, dc: float) -> float:
-    """Of the cell at a point; on an edge that the line goes along, of the cheaper."""
-    row, col = math.floor(r), math.floor(c)
-    if dr == 0.0 and r == row:
-        return min(costs[int(row), int(col)], costs[int(row) - 1, int(col)])
-    if dc == 0.0 and c == col:
-        return min(costs[int(row), int(col)], costs[int(row), int(col) - 1])
-    return costs[int(row), int(col)]
+def line_costs(costs: Floats, way: Floats) -> Floats:
+    """Costs (n − 1,) of the straight lines between the points of a way (n, 2)."""
+    own = np.empty(len(way) - 1)
+    for i in range(len(own)):
+        own[i] = line_cost(costs, way[i], way[i + 1])
+    return own
 
 
 @njit()
@@ -75,7 +101,7 @@ def shortcuts(costs: Floats, way: Floats, own: Floats) -> NDArray[np.bool_]:
             last = end
             if line_cost(costs, way[at], way[end]) <= spent * (1.0 + 1e-12):
                 best = end
-            elif end - at > 8 * (best - at):
+            elif end - at > _PATIENCE * (best - at):
                 break
             reach = reach + max(1, reach // 2)
         kept[best] = True
@@ -84,24 +110,27 @@ def shortcuts(costs: Floats, way: Floats, own: Floats) -> NDArray[np.bool_]:
 
 
 @njit()
-def settle_points(costs: Floats, way: Floats, step: float) -> None:
+def settle_points(costs: Floats, way: Floats, own: Floats, step: float) -> None:
     """Move the points of a way (n, 2) between its ends to where they cost least; it never gets dearer.
 
-    step: by how much at first [edges].
+    Points on edges, where costs change, move along them. own: (n − 1,) its costs, kept. step: by how much at first
+    [edges].
     """
-    n = len(way)
-    moved = np.empty(2)
     for _ in range(_ROUNDS):
-        for i in range(1, n - 1):
-            now = line_cost(costs, way[i - 1], way[i]) + line_cost(costs, way[i], way[i + 1])
-            # along the edges of cells, where costs change
+        for i in range(1, len(way) - 1):
+            along_row, along_col = way[i, 0] == math.floor(way[i, 0]), way[i, 1] == math.floor(way[i, 1])
             for k in range(4):
-                moved[0] = way[i, 0] + step * (k - 1) * (k % 2 == 0)
-                moved[1] = way[i, 1] + step * (k - 2) * (k % 2 == 1)
-                if not (1.0 <= moved[0] <= costs.shape[0] - 1.0 and 1.0 <= moved[1] <= costs.shape[1] - 1.0):
+                if (along_row and not along_col) if k < 2 else (along_col and not along_row):
                     continue
-                cost = line_cost(costs, way[i - 1], moved) + line_cost(costs, moved, way[i + 1])
-                if cost < now - 1e-12:
-                    now = cost
-                    way[i, 0], way[i, 1] = moved[0], moved[1]
+                r = way[i, 0] + (step * (2 * k - 1) if k < 2 else 0.0)
+                c = way[i, 1] + (step * (2 * k - 5) if k >= 2 else 0.0)
+                if not (1.0 <= r <= costs.shape[0] - 1.0 and 1.0 <= c <= costs.shape[1] - 1.0):
+                    continue
+                before = own[i - 1] + own[i]
+                first = _line(costs, way[i - 1, 0], way[i - 1, 1], r, c)
+                if not first < before:
+                    continue
+                second = _line(costs, r, c, way[i + 1, 0], way[i + 1, 1])
+                if first + second < before - 1e-12:
+                    way[i, 0], way[i, 1], own[i - 1], own[i] = r, c, first, second
         step *= 0.5
