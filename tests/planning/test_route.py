@@ -135,6 +135,18 @@ def test_refusals_say_what_is_in_the_way(athlete, start, goal, settings, status,
     assert said in found.reason
 
 
+def test_a_rover_on_unknown_ground_or_off_the_map_is_told_so(athlete, start):
+    found = footfall.plan_route(athlete, ground(hole=(0.0, 0.0, 4.0)), start, GOAL)
+    assert (found.status, found.plan) == (Status.START_INVALID, None)
+    assert "the rover is on unknown ground" in found.reason
+    assert "the nearest that is better" in found.reason
+    away = start.T_site_base.copy()
+    away[0, 3] = -5.5
+    found = footfall.plan_route(athlete, ground(), replace(start, T_site_base=away), GOAL)
+    assert (found.status, found.plan) == (Status.START_INVALID, None)
+    assert "the rover at (-5.5, 0) lies off the map: the map spans x -5.0" in found.reason
+
+
 def test_ground_that_is_bad_everywhere_has_no_route(athlete, start):
     found = footfall.plan_route(athlete, rough(), start, GOAL)
     assert (found.status, found.plan) == (Status.NO_PATH, None)

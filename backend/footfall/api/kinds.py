@@ -10,16 +10,19 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.bodies.walk_schemas import WalkOrder
 from footfall.core.value import Value
+from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.move import BodyMoveResult, BodyMoveSettings
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.session.access.identity import Role
 from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import RouteRequest
 from footfall.session.live import LiveSession
 from footfall.session.products import kinds
 from footfall.session.products.kinds import Kind
@@ -68,6 +71,11 @@ def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
     return live.plan_walk(WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings))
 
 
+def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
+    settings = settings_value(RouteSettings, order.settings) or RouteSettings()
+    return live.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
+
+
 _SESSION = "/sessions/{session}"
 
 SERVED: dict[Kind, Served] = {
@@ -109,6 +117,16 @@ SERVED: dict[Kind, Served] = {
         order=WalkOrder,
         answer=WalkResult,
         ask=_plan_walk,
+    ),
+    kinds.ROUTE: Asked(
+        route=f"POST {_SESSION}/routes",
+        folder="routes",
+        tag="plans",
+        verb="plan",
+        text="The cheapest way of the chassis over the map, as a job. Its result is a RouteResult even where it is no.",
+        order=RouteOrder,
+        answer=RouteResult,
+        ask=_plan_route,
     ),
     kinds.FOOT_MOVES: Served(f"POST {_SESSION}/walks/{{digest}}/sequence"),
     kinds.SEQUENCE: Served(f"POST {_SESSION}/sequences"),

@@ -46,15 +46,19 @@ def plan_route(
     def no(status: Status, reason: str, cut_off: tuple[float, ...] = ()) -> RouteResult:
         return RouteResult(status, None, reason, there, provenance, cut_off)
 
+    here = (float(state.T_site_base[0, 3]), float(state.T_site_base[1, 3]))
     west, south, east, north = dem.geometry.bounds
-    if not (west <= there[0] <= east and south <= there[1] <= north):
-        spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
-        return no(Status.OFF_MAP, f"the goal ({there[0]:g}, {there[1]:g}) lies off the map: {spans}; choose one inside")
+    spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+    for (x, y), status, what, remedy in (
+        (here, Status.START_INVALID, "the rover at", "take images where it stands, or choose another map"),
+        (there, Status.OFF_MAP, "the goal", "choose one inside"),
+    ):
+        if not (west <= x < east and south <= y < north):
+            return no(status, f"{what} ({x:g}, {y:g}) lies off the map: {spans}; {remedy}")
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
     grid = cost_grid(robot, dem, settings, part(progress, 0.0, 0.5))
-    here = (float(state.T_site_base[0, 3]), float(state.T_site_base[1, 3]))
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -66,7 +70,7 @@ def plan_route(
         if not free[row, col]:
             x, y = _nearest(grid, free, place)
             away = math.dist(place, (x, y))
-            reason = f"{what} on {_why(settings, place)}; the nearest that is better is {away:.2f} m away"
+            reason = f"{what} on {_why(dem, settings, place)}; the nearest that is better is {away:.2f} m away"
             nearest = (x, y) if status is Status.GOAL_INVALID else ()
             return no(status, f"{reason}, at ({x:.2f}, {y:.2f}); {_TRY}", nearest)
     points, cost = cheapest_way(grid.geometry, grid.costs, here, there, part(progress, 0.5, 1.0))
@@ -85,9 +89,11 @@ def plan_route(
 _TRY = "take images of what is not known, allow worse ground, or choose another goal"
 
 
-def _why(settings: RouteSettings, place: tuple[float, float]) -> str:
+def _why(dem: Dem, settings: RouteSettings, place: tuple[float, float]) -> str:
     if any(_in(area, place) for area in settings.no_go):
         return "ground that is marked as no-go"
+    if not np.isfinite(height_at(dem, *place)):
+        return "unknown ground, with too little around it that is known and good"
     return (
         f"ground that is too bad or too little known (mean goodness × certainty under the rover below "
         f"{settings.worst:g}) or rises more than {settings.highest:g} m under it"

@@ -23,6 +23,7 @@ from footfall.session.jobs.requests import (
     ImportRequest,
     MapRequest,
     OutcomeRequest,
+    RouteRequest,
     ShiftRequest,
     StepRequest,
     WalkRequest,
@@ -157,6 +158,14 @@ def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) 
     if settings.unpressed:
         state = unpressed(robot, state)
     return plan_walk(robot, dem, state, settings.goal, settings=settings.settings, progress=progress)
+
+
+def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress) -> Value:
+    """robot, dem, state; RouteRequest → RouteResult."""
+    from footfall.planning.route.plan import plan_route
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    return plan_route(robot, dem, state, settings.goal, settings.settings, progress)
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:

@@ -9,6 +9,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.route.problem import RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
@@ -86,6 +87,18 @@ class WalkRequest(Value):
     goal: WalkGoal
     settings: WalkSettings
     unpressed: bool = field(default=False, metadata=LATER)
+
+
+@value
+class RouteRequest(Value):
+    """A route to a goal, x and y [m] in site."""
+
+    goal: tuple[float, float]
+    settings: RouteSettings = RouteSettings()
+
+    def check(self) -> None:
+        if len(self.goal) != 2 or not np.isfinite(self.goal).all():
+            raise InvalidInput("the goal of a route needs finite x and y [m]", goal=list(self.goal))
 
 
 @value

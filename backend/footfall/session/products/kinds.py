@@ -254,6 +254,18 @@ WALK = entered(
         says_status=True,
     )
 )
+ROUTE = entered(
+    Kind(
+        name="route",
+        makes="RouteResult",
+        request="RouteRequest",
+        needs=GROUND,
+        recipe=f"{_RECIPES}:route",
+        loads="footfall.planning.route.plan",
+        watched=True,
+        says_status=True,
+    )
+)
 SEQUENCE = entered(
     Kind(
         name="sequence",
