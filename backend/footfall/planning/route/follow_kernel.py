@@ -11,39 +11,34 @@ Floats = NDArray[np.float64]
 
 _NEAR = 1e-7
 """A point so near to a corner or an edge is on it [edges]."""
-# the edges of a cell, south, east, north, west: rows and columns of both ends, and of the cell on the other side
-_ENDS = np.array([[0, 0, 0, 1], [0, 1, 1, 1], [1, 0, 1, 1], [0, 0, 1, 0]])
-_BEYOND = np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])
 
 
 @njit()
-def onward(costs: Floats, g: Floats, at: Floats, out: Floats) -> float:
-    """The place on the edges of the cells that hold ``at`` over which the goal costs least, into ``out``; that cost.
+def onward(costs: Floats, g: Floats, row: float, col: float, out: Floats) -> float:
+    """The place on the edges of the cells that hold a place over which the goal costs least, into ``out``; that cost.
 
     Source: the interpolation of Ferguson & Stentz (2005), from any point instead of a corner.
     """
     best = math.inf
-    row, col = round(at[0]), round(at[1])
-    on_row, on_col = abs(at[0] - row) < _NEAR, abs(at[1] - col) < _NEAR
-    south = int(row) - 1 if on_row else math.floor(at[0])
-    north = int(row) if on_row else south
-    west = int(col) - 1 if on_col else math.floor(at[1])
-    east = int(col) if on_col else west
+    south, west = math.floor(row - _NEAR), math.floor(col - _NEAR)
+    north, east = math.floor(row + _NEAR), math.floor(col + _NEAR)
     for r in range(south, north + 1):
         for c in range(west, east + 1):
             cost = costs[r, c]
-            for side in range(4):
-                ar, ac = r + _ENDS[side, 0], c + _ENDS[side, 1]
-                br, bc = r + _ENDS[side, 2], c + _ENDS[side, 3]
-                along = min(cost, costs[r + _BEYOND[side, 0], c + _BEYOND[side, 1]])
-                best = _edge(g, at, ar, ac, br, bc, cost, along, best, out)
+            to_south, to_north = min(cost, costs[r - 1, c]), min(cost, costs[r + 1, c])
+            to_west, to_east = min(cost, costs[r, c - 1]), min(cost, costs[r, c + 1])
+            best = _edge(g, row, col, r, c, r, c + 1, cost, to_south, best, out)
+            best = _edge(g, row, col, r, c + 1, r + 1, c + 1, cost, to_east, best, out)
+            best = _edge(g, row, col, r + 1, c, r + 1, c + 1, cost, to_north, best, out)
+            best = _edge(g, row, col, r, c, r + 1, c, cost, to_west, best, out)
     return best
 
 
 @njit()
 def _edge(
     g: Floats,
-    at: Floats,
+    row: float,
+    col: float,
     ar: int,
     ac: int,
     br: int,
@@ -53,11 +48,11 @@ def _edge(
     best: float,
     out: Floats,
 ) -> float:
-    """Least of ``best`` and the cost over the edge from a to b; where that is goes into ``out``."""
-    off = abs(at[0] - ar) if ar == br else abs(at[1] - ac)
-    share = at[1] - ac if ar == br else at[0] - ar
+    """Least of ``best`` and the cost over the edge from a to b, or along it; where that is goes into ``out``."""
+    off = abs(row - ar) if ar == br else abs(col - ac)
+    share = col - ac if ar == br else row - ar
     ga, gb = g[ar, ac], g[br, bc]
-    if min(ga, gb) + min(cost, along) * off >= best:
+    if min(ga, gb) + along * off >= best:
         return best
     if off < _NEAR:
         # the place is on this edge: only its ends lead anywhere
@@ -70,20 +65,17 @@ def _edge(
         return best
     if cost == math.inf:
         return best
-    for choice in range(3):
-        t = float(choice)
-        if choice == 2:
-            gain = ga - gb
-            if not math.isfinite(gain) or abs(gain) >= cost:
-                continue
-            t = share + off * gain / math.sqrt(cost * cost - gain * gain)
-            if not 0.0 < t < 1.0:
-                continue
-        there = ga if t == 0.0 else gb if t == 1.0 else (1.0 - t) * ga + t * gb
-        total = cost * math.sqrt(off * off + (t - share) ** 2) + there
-        if total < best:
-            best = total
-            out[0], out[1] = ar + t * (br - ar), ac + t * (bc - ac)
+    # what it costs over the edge is convex along it
+    gain = ga - gb
+    if abs(gain) < cost:
+        t = min(max(share + off * gain / math.sqrt(cost * cost - gain * gain), 0.0), 1.0)
+    else:
+        t = 1.0 if gain > 0.0 else 0.0
+    there = ga if t == 0.0 else gb if t == 1.0 else (1.0 - t) * ga + t * gb
+    total = cost * math.sqrt(off * off + (t - share) ** 2) + there
+    if total < best:
+        best = total
+        out[0], out[1] = ar + t * (br - ar), ac + t * (bc - ac)
     return best
 
 
@@ -91,19 +83,15 @@ def _edge(
 def follow(costs: Floats, g: Floats, begin: Floats, goal: Floats, most: int) -> Floats:
     """Points (n, 2) from ``begin``, (row, column) in edges; the last is ``goal`` where a way leads there."""
     way = np.empty((most, 2))
-    way[0] = begin
-    count = 1
-    there = np.empty(2)
-    while count < most - 1:
-        at = way[count - 1]
-        row, col = math.floor(goal[0]), math.floor(goal[1])
-        inside = row - _NEAR <= at[0] <= row + 1 + _NEAR and col - _NEAR <= at[1] <= col + 1 + _NEAR
-        if inside and costs[row, col] < math.inf:
-            way[count] = goal
-            return way[: count + 1]
-        found = onward(costs, g, at, there)
-        if found == math.inf:
-            return way[:count]
-        way[count] = there
-        count += 1
-    return way[:count]
+    row, col = math.floor(goal[0]), math.floor(goal[1])
+    way[0, 0], way[0, 1] = begin[0], begin[1]
+    out = np.empty(2)
+    for last in range(most - 1):
+        r, c = way[last, 0], way[last, 1]
+        if row - _NEAR <= r <= row + 1 + _NEAR and col - _NEAR <= c <= col + 1 + _NEAR:
+            way[last + 1, 0], way[last + 1, 1] = goal[0], goal[1]
+            return way[: last + 2]
+        if onward(costs, g, r, c, out) == math.inf:
+            return way[: last + 1]
+        way[last + 1, 0], way[last + 1, 1] = out[0], out[1]
+    return way

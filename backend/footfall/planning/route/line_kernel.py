@@ -9,9 +9,9 @@ from footfall.compiled import njit
 
 Floats = NDArray[np.float64]
 
-_ROUNDS = 8
+_ROUNDS = 5
 """Times that all points of a way are moved, each time by half as much."""
-_PATIENCE = 8
+_PATIENCE = 4
 """Lines are tried over so many times as many points as were cut off by the last one that paid."""
 _NEAR = 1e-9
 """A point so near to an edge is on it [edges]."""
@@ -76,7 +76,7 @@ def line_costs(costs: Floats, way: Floats) -> Floats:
     """Costs (n − 1,) of the straight lines between the points of a way (n, 2)."""
     own = np.empty(len(way) - 1)
     for i in range(len(own)):
-        own[i] = line_cost(costs, way[i], way[i + 1])
+        own[i] = _line(costs, way[i, 0], way[i, 1], way[i + 1, 0], way[i + 1, 1])
     return own
 
 
@@ -99,7 +99,7 @@ def shortcuts(costs: Floats, way: Floats, own: Floats) -> NDArray[np.bool_]:
             for i in range(last, end):
                 spent += own[i]
             last = end
-            if line_cost(costs, way[at], way[end]) <= spent * (1.0 + 1e-12):
+            if _line(costs, way[at, 0], way[at, 1], way[end, 0], way[end, 1]) <= spent * (1.0 + 1e-12):
                 best = end
             elif end - at > _PATIENCE * (best - at):
                 break
