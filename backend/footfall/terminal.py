@@ -24,6 +24,7 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 if TYPE_CHECKING:
+    from footfall.balance.tether import Tether
     from footfall.robot.model import Robot
 
 Pair = tuple[float, float]
@@ -86,14 +87,16 @@ def bar(what: str) -> Iterator[Report]:
         yield report
 
 
-def stance(robot: str, terrain: Path, x: float, y: float, yaw: float) -> "tuple[Robot, Dem, RobotState]":
-    """Robot, terrain file and the robot standing on it."""
+def stance(
+    robot: str, terrain: Path, x: float, y: float, yaw: float, tether: "Tether | None" = None
+) -> "tuple[Robot, Dem, RobotState]":
+    """Robot, terrain file and the robot standing on it, or hanging on a tether."""
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
     from footfall.planning.walk.stand import stand
 
     body, dem = load_robot(robot), read_terrain(terrain)
-    return body, dem, stand(body, dem, x=x, y=y, yaw=yaw)
+    return body, dem, stand(body, dem, x=x, y=y, yaw=yaw, tether=tether)
 
 
 def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:

@@ -10,11 +10,20 @@ import typer
 from typer.core import TyperCommand
 
 from footfall import terminal
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.planning.execution.settings import HELD, MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import (
+    Blocked,
+    Tethered,
+    WalkGoal,
+    WalkPlan,
+    WalkResult,
+    WalkSettings,
+    foot_moves_told,
+)
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
@@ -70,6 +79,16 @@ def plan_walk(
         str | None,
         typer.Option(help=f"Plan also what to command a rover that sags: {' or '.join(HELD)}. --out then has that."),
     ] = None,
+    tether: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="The rover hangs on a tether: its anchor in site [m].", metavar="X Y Z"),
+    ] = None,
+    tether_at: Annotated[
+        tuple[float, float, float],
+        typer.Option(help="Where the tether leaves the chassis, in base [m].", metavar="X Y Z"),
+    ] = (-1.05, 0.615, -0.1),
+    tether_force: Annotated[float, typer.Option(help="The most that its drum pulls with [N].")] = 12_000.0,
+    tether_length: Annotated[float, typer.Option(help="The most that its drum pays out [m].")] = 30.0,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -86,10 +105,13 @@ def plan_walk(
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     smoothing, wanted = Smoothing(rounds=rounds, posture=posture), WalkGoal(*goal, yaw=goal_yaw)
     settings = WalkSettings(seed=seed, time_limit=time_limit, smoothing=smoothing)
-    body, dem, state = terminal.stance(robot, terrain, *(at or (x, y, yaw)))
+    hung = None
+    if tether is not None:
+        hung = Tether(np.array(tether), np.array(tether_at), tether_force, tether_length)
+    body, dem, state = terminal.stance(robot, terrain, *(at or (x, y, yaw)), tether=hung)
     began = time.monotonic()
     with bar("walk") as progress:
-        result = run(body, dem, state, wanted, settings=settings, progress=progress)
+        result = run(body, dem, state, wanted, settings=settings, progress=progress, tether=hung)
     seconds = time.monotonic() - began
     done = None
     if result.plan is not None and mode is not None:
@@ -118,6 +140,8 @@ def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, 
         typer.echo(f"  blocked {one.count} times by {_told(one)}")
     if result.plan is not None:
         typer.echo(f"{_in_words(result.plan)}, digest {result.plan.digest}")
+        if result.plan.tethered is not None:
+            typer.echo(_tether_in_words(result.plan, result.plan.tethered))
     if result.smoothed is not None:
         typer.echo(f"smoothed: {_smoothed_in_words(result.smoothed)}")
     if result.partial is not None:
@@ -146,6 +170,15 @@ def _in_words(plan: WalkPlan) -> str:
     return (
         f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
         f"least margin {told['least_margin']:.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
+    )
+
+
+def _tether_in_words(plan: WalkPlan, tethered: Tethered) -> str:
+    lengths, pulls = tethered.lengths, tethered.pulls
+    each = ", ".join(f"{one:.2f}" for one in plan.paid_out)
+    return (
+        f"tether: {lengths[0]:.2f} → {lengths[-1]:.2f} m, pulled with {pulls.min():.0f} to {pulls.max():.0f} N, paid out "
+        f"in each foot move and after the last {each} m"
     )
 
 

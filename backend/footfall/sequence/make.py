@@ -14,7 +14,7 @@ from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkPlan
 from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
-from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
+from footfall.sequence.commands import Command, RuleResult, Sequence, leg_move, posture_move
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import needed_duration
@@ -38,7 +38,8 @@ def make_sequence(
 
     A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk both in turn, all as if the rover were rigid.
     An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
-    motion rules (collision, balance, torque…) are checked too. Without ``settings`` the clearance and the balance
+    motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a walk
+    on one fail a rule that says what it would have to pay out. Without ``settings`` the clearance and the balance
     preference are the plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
@@ -68,10 +69,24 @@ def make_sequence(
         start=start,
         predicted=postures(way, start),
         T_site_base=T_site_base,
-        rules=check_rules(robot, commands, start, T_site_base, dem, settings),
+        rules=(*check_rules(robot, commands, start, T_site_base, dem, settings), *_tether_rules(plan)),
         provenance=Provenance(parents, settings),
         Ts_site_base=poses(way),
     )
+
+
+def _tether_rules(plan: StepPlan | BodyMovePlan | WalkPlan) -> tuple[RuleResult, ...]:
+    """That no command drives the drum of a walk's tether, and what it would have to do."""
+    if not isinstance(plan, WalkPlan) or plan.tethered is None:
+        return ()
+    lengths, speed = plan.tethered.lengths, plan.tethered.tether.speed
+    each = ", ".join(f"{one:.3f}" for one in plan.paid_out)
+    text = (
+        f"this walk hangs on a tether, and no command drives its drum: from {lengths[0]:.3f} m it has to pay out {each} m "
+        f"in its foot moves and after the last, at up to {speed:g} m/s, and to pull with up to "
+        f"{plan.tethered.pulls.max():.0f} N"
+    )
+    return (RuleResult("tether", -1, False, float("nan"), "", text),)
 
 
 def _of_part(part: Part, limits: Array) -> tuple[Command, ...]:

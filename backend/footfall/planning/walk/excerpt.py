@@ -54,14 +54,16 @@ def excerpt(plan: WalkPlan, first: int, count: int, state: RobotState) -> WalkPl
     moves, phases = plan.moves[rows] - first, [plan.phases[row] for row in rows]
     moves[0], phases[0] = 0, BODY
     poses[0] = state.T_site_base
-    margins, torques = plan.margins[rows], plan.torques[rows]
+    margins, torques, kept = plan.margins[rows], plan.torques[rows], rows
     if np.abs(state.posture - waypoints[0]).max() > JOINT_TOLERANCE:
         if phases[1] != BODY:
             again = [0, *range(len(rows))]
             waypoints, poses, moves = waypoints[again], poses[again], moves[again]
-            margins, torques, phases = margins[again], torques[again], [BODY, *phases]
+            margins, torques, phases, kept = margins[again], torques[again], [BODY, *phases], rows[again]
         waypoints[0] = state.posture
-    last = min(first + count, plan.foot_moves)
+    last, tethered = min(first + count, plan.foot_moves), plan.tethered
+    if tethered is not None:
+        tethered = replace(tethered, lengths=tethered.tether.lengths(poses), pulls=tethered.pulls[kept])
     parents = {name: digest for name, digest in plan.parents.items() if name != "state"}
     parents |= {"walk": plan.digest, "state": state.digest}
     return replace(
@@ -74,6 +76,7 @@ def excerpt(plan: WalkPlan, first: int, count: int, state: RobotState) -> WalkPl
         phases=tuple(phases),
         margins=margins,
         torques=torques,
+        tethered=tethered,
         provenance=Provenance(parents, plan.provenance.settings, plan.provenance.seed),
     )
 

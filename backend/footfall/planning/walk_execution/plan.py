@@ -52,6 +52,8 @@ def plan_walk_execution(
     settings = settings or ExecutionSettings()
     if not isinstance(settings, ExecutionSettings) or settings.mode not in HELD:
         raise InvalidInput(f"a walk is executed with ExecutionSettings of a mode of {', '.join(HELD)}")
+    if walk.tethered is not None:
+        raise InvalidInput("a walk on a tether is not executed yet: how the rover sags on one is not predicted")
     asked = _asked(walk, first, count)
     require_fit(robot, state, walk.parents)
     parents = {"walk": walk.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}

@@ -74,16 +74,16 @@ class Tethering:
         toward = (tether.anchor - end) / length
         where = stretch.where(at)
         if length > tether.bare:
-            line = _line(end, tether.anchor - tether.bare * toward)
-            spare = _apart(line, self._ground, np.eye(4)) - tether.clearance if self._ground else -np.inf
+            line = line_between(end, tether.anchor - tether.bare * toward)
+            spare = apart_from(line, self._ground, np.eye(4)) - tether.clearance if self._ground else -np.inf
             self.way.take(spare, f"the ground, {where}")
         if length > OFF_DECK:
-            line = _line(end + OFF_DECK * toward, tether.anchor)
+            line = line_between(end + OFF_DECK * toward, tether.anchor)
             for name in ("base", PAYLOAD):
                 if name in self._bodies:
-                    away = _apart(line, self._bodies[name].shape, stretch.Ts_site_base[at])
+                    away = apart_from(line, self._bodies[name].shape, stretch.Ts_site_base[at])
                     self.way.take(away if away > 0 else -_THIN, f"the chassis, {where}")
-        line = _line(end, tether.anchor)
+        line = line_between(end, tether.anchor)
         for leg in legs:
             for part in PARTS:
                 link, body = link_name(leg, part), self._bodies[part]
@@ -92,7 +92,7 @@ class Tethering:
                 along = np.clip((middle - end) @ toward, 0.0, length)
                 bound = float(np.linalg.norm(middle - end - along * toward)) - body.radius - tether.clearance
                 if bound < self.way.spare:
-                    self.way.take(_apart(line, body.shape, T) - tether.clearance, f"{link}, {where}")
+                    self.way.take(apart_from(line, body.shape, T) - tether.clearance, f"{link}, {where}")
 
     def _ground_of(self, dem: Dem) -> coal.BVHModelOBBRSS | None:
         """All ground between the feet and the anchor."""
@@ -102,7 +102,7 @@ class Tethering:
         return None if whole is None else Body(triangulate(whole.dem)).shape
 
 
-def _line(one: Array, other: Array) -> tuple[coal.Capsule, coal.Transform3s]:
+def line_between(one: Array, other: Array) -> tuple[coal.Capsule, coal.Transform3s]:
     """A thin capsule between two points (3,)."""
     length = float(np.linalg.norm(other - one))
     z = (other - one) / length
@@ -112,7 +112,7 @@ def _line(one: Array, other: Array) -> tuple[coal.Capsule, coal.Transform3s]:
     return coal.Capsule(_THIN, length), coal.Transform3s(R, 0.5 * (one + other))
 
 
-def _apart(line: tuple[coal.Capsule, coal.Transform3s], shape: coal.BVHModelOBBRSS, T: Array) -> float:
+def apart_from(line: tuple[coal.Capsule, coal.Transform3s], shape: coal.BVHModelOBBRSS, T: Array) -> float:
     """Distance of a line from a surface [m], 0 where they meet."""
     request, found = coal.DistanceRequest(), coal.DistanceResult()
     pose = coal.Transform3s(np.ascontiguousarray(T[:3, :3]), np.ascontiguousarray(T[:3, 3]))
