@@ -1,0 +1,163 @@
+"""Which limbs of a robot's tree are legs, told from arms, sensors and hands by how the tree hangs and where it ends."""
+
+from dataclasses import dataclass
+from os.path import commonprefix
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidRobot
+from footfall.core.frames import inverse
+from footfall.robot.legged.groups import grouped
+from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.soles import sole_of
+from footfall.robot.legged.tree import RobotTree, TreeJoint
+
+HIGH = 0.3
+"""A limb whose end stays this share of the robot's height above the feet is no leg."""
+DOUBTFUL = 0.15
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Limb:
+    """A chain of moving joints from the base to one end; lowest: height of its last body's lowest point [m]."""
+
+    joints: tuple[TreeJoint, ...]
+    forks: bool
+    lowest: float
+
+
+def legged_model(tree: RobotTree) -> LeggedModel:
+    """Base, legs, feet and groups of a robot.
+
+    Raises InvalidRobot where it has fewer than three legs or more than twelve, saying of every other limb why it is none.
+    """
+    Ts_root_link = tree.poses(tree.neutral())
+    limbs = [_limb(tree, joint, Ts_root_link) for joint in tree.joints if joint.moves and _carried_by_base(tree, joint)]
+    if not limbs:
+        raise InvalidRobot(f"{tree.name} has no joint that moves, so no legs; a legged robot needs 3 to 12")
+    top = _lowest(tree, tree.root, Ts_root_link)
+    chains = [limb for limb in limbs if _why_not(limb) == ""]
+    ground = min((limb.lowest for limb in chains), default=0.0)
+    height = max(top - ground, 1e-9)
+    legs: list[LegChain] = []
+    left_out: dict[str, str] = {}
+    for limb in limbs:
+        above = (limb.lowest - ground) / height
+        why = _why_not(limb)
+        if not why and top <= ground:
+            why = "it does not reach below the base"
+        elif not why and above > HIGH:
+            why = f"its end stays {limb.lowest - ground:.2f} m above the lowest"
+        if why:
+            left_out[f"{limb.joints[0].name} … {limb.joints[-1].name}"] = why
+            continue
+        doubt = f"its end is {limb.lowest - ground:.3f} m above the lowest foot" if above > DOUBTFUL else ""
+        legs.append(_leg(tree, limb, Ts_root_link, doubt))
+    return LeggedModel(tree, tree.root, grouped(tree, _named(legs)), left_out)
+
+
+def foot_of(tree: RobotTree, last: TreeJoint) -> str:
+    """The foot link of a limb that ends with that joint: of its last body the end farthest from the joint.
+
+    A link with a shape comes before a bare frame unless the frame lies farther out by more than the body is large.
+    """
+    members = tree.members(last.child)
+    Ts_root_link = tree.poses({})
+    start = Ts_root_link[last.child][:3, 3]
+    carriers = {joint.parent for joint in tree.joints}
+    ends = [link for link in members if link.name not in carriers] or [tree.link(last.child)]
+    shaped = [link for link in ends if link.shapes] or ends
+
+    def far(name: str) -> float:
+        return float(np.linalg.norm(Ts_root_link[name][:3, 3] - start))
+
+    return max(shaped, key=lambda link: far(link.name)).name
+
+
+def chain_to(tree: RobotTree, link: str) -> tuple[TreeJoint, ...]:
+    """All joints from the root to a link, in order."""
+    by_child = {joint.child: joint for joint in tree.joints}
+    found: list[TreeJoint] = []
+    while link in by_child:
+        found.insert(0, by_child[link])
+        link = by_child[link].parent
+    return tuple(found)
+
+
+def sole_at_neutral(tree: RobotTree, foot: str) -> "tuple[tuple[TreeJoint, ...], object]":
+    """Moving joints down to a foot link, and its sole at the posture in the middle."""
+    return tuple(j for j in chain_to(tree, foot) if j.moves), _sole(tree, foot, tree.poses(tree.neutral()))
+
+
+def _sole(tree: RobotTree, foot: str, Ts_root_link: dict[str, Array]):
+    body = tree.bodies()[foot]
+    T_foot_root = inverse(Ts_root_link[foot])
+    Ts_foot_link = {link.name: T_foot_root @ Ts_root_link[link.name] for link in tree.members(body)}
+    return sole_of(tree.members(body), Ts_foot_link, -T_foot_root[:3, 2])
+
+
+def _carried_by_base(tree: RobotTree, joint: TreeJoint) -> bool:
+    return tree.bodies()[joint.parent] == tree.root
+
+
+def _limb(tree: RobotTree, first: TreeJoint, Ts_root_link: dict[str, Array]) -> _Limb:
+    """The limb that begins with a joint; where it forks it is followed along its longest way."""
+    joints, forks = [first], False
+    while True:
+        members = {link.name for link in tree.members(joints[-1].child)}
+        onward = [joint for joint in tree.joints if joint.moves and joint.parent in members]
+        if not onward:
+            break
+        forks = forks or len(onward) > 1
+        joints.append(max(onward, key=lambda joint: _length(tree, joint)))
+    return _Limb(tuple(joints), forks, _lowest(tree, joints[-1].child, Ts_root_link))
+
+
+def _length(tree: RobotTree, joint: TreeJoint) -> int:
+    members = {link.name for link in tree.members(joint.child)}
+    return 1 + max((_length(tree, one) for one in tree.joints if one.moves and one.parent in members), default=0)
+
+
+def _lowest(tree: RobotTree, body: str, Ts_root_link: dict[str, Array]) -> float:
+    """Height of a rigid body's lowest point above the root's frame [m]; of its frames where it has no shape.
+
+    Of the base the height of its frame: its belly may hang low.
+    """
+    if body == tree.root:
+        return 0.0
+    heights = [Ts_root_link[link.name][2, 3] for link in tree.members(body)]
+    for link in tree.members(body):
+        T_root_link = Ts_root_link[link.name]
+        heights += [float((shape.points @ T_root_link[2, :3]).min() + T_root_link[2, 3]) for shape in link.shapes]
+    return float(min(heights))
+
+
+def _why_not(limb: _Limb) -> str:
+    free = sum(not joint.mimic for joint in limb.joints)
+    if limb.forks:
+        return "it forks, as hands do"
+    if free < 2:
+        return f"{free} joint that moves can't place a foot; at least 2 are needed"
+    return ""
+
+
+def _leg(tree: RobotTree, limb: _Limb, Ts_root_link: dict[str, Array], doubt: str) -> LegChain:
+    foot = foot_of(tree, limb.joints[-1])
+    joints = tuple(joint.name for joint in limb.joints)
+    return LegChain(foot, joints, foot, _sole(tree, foot, Ts_root_link), 0, doubt)
+
+
+def _named(legs: list[LegChain]) -> list[LegChain]:
+    """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT, … are LF, RF, …"""
+    feet = [leg.foot for leg in legs]
+    end = len(commonprefix([foot[::-1] for foot in feet])) if len(feet) > 1 else 0
+    begin = len(commonprefix(feet)) if len(feet) > 1 else 0
+    short = [foot[begin : len(foot) - end].strip("_-. ") for foot in feet]
+    names = short if all(short) and len(set(short)) == len(short) else feet
+    return [
+        LegChain(name, leg.joints, leg.foot, leg.sole, leg.group, leg.doubt)
+        for name, leg in zip(names, legs, strict=True)
+    ]

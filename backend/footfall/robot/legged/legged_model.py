@@ -1,0 +1,79 @@
+"""A robot that stands on legs, as it was read from a description that others wrote."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidRobot
+from footfall.core.value import Value, value
+from footfall.robot.legged.tree import RobotTree
+
+FEWEST_LEGS, MOST_LEGS = 3, 12
+SOLES = ("wheel", "ball", "flat", "point")
+
+
+@value
+class Sole(Value):
+    """What of a foot touches the ground, in the frame of the foot link.
+
+    kind: one of SOLES. center: of wheel, ball or flat sole, or the point, (3,) [m]. radius [m]: of wheel or ball, else 0.
+    axis: (3,) axle of a wheel, outward normal of a flat sole, else zeros. width [m]: of a wheel, else 0.
+    polygon: corners of a flat sole, counter-clockwise seen against its normal, (n, 3) [m]; (0, 3) for others.
+    doubt: why the guess may be wrong; empty where it is sure.
+    """
+
+    kind: str
+    center: NDArray[np.float64]
+    radius: float
+    axis: NDArray[np.float64]
+    width: float
+    polygon: NDArray[np.float64]
+    doubt: str = ""
+
+    def check(self) -> None:
+        if self.kind not in SOLES:
+            raise InvalidRobot(f"a sole is one of {', '.join(SOLES)}, not {self.kind!r}")
+
+
+@value
+class LegChain(Value):
+    """One leg: its moving joints from the base to the foot, and the foot link. doubt: why it may be no leg."""
+
+    name: str
+    joints: tuple[str, ...]
+    foot: str
+    sole: Sole
+    group: int
+    doubt: str = ""
+
+
+@value
+class LeggedModel(Value):
+    """base: first link of the chassis. legs that have one group are built alike. left_out: limb → why it is no leg.
+
+    Raises InvalidRobot for fewer than three legs or more than twelve, and for names that two legs have.
+    """
+
+    tree: RobotTree
+    base: str
+    legs: tuple[LegChain, ...]
+    left_out: Mapping[str, str]
+
+    def check(self) -> None:
+        if not FEWEST_LEGS <= len(self.legs) <= MOST_LEGS:
+            others = "; ".join(f"{limb}: {why}" for limb, why in self.left_out.items())
+            raise InvalidRobot(
+                f"{self.tree.name} has {len(self.legs)} legs, and {FEWEST_LEGS} to {MOST_LEGS} are needed"
+                + (f"; no legs are {others}" if others else ""),
+                legs=[leg.name for leg in self.legs],
+                left_out=dict(self.left_out),
+            )
+        names = [leg.name for leg in self.legs]
+        if len(set(names)) != len(names):
+            raise InvalidRobot(f"{self.tree.name}: two legs have one name", names=names)
+
+    def groups(self) -> tuple[tuple[LegChain, ...], ...]:
+        """Legs that are built alike, together."""
+        numbers = sorted({leg.group for leg in self.legs})
+        return tuple(tuple(leg for leg in self.legs if leg.group == number) for number in numbers)
