@@ -21,6 +21,7 @@ from footfall.map_commands import make_map
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
 from footfall.referee_commands import run_referee
+from footfall.robot_commands import robot_app
 from footfall.route_commands import plan_route as run_plan_route
 from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
 from footfall.terminal import (
@@ -51,6 +52,7 @@ plan_app = typer.Typer(cls=Reporting, rich_markup_mode=None, no_args_is_help=Tru
 app.add_typer(accounts_app, name="accounts")
 app.add_typer(terrain_app, name="terrain")
 app.add_typer(plan_app, name="plan")
+app.add_typer(robot_app, name="robot")
 app.add_typer(sessions_app, name="sessions")
 plan_app.command("gait", cls=WithGoal)(run_plan_gait)
 plan_app.command("walk", cls=WithGoal)(run_plan_walk)

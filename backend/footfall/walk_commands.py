@@ -177,8 +177,8 @@ def _tether_in_words(plan: WalkPlan, tethered: Tethered) -> str:
     lengths, pulls = tethered.lengths, tethered.pulls
     each = ", ".join(f"{one:.2f}" for one in plan.paid_out)
     return (
-        f"tether: {lengths[0]:.2f} → {lengths[-1]:.2f} m, pulled with {pulls.min():.0f} to {pulls.max():.0f} N, paid out "
-        f"in each foot move and after the last {each} m"
+        f"tether: {lengths[0]:.2f} → {lengths[-1]:.2f} m, pulled with {pulls.min():.0f} to {pulls.max():.0f} N, "
+        f"paid out in each foot move and after the last {each} m"
     )
 
 

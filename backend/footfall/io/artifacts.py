@@ -107,6 +107,22 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Payload",
         "RobotDescription",
     ),
+    "footfall.robot.legged.finding": (
+        "Finding",
+        "Grade",
+    ),
+    "footfall.robot.legged.legged_model": (
+        "LegChain",
+        "LeggedModel",
+        "Sole",
+    ),
+    "footfall.robot.legged.touching": ("Touching",),
+    "footfall.robot.legged.tree": (
+        "RobotTree",
+        "TreeJoint",
+        "TreeLink",
+        "TreeShape",
+    ),
     "footfall.robot.limb.limb": ("Limb",),
     "footfall.sequence.commands": (
         "AtRest",

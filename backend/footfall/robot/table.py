@@ -68,6 +68,20 @@ class Table:
             raise InvalidRobot(f"{self._name(key)} must be a list of {count or 'some'} numbers")
         return np.array([self._number(item, key) for item in items], float)
 
+    def corners(self, key: str) -> NDArray[np.float64]:
+        """Three or more points, (n, 3)."""
+        items = self._get(key)
+        if not isinstance(items, list) or len(items) < 3 or not all(isinstance(i, list) and len(i) == 3 for i in items):
+            raise InvalidRobot(f"{self._name(key)} must be a list of three or more points of three numbers")
+        return np.array([[self._number(item, key) for item in corner] for corner in items], float)
+
+    def pairs(self, key: str) -> tuple[tuple[str, str], ...]:
+        items = self._get(key)
+        whole = isinstance(items, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in items)
+        if not whole or not all(isinstance(item, str) for pair in items for item in pair):
+            raise InvalidRobot(f"{self._name(key)} must be a list of pairs of texts")
+        return tuple((pair[0], pair[1]) for pair in items)
+
     def _number(self, item: Any, key: str) -> float:
         if isinstance(item, bool) or not isinstance(item, (int, float)) or not math.isfinite(item):
             raise InvalidRobot(f"{self._name(key)} must be a finite number")

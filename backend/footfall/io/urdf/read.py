@@ -117,9 +117,7 @@ def _joint(element: Element) -> TreeJoint:
     kind = _text(element, "type", where)
     if kind not in JOINT_KINDS:
         raise InvalidRobot(f"{where} is {kind}; {', '.join(JOINT_KINDS)} are read, the base floats by itself")
-    parent, child = (
-        _text(_need(element, tag, where), "link", where) for tag in ("parent", "child")
-    )
+    parent, child = (_text(_need(element, tag, where), "link", where) for tag in ("parent", "child"))
     axis = element.find("axis")
     direction = np.array([1.0, 0.0, 0.0]) if axis is None else _numbers(axis, "xyz", 3, where)
     length = float(np.linalg.norm(direction))
@@ -163,7 +161,9 @@ def _tree(name: str, links: list[TreeLink], joints: list[TreeJoint]) -> RobotTre
             if link not in by_name:
                 raise InvalidRobot(f"{name}: joint {joint.name} names the link {link}, which is not there")
         if joint.child in carried:
-            raise InvalidRobot(f"{name}: link {joint.child} hangs from two joints, {carried[joint.child]} and {joint.name}")
+            raise InvalidRobot(
+                f"{name}: link {joint.child} hangs from two joints, {carried[joint.child]} and {joint.name}"
+            )
         carried[joint.child] = joint.name
     _check_mimics(name, joints)
     roots = [link for link in links if link.name not in carried]

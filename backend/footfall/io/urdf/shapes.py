@@ -74,7 +74,7 @@ def _of_collada(path: Path, content: bytes) -> tuple[np.ndarray, np.ndarray]:
     Like the viewers of URDFs it leaves the file's axes as they are, whatever its ``up_axis`` says.
     """
     if re.search(rb"<!(DOCTYPE|ENTITY)", content, re.IGNORECASE):
-        raise InvalidRobot(f"{path.name} declares a document type or entities; a mesh needs none: take <!DOCTYPE …> out")
+        raise InvalidRobot(f"{path.name} declares a document type or entities; take <!DOCTYPE …> out")
     loaded = coal.MeshLoader().load(str(path), np.ones(3))
     triangles = [tuple(loaded.tri_indices(i)[k] for k in range(3)) for i in range(loaded.num_tris)]
     return np.array(loaded.vertices(), float), np.array(triangles, np.int64).reshape(-1, 3)

@@ -1,7 +1,7 @@
 """Which limbs of a robot's tree are legs, told from arms, sensors and hands by how the tree hangs and where it ends."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from os.path import commonprefix
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidRobot
 from footfall.core.frames import inverse
 from footfall.robot.legged.groups import grouped
-from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
 from footfall.robot.legged.soles import sole_of
 from footfall.robot.legged.tree import RobotTree, TreeJoint
 
@@ -32,7 +32,7 @@ class _Limb:
 def legged_model(tree: RobotTree) -> LeggedModel:
     """Base, legs, feet and groups of a robot.
 
-    Raises InvalidRobot where it has fewer than three legs or more than twelve, saying of every other limb why it is none.
+    Raises InvalidRobot for fewer than three legs or more than twelve, saying of every other limb why it is none.
     """
     Ts_root_link = tree.poses(tree.neutral())
     limbs = [_limb(tree, joint, Ts_root_link) for joint in tree.joints if joint.moves and _carried_by_base(tree, joint)]
@@ -87,16 +87,17 @@ def chain_to(tree: RobotTree, link: str) -> tuple[TreeJoint, ...]:
     return tuple(found)
 
 
-def sole_at_neutral(tree: RobotTree, foot: str) -> "tuple[tuple[TreeJoint, ...], object]":
-    """Moving joints down to a foot link, and its sole at the posture in the middle."""
-    return tuple(j for j in chain_to(tree, foot) if j.moves), _sole(tree, foot, tree.poses(tree.neutral()))
+def sole_under(tree: RobotTree, foot: str, Ts_root_link: Mapping[str, Array]) -> Sole:
+    """The sole of a foot link, with the robot standing as its link poses (4, 4) say: z of the root is up.
 
-
-def _sole(tree: RobotTree, foot: str, Ts_root_link: dict[str, Array]):
+    The foot link's own shapes decide where it has some, otherwise all of its rigid body's.
+    """
     body = tree.bodies()[foot]
     T_foot_root = inverse(Ts_root_link[foot])
-    Ts_foot_link = {link.name: T_foot_root @ Ts_root_link[link.name] for link in tree.members(body)}
-    return sole_of(tree.members(body), Ts_foot_link, -T_foot_root[:3, 2])
+    own = tree.link(foot)
+    links = (own,) if own.shapes else tree.members(body)
+    Ts_foot_link = {link.name: T_foot_root @ Ts_root_link[link.name] for link in links}
+    return sole_of(links, Ts_foot_link, -T_foot_root[:3, 2])
 
 
 def _carried_by_base(tree: RobotTree, joint: TreeJoint) -> bool:
@@ -147,17 +148,21 @@ def _why_not(limb: _Limb) -> str:
 def _leg(tree: RobotTree, limb: _Limb, Ts_root_link: dict[str, Array], doubt: str) -> LegChain:
     foot = foot_of(tree, limb.joints[-1])
     joints = tuple(joint.name for joint in limb.joints)
-    return LegChain(foot, joints, foot, _sole(tree, foot, Ts_root_link), 0, doubt)
+    return LegChain(foot, joints, foot, sole_under(tree, foot, Ts_root_link), 0, doubt)
 
 
 def _named(legs: list[LegChain]) -> list[LegChain]:
     """Legs called by what their foot links don't share: LF_FOOT, RF_FOOT, … are LF, RF, …"""
     feet = [leg.foot for leg in legs]
-    end = len(commonprefix([foot[::-1] for foot in feet])) if len(feet) > 1 else 0
-    begin = len(commonprefix(feet)) if len(feet) > 1 else 0
+    begin, end = _shared(feet), _shared([foot[::-1] for foot in feet])
     short = [foot[begin : len(foot) - end].strip("_-. ") for foot in feet]
     names = short if all(short) and len(set(short)) == len(short) else feet
     return [
         LegChain(name, leg.joints, leg.foot, leg.sole, leg.group, leg.doubt)
         for name, leg in zip(names, legs, strict=True)
     ]
+
+
+def _shared(names: list[str]) -> int:
+    """How many signs all names begin with alike."""
+    return next((i for i, signs in enumerate(zip(*names, strict=False)) if len(set(signs)) > 1), 0)

@@ -17,7 +17,7 @@ SOLES = ("wheel", "ball", "flat", "point")
 class Sole(Value):
     """What of a foot touches the ground, in the frame of the foot link.
 
-    kind: one of SOLES. center: of wheel, ball or flat sole, or the point, (3,) [m]. radius [m]: of wheel or ball, else 0.
+    kind: one of SOLES. center: of wheel, ball or flat sole, or the point, (3,) [m]. radius: of wheel or ball [m], or 0.
     axis: (3,) axle of a wheel, outward normal of a flat sole, else zeros. width [m]: of a wheel, else 0.
     polygon: corners of a flat sole, counter-clockwise seen against its normal, (n, 3) [m]; (0, 3) for others.
     doubt: why the guess may be wrong; empty where it is sure.
@@ -63,8 +63,9 @@ class LeggedModel(Value):
     def check(self) -> None:
         if not FEWEST_LEGS <= len(self.legs) <= MOST_LEGS:
             others = "; ".join(f"{limb}: {why}" for limb, why in self.left_out.items())
+            legs = "1 leg" if len(self.legs) == 1 else f"{len(self.legs)} legs"
             raise InvalidRobot(
-                f"{self.tree.name} has {len(self.legs)} legs, and {FEWEST_LEGS} to {MOST_LEGS} are needed"
+                f"{self.tree.name} has {legs}, and {FEWEST_LEGS} to {MOST_LEGS} are needed"
                 + (f"; no legs are {others}" if others else ""),
                 legs=[leg.name for leg in self.legs],
                 left_out=dict(self.left_out),

@@ -1,5 +1,7 @@
 """What kind of foot a link is, guessed from its collision shapes."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
@@ -10,6 +12,8 @@ from footfall.robot.legged.tree import TreeLink, TreeShape
 
 ROUND = 0.03
 """A ball's or wheel's surface is round where it leaves the fitted one by at most this share of the radius."""
+NEARLY_ROUND = 0.15
+"""Up to here a mesh that is neither round nor a wheel is still taken for a ball, and the difference told."""
 FLAT_DEPTH = 0.02
 """Points count to a flat sole within this share of the foot's height above the lowest."""
 FLAT_SHARE = 0.3
@@ -19,10 +23,10 @@ Array = NDArray[np.float64]
 _NOTHING = np.zeros((0, 3))
 
 
-def sole_of(links: tuple[TreeLink, ...], Ts_foot_link: dict[str, Array], down: Array) -> Sole:
+def sole_of(links: tuple[TreeLink, ...], Ts_foot_link: Mapping[str, Array], down: Array) -> Sole:
     """The sole of a foot: its lowest shape decides.
 
-    links: of the foot's rigid body; Ts_foot_link: link → (4, 4) in the foot link's frame; down: (3,) direction of the
+    links: whose shapes it is made of; Ts_foot_link: link → (4, 4) in the foot link's frame; down: (3,) direction of the
     ground in that frame, at the posture in the middle.
     """
     placed = [(Ts_foot_link[link.name] @ shape.T_link_shape, shape) for link in links for shape in link.shapes]
@@ -37,7 +41,14 @@ def sole_of(links: tuple[TreeLink, ...], Ts_foot_link: dict[str, Array], down: A
             return _wheel(T_foot_shape[:3, 3], axis, float(shape.size[0]), float(shape.size[2]))
     points = _points(T_foot_shape, shape)
     if shape.kind == "mesh":
-        round_one = _as_ball(points, down) or _as_wheel(T_foot_shape, shape, down)
+        # with the middles of triangles, as the corners alone of a cylinder or box lie on a sphere too
+        corners = points[shape.mesh.triangles]
+        surface = np.concatenate([points, corners.mean(axis=1)])
+        round_one = (
+            _as_ball(surface, down, ROUND)
+            or _as_wheel(T_foot_shape, shape, down)
+            or _as_ball(surface, down, NEARLY_ROUND)
+        )
         if round_one is not None:
             return round_one
     return _flat_or_point(points, down)
@@ -55,24 +66,31 @@ def _wheel(center: Array, axis: Array, radius: float, width: float, doubt: str =
     return Sole("wheel", center, radius, axis, width, _NOTHING, doubt)
 
 
-def _as_ball(points: Array, down: Array) -> Sole | None:
-    """A ball where the lower end of a mesh lies on a sphere: |p|² = 2 c·p + (r² − |c|²), by least squares."""
+def _as_ball(points: Array, down: Array, off_by: float) -> Sole | None:
+    """A ball where a mesh's lower end, or all of it, leaves a fitted sphere by at most that share of the radius."""
     heights = points @ down
-    width = np.ptp(points - np.outer(heights, down), axis=0).max()
+    width = float(np.ptp(points - np.outer(heights, down), axis=0).max())
     lower = points[heights > heights.max() - 0.3 * min(width, float(np.ptp(heights)))]
-    if len(lower) < 12:
-        return None
-    middle = lower.mean(axis=0)
-    near = lower - middle
+    for part in (lower, points):
+        fitted = _sphere(part) if len(part) >= 12 else None
+        if fitted is None:
+            continue
+        center, radius = fitted
+        off = float(np.percentile(np.abs(np.linalg.norm(part - center, axis=1) - radius), 95))
+        if 0 < radius <= width and off <= off_by * radius:
+            return _ball(center, radius, f"a ball fitted to the mesh, which leaves it by {1e3 * off:.1f} mm")
+    return None
+
+
+def _sphere(points: Array) -> tuple[Array, float] | None:
+    """Centre and radius of |p|² = 2 c·p + (r² − |c|²) by least squares; None where the points lie in a plane."""
+    middle = points.mean(axis=0)
+    near = points - middle
     matrix = np.column_stack([2 * near, np.ones(len(near))])
     solution, _, rank, _ = np.linalg.lstsq(matrix, (near**2).sum(axis=1), rcond=None)
     if rank < 4:
         return None
-    radius = float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0)))
-    off = np.abs(np.linalg.norm(near - solution[:3], axis=1) - radius)
-    if not 0 < radius <= width or float(np.percentile(off, 95)) > ROUND * radius:
-        return None
-    return _ball(solution[:3] + middle, radius, "fitted to the mesh's lower end")
+    return solution[:3] + middle, float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], 0.0)))
 
 
 def _as_wheel(T_foot_shape: Array, shape: TreeShape, down: Array) -> Sole | None:
@@ -92,7 +110,7 @@ def _as_wheel(T_foot_shape: Array, shape: TreeShape, down: Array) -> Sole | None
             continue
         if disc > (1 - 2 * ROUND) * np.pi * radius**2:
             center = T_foot_shape[:3, :3] @ ((low + high) / 2) + T_foot_shape[:3, 3]
-            return _wheel(center, axis, radius, width, "guessed from the mesh")
+            return _wheel(center, axis, radius, width, "a disc, guessed from the mesh")
     return None
 
 

@@ -45,7 +45,7 @@ class TreeShape(Value):
 
 @value
 class TreeLink(Value):
-    """mass [kg], 0 where none is said; center: of mass, (3,) [m]; inertia: about it, (3, 3) [kg·m²]; in the link's axes."""
+    """mass [kg], 0 where none is said; center: of mass, (3,) [m]; inertia: about it in the link's axes, (3, 3) [kg·m²]."""
 
     name: str
     mass: float
@@ -100,7 +100,7 @@ class TreeJoint(Value):
 
 @value
 class RobotTree(Value):
-    """links: the root first; joints: each after those that carry its parent. Raises InvalidRobot for what is no tree."""
+    """links: the root first; joints: each after the one that carries its parent. Raises InvalidRobot for no tree."""
 
     name: str
     links: tuple[TreeLink, ...]
@@ -155,7 +155,7 @@ class RobotTree(Value):
         return {joint.name: joint.neutral for joint in self.free()}
 
     def poses(self, posture: Mapping[str, float]) -> dict[str, NDArray[np.float64]]:
-        """Link → (4, 4) T_root_link at a posture: joint → angle [rad or m]; free joints it does not name are at zero."""
+        """Link → (4, 4) T_root_link at a posture: joint → angle [rad or m]; others are at zero."""
         angles = {joint.name: float(posture.get(joint.name, 0.0)) for joint in self.free()}
         Ts_root_link = {self.root: np.eye(4)}
         for joint in self.joints:

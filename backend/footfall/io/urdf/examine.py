@@ -1,0 +1,40 @@
+"""A robot's files judged: a URDF, or a robot.toml with the URDF that it names."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from footfall.core.errors import InvalidRobot
+from footfall.io.urdf.proposed import read_proposed
+from footfall.io.urdf.read import read_urdf
+from footfall.robot.legged.find_legs import legged_model
+from footfall.robot.legged.finding import Finding, unusable
+from footfall.robot.legged.judge_legs import judge_legs, judge_mass, judge_posture
+from footfall.robot.legged.judge_tree import judge_tree
+
+
+def examine(path: str | Path, folders: Sequence[str | Path] = ()) -> tuple[Finding, ...]:
+    """Everything that is good, doubtful or unusable in a robot's description; folders: that hold packages of meshes.
+
+    What can't be read is a finding too. Raises NotFound where there is no such file.
+    """
+    path = Path(path)
+    try:
+        return _of_proposed(path) if path.suffix.lower() == ".toml" else _of_urdf(path, folders)
+    except InvalidRobot as err:
+        return (unusable("reading", path.name, err.message),)
+
+
+def _of_proposed(path: Path) -> tuple[Finding, ...]:
+    proposed = read_proposed(path)
+    tree = proposed.model.tree
+    found = (*judge_tree(tree), judge_mass(tree, proposed.mass_check), *judge_legs(proposed.model))
+    return (*found, *(judge_posture(tree, name, posture) for name, posture in proposed.postures.items()))
+
+
+def _of_urdf(path: Path, folders: Sequence[str | Path]) -> tuple[Finding, ...]:
+    tree = read_urdf(path, folders)
+    found = judge_tree(tree)
+    try:
+        return (*found, *judge_legs(legged_model(tree)))
+    except InvalidRobot as err:
+        return (*found, unusable("legs", tree.root, err.message))

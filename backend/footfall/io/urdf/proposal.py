@@ -1,0 +1,109 @@
+"""robot.toml: what is proposed of a legged robot beside its URDF, for a person to read and edit."""
+
+import json
+from collections.abc import Iterable, Sequence
+from os.path import relpath
+from pathlib import Path
+
+import numpy as np
+
+from footfall.robot.legged.groups import part_lengths
+from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.touching import Touching
+
+CLEARANCE_SHARE = 0.02
+"""Proposed clearances, as a share of the longest leg: a wide guess for a person to replace."""
+
+
+def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, folders: Sequence[Path] = ()) -> str:
+    """The text of a robot.toml. Every entry says where it comes from: (URDF), (guessed), (sampled) or (assumed)."""
+    tree = model.tree
+    length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
+    here = out.resolve().parent
+    lines = [
+        f"# {_comment(tree.name)}: proposed by `footfall robot init`. Edit it, then give it to `footfall robot check`.",
+        "# (URDF): read there. (guessed): made of what was read. (sampled): counted. (assumed): put in what you know.",
+        "",
+        f"name = {_text(tree.name)}  # (URDF)",
+        f"urdf = {_text(relpath(urdf.resolve(), here))}",
+        f"packages = {_texts(relpath(folder.resolve(), here) for folder in folders)}  # folders that hold them",
+        f"base = {_text(model.base)}  # (URDF) root link",
+        f"mass_check = {tree.mass:.6g}  # [kg] (URDF) sum of links; write what the robot weighs, check compares",
+        "",
+    ]
+    for leg in model.legs:
+        lines += _leg(model, leg)
+    lines += [f"# no leg: {_comment(limb)}: {_comment(why)}" for limb, why in model.left_out.items()]
+    lines += [
+        "",
+        "# Postures: joint = angle [rad] or way [m].",
+        "[postures.neutral]  # (guessed) zero where the limits allow it, otherwise their middle; gravity is not asked",
+        *(f"{_text(name)} = {angle:.6g}" for name, angle in tree.neutral().items()),
+        "",
+        "[clearances]  # least distances [m]",
+        f"other_leg = {_length(length)}  # (assumed) {CLEARANCE_SHARE:.0%} of the longest leg, {length:.3f} m",
+        f"own_leg = {_length(length)}  # (assumed)",
+        f"base = {_length(length)}  # (assumed)",
+        f"ground = {_length(length)}  # (assumed) all but the feet",
+        "",
+        f"[collisions]  # (sampled) {touching.samples} postures drawn evenly within the limits, seed {touching.seed}",
+        f"samples = {touching.samples}",
+        f"seed = {touching.seed}",
+        "# Touch in every one: so they are built, and they need no check.",
+        f"always = {_pairs(touching.always)}",
+        f"# Touch in none: seldomer than in {3 / touching.samples:.2%} of postures with 95 % confidence, not proven.",
+        f"never = {_pairs(touching.never)}",
+        f"# {len(touching.sometimes)} other pairs touch in some postures; these are to be checked.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _leg(model: LeggedModel, leg: LegChain) -> list[str]:
+    sole, lengths = leg.sole, part_lengths(model.tree, leg)
+    lines = [f"# doubtful: {_comment(leg.doubt)}"] if leg.doubt else []
+    lines += [
+        "[[legs]]",
+        f"name = {_text(leg.name)}  # (guessed) what the foot links' names don't share",
+        f"foot = {_text(leg.foot)}  # (URDF) end of the chain; parts {', '.join(f'{one:.3f}' for one in lengths)} m",
+        f"joints = {_texts(leg.joints)}  # (URDF) base → foot",
+        f"group = {leg.group}  # (guessed) legs built alike have one number",
+        f"sole = {_text(sole.kind)}  # (guessed) {_comment(sole.doubt) or 'from the collision shape'}",
+        f"center = {_numbers(sole.center)}  # [m] in the foot link's frame",
+    ]
+    if sole.radius:
+        lines.append(f"radius = {sole.radius:.6g}  # [m]")
+    if sole.width:
+        lines.append(f"width = {sole.width:.6g}  # [m]")
+    if sole.axis.any():
+        what = "axle" if sole.kind == "wheel" else "outward normal"
+        lines.append(f"axis = {_numbers(sole.axis)}  # {what}, in the foot link's frame")
+    if len(sole.polygon):
+        corners = ", ".join(_numbers(corner) for corner in sole.polygon)
+        lines.append(f"polygon = [{corners}]  # [m] counter-clockwise seen from below")
+    return [*lines, ""]
+
+
+def _length(longest_leg: float) -> str:
+    return f"{CLEARANCE_SHARE * longest_leg:.3g}"
+
+
+def _pairs(pairs: Iterable[tuple[str, str]]) -> str:
+    rows = "".join(f"    {_texts(pair)},\n" for pair in pairs)
+    return f"[\n{rows}]" if rows else "[]"
+
+
+def _texts(items: Iterable[str]) -> str:
+    return f"[{', '.join(_text(item) for item in items)}]"
+
+
+def _numbers(items: np.ndarray) -> str:
+    return f"[{', '.join(f'{item + 0.0:.6g}' for item in np.round(items, 9))}]"
+
+
+def _text(text: str) -> str:
+    # a JSON string is a TOML basic string, but for DEL, which TOML wants escaped
+    return json.dumps(text).replace("\x7f", "\\u007f")
+
+
+def _comment(text: str) -> str:
+    return "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,0 +1,106 @@
+"""Reading a robot.toml back: which legs a person says the robot of a URDF has."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from footfall.core.errors import InvalidRobot, NotFound
+from footfall.io.urdf.read import read_urdf
+from footfall.robot.legged.find_legs import chain_to
+from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
+from footfall.robot.legged.tree import RobotTree
+from footfall.robot.table import Table
+
+TOP = "name urdf packages base mass_check legs postures clearances collisions"
+LEG = "name foot joints group sole center radius width axis polygon"
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """A robot.toml: the tree of its URDF, its legs, named postures (joint → angle) and what the robot weighs [kg]."""
+
+    model: LeggedModel
+    mass_check: float
+    postures: Mapping[str, Mapping[str, float]]
+
+
+def read_proposed(path: str | Path) -> Proposed:
+    """Read a robot.toml and the URDF that it names.
+
+    Raises NotFound where a file is not there, InvalidRobot naming the entry that can't be used.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise NotFound(f"there is no robot description {str(path)!r}")
+    try:
+        table = Table(tomllib.loads(path.read_text(encoding="utf-8")), "")
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        raise InvalidRobot(f"{path.name} is not readable TOML: {err}") from err
+    table.only(TOP)
+    folders = [path.parent / folder for folder in table.texts("packages")]
+    tree = read_urdf(path.parent / table.text("urdf"), folders)
+    if table.text("base") != tree.root:
+        raise InvalidRobot(f"base is {table.text('base')!r}, and the root link of the URDF is {tree.root!r}")
+    mass = table.number("mass_check")
+    if not mass > 0:
+        raise InvalidRobot("mass_check must be above zero [kg]", mass_check=mass)
+    _check_clearances(table.table("clearances"))
+    _check_collisions(table.table("collisions"), tree)
+    model = LeggedModel(tree, tree.root, tuple(_leg(one, tree) for one in table.tables("legs")), {})
+    postures = table.table("postures")
+    return Proposed(model, mass, {name: _posture(postures.table(name)) for name in postures})
+
+
+def _leg(table: Table, tree: RobotTree) -> LegChain:
+    table.only(LEG)
+    name, foot, joints = table.text("name"), table.text("foot"), table.texts("joints")
+    if foot not in tree.bodies():
+        raise InvalidRobot(f"leg {name}: the URDF has no link {foot!r}")
+    chain = tuple(joint.name for joint in chain_to(tree, foot) if joint.moves)
+    if joints != chain:
+        told = ", ".join(chain) or "none"
+        raise InvalidRobot(
+            f"leg {name}: the moving joints from {tree.root} to {foot} are {told}, not {', '.join(joints)}"
+        )
+    if len(chain) < 2:
+        raise InvalidRobot(f"leg {name}: {len(chain)} joint that moves can't place a foot; at least 2 are needed")
+    return LegChain(name, joints, foot, _sole(table), table.integer("group"))
+
+
+def _sole(table: Table) -> Sole:
+    kind = table.text("sole")
+    needs = {"wheel": ("radius", "width", "axis"), "ball": ("radius",), "flat": ("axis", "polygon")}.get(kind, ())
+    given = {
+        "radius": table.number("radius") if "radius" in needs else 0.0,
+        "width": table.number("width") if "width" in needs else 0.0,
+        "axis": table.numbers("axis", 3) if "axis" in needs else np.zeros(3),
+        "polygon": table.corners("polygon") if "polygon" in needs else np.zeros((0, 3)),
+    }
+    for key in ("radius", "width"):
+        if key in needs and not given[key] > 0:
+            raise InvalidRobot(f"{table.where}.{key} must be above zero [m]")
+    return Sole(kind, table.numbers("center", 3), **given)
+
+
+def _posture(table: Table) -> dict[str, float]:
+    return {joint: table.number(joint) for joint in table}
+
+
+def _check_clearances(table: Table) -> None:
+    table.only("other_leg own_leg base ground")
+    for name in table:
+        if table.number(name) < 0:
+            raise InvalidRobot(f"clearances.{name} must not be negative [m]", distance=table.number(name))
+
+
+def _check_collisions(table: Table, tree: RobotTree) -> None:
+    table.only("samples seed always never")
+    links = set(tree.bodies())
+    for key in ("always", "never"):
+        for pair in table.pairs(key):
+            for link in pair:
+                if link not in links:
+                    raise InvalidRobot(f"collisions.{key}: the URDF has no link {link!r}")

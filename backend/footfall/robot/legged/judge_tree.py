@@ -1,0 +1,141 @@
+"""A robot's links and joints judged: masses, inertias, limits, torques, speeds, sizes of meshes."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.robot.legged.finding import Finding, Grade, doubtful, good, unusable
+from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
+
+TRIANGLE_SLACK = 1e-3
+"""Share of the larger moments by which a rounded inertia may break the triangle inequality."""
+POINT_RADIUS = 1e-4
+"""A radius of gyration below this [m] is none: descriptions write zeros or 1e-22 where they mean a point mass."""
+LARGE_MESH, HUGE_MESH = 5.0, 50.0
+"""A mesh this many times as large as the robot's joints are apart is doubtful, or in another unit than metres."""
+
+
+def judge_tree(tree: RobotTree) -> tuple[Finding, ...]:
+    """Findings about links and joints, leg or not; one that all is well for each check that found nothing."""
+    found: list[Finding] = []
+    checks = (
+        ("mass", _masses(tree), f"{len(tree.links)} links weigh {tree.mass:.3f} kg"),
+        ("inertia", _inertias(tree), "inertias are positive definite and keep the triangle inequality"),
+        ("limits", _limits(tree), "every joint that needs limits has them in order"),
+        ("effort", _told(tree, "effort"), "every joint says how strong it is"),
+        ("velocity", _told(tree, "velocity"), "every joint says how fast it is"),
+        ("mesh size", _sizes(tree), "collision shapes are about as large as the joints are apart"),
+    )
+    for check, findings, well in checks:
+        told = list(findings)
+        found += told or [good(check, well)]
+    return tuple(found)
+
+
+def spread(tree: RobotTree) -> float:
+    """The longest way along the joints from the root to a link, at zero: how large the robot is [m]."""
+    far = {tree.root: 0.0}
+    for joint in tree.joints:
+        far[joint.child] = far[joint.parent] + float(np.linalg.norm(joint.T_parent_joint[:3, 3]))
+    return max(far.values())
+
+
+def _masses(tree: RobotTree) -> Iterator[Finding]:
+    for link in tree.links:
+        if not 0 <= link.mass < math.inf:
+            yield unusable("mass", link.name, f"its mass is {link.mass:g} kg; 0 or more would be right")
+        elif not np.isfinite(link.center).all():
+            yield unusable("mass", link.name, "its centre of mass is not finite")
+    if not tree.mass > 0:
+        yield unusable("mass", tree.root, f"all links together weigh {tree.mass:g} kg, so nothing is known of balance")
+        return
+    for joint in tree.joints:
+        if joint.moves and sum(link.mass for link in tree.members(joint.child)) == 0:
+            yield doubtful("mass", joint.child, f"what {joint.name} moves weighs 0 kg")
+
+
+def _inertias(tree: RobotTree) -> Iterator[Finding]:
+    for link in tree.links:
+        if link.mass > 0 and (told := inertia_fault(link)) is not None:
+            grade, text = told
+            yield Finding(grade, "inertia", link.name, text)
+
+
+def inertia_fault(link: TreeLink) -> tuple[Grade, str] | None:
+    """What is wrong with the inertia of a link that has mass; None where it is sound.
+
+    The principal moments of every body are positive, and none is larger than the sum of the two others (Traversaro et
+    al., Identification of fully physical consistent inertial parameters, 2016).
+    """
+    if not np.isfinite(link.inertia).all():
+        return Grade.UNUSABLE, "its inertia is not finite"
+    a, b, c = np.linalg.eigvalsh(link.inertia)
+    if max(-a, c) <= POINT_RADIUS**2 * link.mass:
+        return Grade.DOUBTFUL, f"it has {link.mass:g} kg and no inertia to speak of: a point mass"
+    if a <= 0:
+        return Grade.UNUSABLE, f"its inertia is not positive definite: the least principal moment is {a:.3g} kg·m²"
+    if c > (a + b) * (1 + TRIANGLE_SLACK):
+        return Grade.DOUBTFUL, (
+            f"its inertia breaks the triangle inequality: {c:.4g} kg·m² is more than {a:.4g} + {b:.4g}"
+        )
+    return None
+
+
+def _limits(tree: RobotTree) -> Iterator[Finding]:
+    for joint in tree.free():
+        if joint.kind == "continuous":
+            continue
+        unit = _unit(joint)
+        if not np.isfinite([joint.lower, joint.upper]).all():
+            yield unusable("limits", joint.name, f"it is {joint.kind} without limits; lower and upper would be right")
+        elif joint.lower > joint.upper:
+            text = f"its limits are reversed: lower {joint.lower:g}, upper {joint.upper:g} {unit}"
+            yield unusable("limits", joint.name, text)
+        elif joint.lower == joint.upper:
+            yield unusable("limits", joint.name, f"both limits are {joint.lower:g} {unit}, so it can't move")
+        elif joint.kind == "revolute" and joint.upper - joint.lower > 4 * math.pi + 0.01:
+            turns = (joint.upper - joint.lower) / (2 * math.pi)
+            yield doubtful("limits", joint.name, f"it turns {turns:.1f} times round: limits in degrees, or none meant?")
+
+
+def _told(tree: RobotTree, what: str) -> Iterator[Finding]:
+    for joint in tree.free():
+        size = getattr(joint, what)
+        if math.isnan(size):
+            yield doubtful(what, joint.name, f"its {what} is not said")
+        elif size == 0:
+            yield doubtful(what, joint.name, f"its {what} is 0, so it could not move; not said is taken to be meant")
+        elif size < 0:
+            yield unusable(what, joint.name, f"its {what} is {size:g}; above zero would be right")
+
+
+def _sizes(tree: RobotTree) -> Iterator[Finding]:
+    length = spread(tree)
+    if length == 0:
+        return
+    for link in tree.links:
+        for shape in link.shapes:
+            ratio = float(shape.size.max()) / length
+            if ratio <= LARGE_MESH:
+                continue
+            told = (
+                f"{shape.source or shape.kind} is {shape.size.max():.3g} m large, and the joints reach {length:.3g} m"
+            )
+            if ratio > HUGE_MESH:
+                yield unusable(
+                    "mesh size", link.name, f'{told}: in millimetres? scale="0.001 0.001 0.001" would be right'
+                )
+            else:
+                yield doubtful("mesh size", link.name, told)
+
+
+def _unit(joint: TreeJoint) -> str:
+    return "m" if joint.kind == "prismatic" else "rad"
+
+
+def least_distance(points: NDArray[np.float64], place: NDArray[np.float64]) -> float:
+    """From a place to the box around points, 0 inside [m]."""
+    outside = np.maximum(points.min(axis=0) - place, place - points.max(axis=0))
+    return float(np.linalg.norm(np.maximum(outside, 0.0)))
