@@ -6,13 +6,15 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.frames import apply, inverse
 from footfall.robot.legged.finding import Finding, Grade, doubtful, good, unusable
-from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
+from footfall.robot.legged.tree import RobotTree, TreeJoint
 
 TRIANGLE_SLACK = 1e-3
 """Share of the larger moments by which a rounded inertia may break the triangle inequality."""
 POINT_RADIUS = 1e-4
 """A radius of gyration below this [m] is none: descriptions write zeros or 1e-22 where they mean a point mass."""
+ROUNDING = 1e-12
 LARGE_MESH, HUGE_MESH = 5.0, 50.0
 """A mesh this many times as large as the robot's joints are apart is doubtful, or in another unit than metres."""
 
@@ -57,30 +59,59 @@ def _masses(tree: RobotTree) -> Iterator[Finding]:
 
 
 def _inertias(tree: RobotTree) -> Iterator[Finding]:
+    first = tree.bodies()
     for link in tree.links:
-        if link.mass > 0 and (told := inertia_fault(link)) is not None:
-            grade, text = told
-            yield Finding(grade, "inertia", link.name, text)
+        fault = inertia_fault(link.mass, link.inertia) if link.mass > 0 else None
+        if fault is None:
+            continue
+        grade, text = fault
+        if grade is Grade.UNUSABLE and inertia_fault(*_mass_and_inertia(tree, first[link.name])) is None:
+            grade, text = Grade.DOUBTFUL, f"{text}; the rigid body that begins with {first[link.name]} has a sound one"
+        yield Finding(grade, "inertia", link.name, text)
 
 
-def inertia_fault(link: TreeLink) -> tuple[Grade, str] | None:
-    """What is wrong with the inertia of a link that has mass; None where it is sound.
+def inertia_fault(mass: float, inertia: NDArray[np.float64]) -> tuple[Grade, str] | None:
+    """What is wrong with the inertia (3, 3) [kg·m²] of so much mass [kg]; None where it is sound.
 
     The principal moments of every body are positive, and none is larger than the sum of the two others (Traversaro et
     al., Identification of fully physical consistent inertial parameters, 2016).
     """
-    if not np.isfinite(link.inertia).all():
+    if not np.isfinite(inertia).all():
         return Grade.UNUSABLE, "its inertia is not finite"
-    a, b, c = np.linalg.eigvalsh(link.inertia)
-    if max(-a, c) <= POINT_RADIUS**2 * link.mass:
-        return Grade.DOUBTFUL, f"it has {link.mass:g} kg and no inertia to speak of: a point mass"
-    if a <= 0:
-        return Grade.UNUSABLE, f"its inertia is not positive definite: the least principal moment is {a:.3g} kg·m²"
+    a, b, c = np.linalg.eigvalsh(inertia)
+    if max(-a, c) <= POINT_RADIUS**2 * mass:
+        return Grade.DOUBTFUL, f"it has {mass:g} kg and no inertia to speak of: a point mass"
+    if a <= ROUNDING * c:
+        return Grade.UNUSABLE, f"its inertia is not positive definite: its least principal moment is {a:.3g} kg·m²"
     if c > (a + b) * (1 + TRIANGLE_SLACK):
-        return Grade.DOUBTFUL, (
-            f"its inertia breaks the triangle inequality: {c:.4g} kg·m² is more than {a:.4g} + {b:.4g}"
-        )
+        told = f"{c:.4g} kg·m² is more than {a:.4g} + {b:.4g}"
+        return Grade.DOUBTFUL, f"its inertia breaks the triangle inequality: {told}"
     return None
+
+
+def _mass_and_inertia(tree: RobotTree, body: str) -> tuple[float, NDArray[np.float64]]:
+    mass, _, inertia = body_inertia(tree, body)
+    return mass, inertia
+
+
+def body_inertia(tree: RobotTree, body: str) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+    """Mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg·m²] of a rigid body, in its first link's frame.
+
+    The parallel axis theorem: I = Σ R Iᵢ Rᵀ + mᵢ (|d|² 1 − d dᵀ), d from the common centre to that of link i.
+    """
+    Ts_root_link = tree.poses({})
+    T_body_root = inverse(Ts_root_link[body])
+    placed = [(T_body_root @ Ts_root_link[link.name], link) for link in tree.members(body)]
+    masses = np.array([link.mass for _, link in placed])
+    centers = np.array([apply(T_body_link, link.center) for T_body_link, link in placed])
+    if not masses.sum() > 0:
+        return float(masses.sum()), np.zeros(3), np.zeros((3, 3))
+    center = masses @ centers / masses.sum()
+    inertia = np.zeros((3, 3))
+    for (T_body_link, link), offset in zip(placed, centers - center, strict=True):
+        R = T_body_link[:3, :3]
+        inertia += R @ link.inertia @ R.T + link.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+    return float(masses.sum()), center, inertia
 
 
 def _limits(tree: RobotTree) -> Iterator[Finding]:

@@ -45,7 +45,7 @@ class TreeShape(Value):
 
 @value
 class TreeLink(Value):
-    """mass [kg], 0 where none is said; center: of mass, (3,) [m]; inertia: about it in the link's axes, (3, 3) [kg·m²]."""
+    """mass [kg], 0 where none is said; center: of mass, (3,) [m]; inertia: about it, in the link's axes [kg·m²]."""
 
     name: str
     mass: float
