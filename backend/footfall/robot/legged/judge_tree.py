@@ -50,8 +50,8 @@ def _masses(tree: RobotTree) -> Iterator[Finding]:
             yield unusable("mass", link.name, f"its mass is {link.mass:g} kg; 0 or more would be right")
         elif not np.isfinite(link.center).all():
             yield unusable("mass", link.name, "its centre of mass is not finite")
-    if not tree.mass > 0:
-        yield unusable("mass", tree.root, f"all links together weigh {tree.mass:g} kg, so nothing is known of balance")
+    if tree.mass == 0:
+        yield unusable("mass", tree.root, "all links together weigh 0 kg, so nothing is known of balance")
         return
     for joint in tree.joints:
         if joint.moves and sum(link.mass for link in tree.members(joint.child)) == 0:
@@ -66,7 +66,7 @@ def _inertias(tree: RobotTree) -> Iterator[Finding]:
             continue
         grade, text = fault
         if grade is Grade.UNUSABLE and inertia_fault(*_mass_and_inertia(tree, first[link.name])) is None:
-            grade, text = Grade.DOUBTFUL, f"{text}; the rigid body that begins with {first[link.name]} has a sound one"
+            grade, text = Grade.DOUBTFUL, f"{text}; that of its rigid body {first[link.name]} is sound"
         yield Finding(grade, "inertia", link.name, text)
 
 
@@ -95,7 +95,7 @@ def _mass_and_inertia(tree: RobotTree, body: str) -> tuple[float, NDArray[np.flo
 
 
 def body_inertia(tree: RobotTree, body: str) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-    """Mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg·m²] of a rigid body, in its first link's frame.
+    """Mass [kg], centre of mass (3,) [m] and inertia about it (3, 3) [kg·m²] of a body, in its first link's frame.
 
     The parallel axis theorem: I = Σ R Iᵢ Rᵀ + mᵢ (|d|² 1 − d dᵀ), d from the common centre to that of link i.
     """
