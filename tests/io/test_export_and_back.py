@@ -1,5 +1,7 @@
 """Files that were exported are read again, the same commands bit for bit; and where the formats are offered."""
 
+import csv
+import io
 import re
 from typing import get_args, get_type_hints
 
@@ -40,6 +42,18 @@ def test_any_numbers_and_names_come_back(format, commands):
         assert bits(told.T_site_base.ravel()) == bits(sequence.T_site_base.ravel())
 
 
+@settings(max_examples=30)
+@given(commands=any_commands())
+def test_a_csv_counts_its_rows_from_1_and_is_read_from_0_as_well(commands):
+    sequence = unchecked(commands, start=np.linspace(-1, 1, 36))
+    for first in (1, 0):
+        data = export(sequence, "csv", first_row=first)
+        rows = [int(line["row"]) for line in csv.DictReader(io.StringIO(data.decode(), newline=""))]
+        assert (rows[0], rows[-1]) == (first, first + len(commands) - 1)
+        require_same_commands(from_csv.decode(data).commands, commands)
+    assert export(sequence, "csv") == export(sequence, "csv", first_row=1)
+
+
 def replaced(format: str, old: str, new: str) -> bytes:
     text = export(four_kinds(), format).decode()
     assert old in text
@@ -57,12 +71,12 @@ BAD = {
     },
     "csv": {
         ("hip_yaw_rad", "hip_yaw_deg"): "its columns must be sequence, robot, row",
-        ("4.25", "soon"): "row 0, duration_s must be a number, not 'soon'",
-        ("4.25", "inf"): "row 0, duration_s is too large",
-        (",3,LEG_LOWER", ",4,LEG_LOWER"): "row 3 says '4'",
-        (",2,POSTURE_MOVE,1", ",2,POSTURE_MOVE,7"): "a POSTURE_MOVE has a line for each leg",
+        ("4.25", "soon"): "row 1, duration_s must be a number, not 'soon'",
+        ("4.25", "inf"): "row 1, duration_s is too large",
+        (",4,LEG_LOWER", ",5,LEG_LOWER"): "row 4 says '5'",
+        (",3,POSTURE_MOVE,1", ",3,POSTURE_MOVE,7"): "a POSTURE_MOVE has a line for each leg",
         (",swing,4.25", ""): "fields, the header 14",
-        (",0,LEG_MOVE,2,", ",0,LEG_MOVE,,"): "row 0 has joints but no leg",
+        (",1,LEG_MOVE,2,", ",1,LEG_MOVE,,"): "row 1 has joints but no leg",
     },
     "fprime": {
         ("R00:00:00 FootFall.WAIT", "R00:00:07 FootFall.WAIT"): "line 5 waits until R00:00:07",

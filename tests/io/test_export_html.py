@@ -73,7 +73,7 @@ def require_numbers(sequence: Sequence) -> None:
         joints = np.zeros((1, 0)) if command.joints is None else command.joints.reshape(-1, 6)
         for number, own in enumerate(joints):
             line = lines.pop(0)
-            assert line[0] == str(row)
+            assert line[0] == str(row + 1)
             assert float(line[1]) == pytest.approx(at, abs=0.0051)
             assert line[2] == command.name
             leg = number if command.name == "POSTURE_MOVE" else command.leg

@@ -159,7 +159,7 @@ def test_the_bytes_depend_on_nothing_else():
 
 def test_what_the_format_cannot_hold_is_refused():
     long = unchecked((Command("WAIT", None, None, 1.0), Command("WAIT", None, None, 3e9)))
-    with pytest.raises(InvalidSequence, match=r"row 1 takes longer than ROS 2 can say, 2147483647 s"):
+    with pytest.raises(InvalidSequence, match=r"row 2 takes longer than ROS 2 can say, 2147483647 s"):
         export(long, "ros2")
     with pytest.raises(InvalidSequence, match="no commands"):
         export(unchecked(()), "ros2")

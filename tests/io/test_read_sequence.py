@@ -67,7 +67,7 @@ def test_a_broken_command_is_read_and_fails_its_rule(step, athlete, tmp_path):
     path.write_text(json.dumps(document))
     found = read_sequence(path, athlete, dem)
     assert {(one.row, one.rule) for one in found.failures} == {(3, "speed")}
-    with pytest.raises(InvalidSequence, match="row 3 breaks speed"):
+    with pytest.raises(InvalidSequence, match="row 4 breaks speed"):
         export(found, "json")
 
 

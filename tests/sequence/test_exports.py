@@ -117,7 +117,7 @@ def test_seqjson_keeps_its_schema_and_its_times(athlete, sequence, shared_data):
 @pytest.mark.parametrize("format", FORMATS)
 def test_an_invalid_sequence_is_not_exported(athlete, sequence, flat, format, tmp_path):
     broken = apply_edit(athlete, sequence, Edit("duration", 3, number=0.1), flat)
-    with pytest.raises(InvalidSequence, match="row 3 breaks speed") as caught:
+    with pytest.raises(InvalidSequence, match="row 4 breaks speed") as caught:
         export(broken, format, tmp_path / "no")
     assert caught.value.details["failures"][0]["row"] == 3
     assert list(tmp_path.iterdir()) == []

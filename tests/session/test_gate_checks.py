@@ -75,7 +75,7 @@ def test_a_sequence_that_fits_is_let_through():
 
 
 def test_a_broken_rule_and_an_empty_sequence_are_refused_by_name():
-    for row, whose in ((-1, "the sequence"), (0, "row 0"), (2, "row 2")):
+    for row, whose in ((-1, "the sequence"), (0, "row 1"), (2, "row 3")):
         rule = RuleResult("speed", row, False, -1.0, "s", "too fast")
         error = refusal("rules", fits, FACTS, replace(SEQUENCE, rules=(rule,)))
         assert error.message == f"{whose} breaks speed: too fast"

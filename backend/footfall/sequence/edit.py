@@ -195,7 +195,7 @@ def _require_row(row: int, count: int, name: str) -> None:
 
 def _with_joint(command: Command, edit: Edit) -> Command:
     if command.joints is None or len(command.joints) < 6:
-        raise InvalidSequence(f"row {edit.row} is a {command.name} without six joints to set", row=edit.row)
+        raise InvalidSequence(f"row {edit.row + 1} is a {command.name} without six joints to set", row=edit.row)
     joint, last = _given(edit.joint, "joint"), len(command.joints) - 1
     if joint > last:
         order = ", ".join(LEG_JOINTS)
@@ -215,7 +215,7 @@ def _split(sequence: Sequence, edit: Edit) -> list[Command]:
     if command.kind is not WAIT:
         moved = target(command, len(sequence.start) // 6)
         if moved is None:
-            raise InvalidSequence(f"row {edit.row} moves no leg, so there is nothing to split", row=edit.row)
+            raise InvalidSequence(f"row {edit.row + 1} moves no leg, so there is nothing to split", row=edit.row)
         own, end = moved
         begin = sequence.set_points_before(edit.row)[own]
         joints = begin + fraction * (end - begin)

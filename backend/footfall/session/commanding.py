@@ -177,7 +177,7 @@ class Commanding:
         if run is None:
             return
         if state == "refused":
-            self._end(run.number, "refused", f"the rover refused row {run.row}: {reason}")
+            self._end(run.number, "refused", f"the rover refused row {run.row + 1}: {reason}")
         elif state == "done" and (after := self.gate.row_done(run)) is not None:
             if not after.over:
                 if self._between is not None and after.phase == "due":

@@ -64,11 +64,16 @@ TITLES = {
 
 
 def export(
-    sequence: Sequence, format: str, path: str | os.PathLike[str] | None = None, robot: Robot | None = None
+    sequence: Sequence,
+    format: str,
+    path: str | os.PathLike[str] | None = None,
+    robot: Robot | None = None,
+    first_row: int = 1,
 ) -> bytes:
     """The sequence in one of FORMATS, also written to ``path`` where one is given.
 
-    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall.
+    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall. first_row: how "csv"
+    numbers the first row.
 
     Raises InvalidSequence where a rule does not hold (naming row and rule), NotFound for an unknown
     format or a missing folder.
@@ -76,7 +81,12 @@ def export(
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)
     require_exportable(sequence)
-    data = as_html.encode(sequence, robot) if format == "html" else FORMATS[format](sequence)
+    if format == "html":
+        data = as_html.encode(sequence, robot)
+    elif format == "csv":
+        data = as_csv.encode(sequence, first_row)
+    else:
+        data = FORMATS[format](sequence)
     if path is not None:
         _write(Path(path), data)
     return data
@@ -87,7 +97,7 @@ def require_exportable(sequence: Sequence) -> None:
     failures = sequence.failures
     if failures or not sequence.commands:
         listed = [
-            f"{'the sequence' if f.row < 0 else f'row {f.row}'} breaks {f.rule} ({f.text})" for f in failures
+            f"{'the sequence' if f.row < 0 else f'row {f.row + 1}'} breaks {f.rule} ({f.text})" for f in failures
         ] or ["it has no commands"]
         raise InvalidSequence(
             "only a sequence that keeps every rule can be exported: " + "; ".join(listed),

@@ -1,6 +1,7 @@
 """CSV (RFC 4180), one line a command and leg, units in the column names; WAIT leaves leg and joints empty.
 
-A POSTURE_MOVE has a line for each leg, all with its row. The column ``force_N`` comes last, where a LEG_LOWER needs it.
+Rows count from 1, as on the page. A POSTURE_MOVE has a line for each leg, all with its row. The column ``force_N``
+comes last, where a LEG_LOWER needs it.
 Spreadsheets run a text that begins as a formula does: it gets an apostrophe before it, which reading takes away.
 """
 
@@ -29,13 +30,16 @@ def as_told(cell: str) -> str:
     return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
-def encode(sequence: Sequence) -> bytes:
-    """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked."""
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
+    """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked.
+
+    first_row: number of the first row; 0 as files of 2026-11-25 and before have it.
+    """
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     forces = any(command.force is not None for command in sequence.commands)
     writer.writerow(EVERY_COLUMN if forces else COLUMNS)
-    for row, command in enumerate(sequence.commands):
+    for row, command in enumerate(sequence.commands, first_row):
         last = ["" if command.force is None else repr(command.force)] if forces else []
         for leg, joints in _by_leg(command):
             told = [sequence.digest, harmless(sequence.robot), row, command.name, leg, harmless(command.phase)]

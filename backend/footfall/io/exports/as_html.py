@@ -144,7 +144,7 @@ def _rows(row: int, at: float, command: Command, margins: list[float]) -> str:
         (leg, [f"{angle:.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in command.by_leg
     ] or [(None, [""] * len(LEG_JOINTS))]
     tall = f' rowspan="{len(legs)}"' if len(legs) > 1 else ""
-    first = f"<td{tall}>{row}</td><td{tall}>{at:.2f}</td><td class=text{tall}>{plain(command.name)}</td>"
+    first = f"<td{tall}>{row + 1}</td><td{tall}>{at:.2f}</td><td class=text{tall}>{plain(command.name)}</td>"
     phase = f"<td class=text{tall}>{plain(command.phase)}</td>"
     force = "" if command.force is None else f"{command.force:.1f}"
     kept = "".join(f"<td{tall}>{f'{margin:.3f}' if math.isfinite(margin) else ''}</td>" for margin in margins)

@@ -68,7 +68,7 @@ def messages(commands: Iterable[Command]) -> list[Asked]:
     at = 0.0
     for row, command in enumerate(commands):
         if not command.duration <= LONGEST:
-            raise InvalidSequence(f"row {row} takes longer than ROS 2 can say, {LONGEST} s", row=row)
+            raise InvalidSequence(f"row {row + 1} takes longer than ROS 2 can say, {LONGEST} s", row=row)
         found += [Asked(topic, name, round(at * NS), row, data) for topic, name, data in _messages(command)]
         at += command.duration
     return found

@@ -31,10 +31,12 @@ def decode(data: bytes) -> Told:
     if len({(line["sequence"], line["robot"]) for line in lines}) != 1:
         raise InvalidSequence("its lines must all be of one sequence and one robot, and be at least one")
     groups = [list(group) for _, group in groupby(lines, key=lambda line: line["row"])]
-    for row, group in enumerate(groups):
+    first = 0 if groups[0][0]["row"] == "0" else 1  # older files count from 0
+    for row, group in enumerate(groups, first):
         if group[0]["row"] != str(row):
             raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
-    return Told(as_told(lines[0]["robot"]), tuple(_command(f"row {row}", group) for row, group in enumerate(groups)))
+    commands = (_command(f"row {row}", group) for row, group in enumerate(groups, first))
+    return Told(as_told(lines[0]["robot"]), tuple(commands))
 
 
 def _command(where: str, lines: list[Line]) -> Command:

@@ -65,7 +65,7 @@ def require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) 
 
 def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...]) -> None:
     for failure in sequence.failures[:1]:
-        row = "the sequence" if failure.row < 0 else f"row {failure.row}"
+        row = "the sequence" if failure.row < 0 else f"row {failure.row + 1}"
         _refuse("rules", f"{row} breaks {failure.rule}: {failure.text}", row=failure.row, rule=failure.rule)
     if not sequence.commands:
         _refuse("rules", "the sequence has no commands")

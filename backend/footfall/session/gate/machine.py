@@ -220,7 +220,7 @@ def go_on(state: State, who: Identity, now: float, going: bool) -> State:
     if run.aborted:
         _refuse("run", f"run {run.number} was aborted; it does not go on", run=run.number)
     if not going and run.phase != "waiting":
-        _refuse("run", f"row {run.row} is still under way; ask for the next one once it waits", row=run.row)
+        _refuse("run", f"row {run.row + 1} is still under way; ask for the next one once it waits", row=run.row)
     if run.phase == "waiting":
         _require_epoch_known(state)
     return replace(state, run=run.gone_on(who, state.conn.number, going))

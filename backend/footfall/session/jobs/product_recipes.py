@@ -241,7 +241,7 @@ def export(parents: Mapping[str, Any], settings: ExportRequest, progress: Progre
     """sequence; ExportRequest → the bytes of the file."""
     from footfall.io.exports import export as write
 
-    return write(parents["sequence"], settings.format)
+    return write(parents["sequence"], settings.format, first_row=settings.first_row)
 
 
 class _Products(Mapping[str, Recipe]):

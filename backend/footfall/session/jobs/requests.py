@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.value import LATER, Value, value
+from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.route.problem import RouteSettings
@@ -120,9 +120,10 @@ class FootMovesRequest(Value):
 
 @value
 class ExportRequest(Value):
-    """A sequence in one of the export formats."""
+    """A sequence in one of the export formats. first_row: how rows are numbered where a format for people does."""
 
     format: str
+    first_row: int = field(default=1, metadata=before(0))
 
 
 @value
