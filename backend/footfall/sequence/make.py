@@ -38,8 +38,8 @@ def make_sequence(
 
     A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk both in turn, all as if the rover were rigid.
     An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
-    motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a walk
-    on one fail a rule that says what it would have to pay out. Without ``settings`` the clearance and the balance
+    motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a
+    walk on one fail a rule that says what it would have to pay out. Without ``settings`` the clearance and the balance
     preference are the plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
@@ -82,8 +82,8 @@ def _tether_rules(plan: StepPlan | BodyMovePlan | WalkPlan) -> tuple[RuleResult,
     lengths, speed = plan.tethered.lengths, plan.tethered.tether.speed
     each = ", ".join(f"{one:.3f}" for one in plan.paid_out)
     text = (
-        f"this walk hangs on a tether, and no command drives its drum: from {lengths[0]:.3f} m it has to pay out {each} m "
-        f"in its foot moves and after the last, at up to {speed:g} m/s, and to pull with up to "
+        f"this walk hangs on a tether, and no command drives its drum: from {lengths[0]:.3f} m it has to pay out "
+        f"{each} m in its foot moves and after the last, at up to {speed:g} m/s, and to pull with up to "
         f"{plan.tethered.pulls.max():.0f} N"
     )
     return (RuleResult("tether", -1, False, float("nan"), "", text),)
