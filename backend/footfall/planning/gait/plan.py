@@ -112,7 +112,7 @@ class _Attempt:
             to = placed(rows.at.stance, beat, layout, beat.rows(move), self.settings.tolerance)
             result = to if isinstance(to, Lack) else stepped(world, rows.at, group, to, _pose(layout, move))
             if isinstance(result, Lack):
-                walked = float(beat.ways[move]) if way.length else 0.0
+                walked = float(beat.ways[max(move - 1, 0)])
                 return self._failed(rows, group, result, walked, beat, layout, len(begun.moves))
             rows.stepped(result)
         closing = gone_to(world, rows.at, _pose(layout, beat.moves))

@@ -80,7 +80,7 @@ class GaitSettings(Value):
 
 @value
 class GaitFailure(Value):
-    """The check that ends a gait. move: number of the foot move, 0…; group: its legs.
+    """The check that ends a gait. move: number of the foot move, 0…; group: its legs, none after the last.
 
     leg: whose check it is, or None. lacks: positive, in ``unit``; NaN where it is not known, inf where nothing would
     do. x, y: of the chassis there [m].
@@ -101,7 +101,8 @@ class GaitFailure(Value):
         of = "" if self.leg is None else f" of leg {self.leg}"
         short = f" by {self.lacks:.3g} {self.unit}".rstrip() if np.isfinite(self.lacks) else ""
         legs = f"leg{'s' * (len(self.group) > 1)} {', '.join(str(leg) for leg in self.group)}"
-        return f"step {self.move} ({legs}) fails {self.check_name}{of}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
+        step = f"step {self.move} ({legs})" if self.group else "the chassis' way after the last step"
+        return f"{step} fails {self.check_name}{of}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
 
 
 @value
@@ -178,7 +179,7 @@ class GaitResult(Value):
 
     plan: where all checks hold all the way to the goal, with status FOUND, and only then; partial: otherwise the gait
     as far as all of them hold, where it begins at all; failure: the check that ended it. walked: how far the chassis
-    comes along its way [m]; checks: of what was planned, each where it has least to spare.
+    comes along its way, by the foot that goes farthest [m]; checks: of what was planned, each where it has least left.
     """
 
     status: Status
