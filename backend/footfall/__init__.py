@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from footfall.core.value import SOFTWARE_VERSION
 
 if TYPE_CHECKING:
+    from footfall.balance.tether import Tether
     from footfall.io.exports import export
     from footfall.io.imports import read_sequence
     from footfall.io.robot_files import load_robot
@@ -33,6 +34,7 @@ _where = {
     "read_terrain": "footfall.io.terrain_files",
     "stand": "footfall.planning.walk.stand",
     "BodyShift": "footfall.planning.stance.body_shift",
+    "Tether": "footfall.balance.tether",
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",
     "find_shift": "footfall.planning.stance.find_shift",
@@ -52,6 +54,7 @@ __version__ = SOFTWARE_VERSION
 
 __all__ = [
     "BodyShift",
+    "Tether",
     "__version__",
     "compute_maps",
     "export",
