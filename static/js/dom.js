@@ -12,8 +12,9 @@ export function element(tag, properties = {}, ...children) {
   return made;
 }
 
+// What rounds to nothing has no sign.
 export function fixed(value, digits = 3) {
-  return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits) : "–";
+  return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "") : "–";
 }
 
 export function age(seconds) {

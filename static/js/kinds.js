@@ -3,6 +3,9 @@
 // area: where the page shows it; sign: on the timeline, a key of its SIGNS; shown: below the session, where the timeline
 // reads what it was. A kind without a row goes by its name.
 
+// How planning of a step ended.
+export const statusTold = (status) => (status === "goal_invalid" ? "the leg cannot stand there" : inWords(status));
+
 const inWords = (status) => status.replaceAll("_", " ");
 
 export const KINDS = {
@@ -11,7 +14,7 @@ export const KINDS = {
   blend: { area: "ground", sign: "terrain", made: () => "blended terrains" },
   clear: { area: "ground", sign: "terrain", made: () => "cleared ground" },
   maps: { title: "colours", area: "ground", sign: "maps", made: ({ leg }) => `coloured the ground for leg ${leg}` },
-  plan: { area: "plan", sign: "plan", shown: "plans", made: ({ leg, status }) => `planned the step of leg ${leg}: ${inWords(status)}` },
+  plan: { area: "plan", sign: "plan", shown: "plans", made: ({ leg, status }) => `planned the step of leg ${leg}: ${statusTold(status)}` },
   after: { made: () => "goes on from the end of a plan" },
   what_if: { title: "what-if", made: () => "shifted the chassis in a what-if" },
   execution: { title: "sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `commanded for sag: ${inWords(status)}` },

@@ -83,7 +83,7 @@ function choose(index) {
   $("plan-text").className = plan.status === "found" ? "yes" : "no";
   $("plan-text").textContent = figures
     ? `Found. The wheel travels ${fixed(figures.length, 2)} m in ${fixed(figures.duration, 1)} s; least clearance ${fixed(figures.clearance)} m, least margin of balance ${fixed(figures.margin)} m.`
-    : `No plan (${plan.status.replaceAll("_", " ")}): ${plan.reason}`;
+    : `No plan (${plan.status.replace("goal_invalid", "the leg cannot stand there").replaceAll("_", " ")}): ${plan.reason}`;
   $("checks").tBodies[0].replaceChildren(...plan.checks.map((check) => row(
     element("td", check.name, mark(check)), element("td", check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}`), element("td", check.where))));
   $("beside").parentElement.hidden = !plan.swing;

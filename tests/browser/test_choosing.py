@@ -19,7 +19,7 @@ def coloured(page: Page, served: Running, leg: int) -> str:
     page.get_by_role("radio", name=f"Leg {leg}", exact=True).click()
     until(lambda: held(served)["view"]["leg"] == leg, "the chosen leg")
     before = {job["id"] for job in held(served)["jobs"]}
-    press(page, "Colour for leg")
+    press(page, "Show where leg 2 can stand")
 
     def done() -> bool:
         jobs = [job for job in held(served)["jobs"] if job["id"] not in before and job["kind"] == "maps"]
@@ -31,7 +31,7 @@ def coloured(page: Page, served: Running, leg: int) -> str:
 
 def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#friction-aware").check()
-    console.get_by_text("Balance is judged with", exact=True).click()
+    console.get_by_text("Balance assumptions", exact=True).click()
     console.locator("#payload").fill("150")
     console.locator("#tilt").fill("5")
     console.locator("#uphill").fill("90")

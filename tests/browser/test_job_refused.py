@@ -14,7 +14,7 @@ def test_a_refused_target_leads_to_a_suggested_one_that_is_sent(
     page: Page, served: Running, look: Callable[[str], None]
 ) -> None:
     page.get_by_role("radio", name="Leg 2", exact=True).click()
-    made(served, "maps", lambda: press(page, "Colour for leg"))
+    made(served, "maps", lambda: press(page, "Show where leg 2 can stand"))
     page.locator("#footfall-x").fill("3.2")
     page.locator("#footfall-y").fill("3.2")
     press(page, "Choose")

@@ -85,7 +85,7 @@ def test_page_and_scene_keep_to_their_policies_and_say_that_there_are_no_account
         fresh.on("response", note)
         fresh.goto(f"{running.url}/?fixedDpr=0.5")
         user = fresh.locator("#status-user")
-        expect(user).to_have_text("no accounts, all may command")
+        expect(user).to_have_text("No login: all can command")
         expect(user).to_have_attribute("title", "no accounts: anyone on this computer may command")
         assert user.evaluate("one => one.scrollHeight <= one.clientHeight"), "it is cut"
         fresh.frame_locator("#scene").locator("canvas").first.wait_for()

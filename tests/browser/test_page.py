@@ -86,7 +86,7 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
         ["Take images"],
         ["Build terrain"],
         ["Leg 2"],
-        ["Colour for leg"],
+        ["Show where leg 2 can stand"],
         ["Choose"],
         ["Plan step"],
         ["Ghost"],
@@ -104,7 +104,7 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
     press("Build terrain")
     changed(served, "dem", before["dem"])
     page.get_by_role("radio", name="Leg 2", exact=True).click()
-    press("Colour for leg")
+    press("Show where leg 2 can stand")
     until(lambda: held(served)["maps_current"].get("2"), "the maps of leg 2")
     expect(page.locator("#legend")).to_contain_text("reachable and stable")
     look("2-coloured")
@@ -284,7 +284,7 @@ def test_images_that_are_asked_for_are_waited_for_in_sight(page: Page, served: R
     expect(page.locator("#job-text")).to_contain_text("images: waiting")
     expect(page.locator("#job-cancel")).to_be_hidden()
     changed(served, "snapshot", before)
-    expect(page.locator("#job-said")).to_have_text("images: here")
+    expect(page.locator("#job-said")).to_have_text("Images received")
     # a plan of the ground before is still the plan; what was cleared since makes it one of older ground
     expect(page.locator("#status-match")).to_have_text("plan starts where the rover is")
     page.keyboard.press("c")

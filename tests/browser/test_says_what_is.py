@@ -85,10 +85,12 @@ def test_a_verdict_goes_with_what_it_judged(console: Page, quiet: Running) -> No
 def test_commands_that_were_carried_out_are_not_armed(console: Page, quiet: Running) -> None:
     expect(console.locator("#make-sequence")).to_have_text("Make sequence: leg 2")
     carried_out(quiet)
+    count = len(held(quiet, "/sequences/current")["commands"])
+    complete = f"Sequence complete ({count} of {count}): make new commands."
     arm = console.locator("#arm")
-    expect(arm).to_have_attribute("title", re.compile("^These commands were carried out; make new ones"))
+    expect(arm).to_have_attribute("title", re.compile(rf"^{re.escape(complete)}"))
     expect(arm).to_be_disabled()
-    expect(console.locator("#arm-state")).to_contain_text("These commands were carried out; make new ones.")
+    expect(console.locator("#arm-state")).to_contain_text(complete)
     make = console.locator("#make-sequence")
     expect(make).to_be_disabled()
     expect(make).to_have_text("Make sequence")
@@ -109,3 +111,14 @@ def test_the_button_names_what_it_makes_commands_of_and_makes_that(console: Page
     commands = held(quiet, f"/sequences/{held(quiet)['sequence']}")["commands"]
     assert {one["name"] for one in commands} == {"POSTURE_MOVE"}
     assert np.shape(commands[0]["joints"]) == (36,)
+
+
+def test_what_rounds_to_nothing_has_no_sign(console: Page) -> None:
+    numbers = [-0.0, -0.0004, -0.0005001, 0.0004, -1e-9, -0.999, -10.0, -0.05, 12.3456]
+    said = console.evaluate(
+        "async (numbers) => { const { fixed } = await import('/js/dom.js');"
+        " return [0, 2, 3].map((digits) => numbers.map((one) => fixed(one, digits))); }",
+        numbers,
+    )
+    for digits, texts in zip((0, 2, 3), said, strict=True):
+        assert texts == [f"{number:z.{digits}f}" for number in numbers]

@@ -101,7 +101,7 @@ const lapsed = (summary, sequence) =>
 
 function notArmable() {
   if (!known.sequence) return "There is no sequence yet.";
-  if (known.summary?.commands_carried_out) return "These commands were carried out; make new ones.";
+  if (known.summary?.commands_carried_out) return complete();
   if (!known.sequence.valid) return "A rule does not hold: see the list.";
   if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
   if (known.summary?.gate?.state === "sending") return "A sequence is being sent already.";
@@ -125,7 +125,10 @@ function draw({ summary, sequence }) {
   drawTable(summary, sequence);
 }
 
-const notNow = (summary) => (summary.commands_carried_out ? "These commands were carried out; make new ones." : unsure());
+// Every row was done.
+const complete = () => `Sequence complete (${known.sequence.commands.length} of ${known.sequence.commands.length}): make new commands.`;
+
+const notNow = (summary) => (summary.commands_carried_out ? complete() : unsure());
 
 // How the next commands will take the rover, before they are made; and how those that are there do.
 function drawWay({ way_of_commands: way }, sequence) {

@@ -28,8 +28,8 @@ function draw({ summary }) {
   }
   if (!$("footfall-form").contains(document.activeElement)) {
     // never write over what the operator is typing
-    $("footfall-x").value = answer.x.toFixed(3);
-    $("footfall-y").value = answer.y.toFixed(3);
+    $("footfall-x").value = fixed(answer.x);
+    $("footfall-y").value = fixed(answer.y);
   }
   $("footfall-answer").replaceChildren(
     element("p", {

@@ -179,7 +179,7 @@ function nameOf(digest, row) {
 function show(name, value, where, doubt = "", least = 0) {
   const row = $(`gauge-${name}`);
   const level = value === null ? "none" : value < 0 ? "bad" : value < least ? "warn" : "good";
-  const number = value === null ? "" : Number.isFinite(value) ? `${value < 0 ? "−" : ""}${fixed(Math.abs(value), 2)} m` : "nothing holds";
+  const number = value === null ? "" : Number.isFinite(value) ? `${fixed(value, 2).replace("-", "−")} m` : "nothing holds";
   const share = (one) => 100 * ((Math.min(HIGH, Math.max(LOW, one)) - LOW) / (HIGH - LOW));
   row.dataset.level = level;
   row.dataset.short = `${SIGNS[level]} ${number || where}${doubt ? " ▲" : ""}`;

@@ -36,7 +36,7 @@ export function start() {
   known.robot.legs.forEach((leg) => act({ key: leg < KEYED ? `${leg}` : "", text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
   act({ key: "I", text: "Take images", button: "take-images", run: takeImages, refusal: () => (known.summary?.link.connected ? "" : "No rover is connected.") });
   act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
-  act({ key: "M", text: "Colour the ground for the leg", button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet: build it or load a file.") });
+  act({ key: "M", text: "Show where the leg can stand", button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet: build it or load a file.") });
   act({
     key: "U", text: "Undo the latest change of the terrain", button: "undo-terrain", run: undoTerrain,
     refusal: () => (known.summary?.can_undo_terrain ? "" : "The terrain has not been changed."),
@@ -129,6 +129,7 @@ function draw({ summary }) {
   if (!summary) return;
   const { view } = summary;
   if (document.activeElement !== $("layer")) $("layer").value = view.layer ?? "";
+  $("compute-maps").textContent = `Show where leg ${view.leg} can stand`;
   for (const leg of known.robot.legs) {
     const button = $(`leg-${leg}`);
     button.setAttribute("aria-checked", String(leg === view.leg));
@@ -170,7 +171,7 @@ async function drawLegend(summary) {
   legendFor = wanted;
   const about = wanted ? await get(`/sessions/current/maps/${maps}`) : { layers: {}, not_lifted: "" };
   const layer = wanted ? about.layers[summary.view.layer] : { legend: [] };
-  const rows = layer?.legend ?? [{ text: "not computed: colour for the leg with friction", rgb: [134, 150, 178] }];
+  const rows = layer?.legend ?? [{ text: "not computed: show where the leg can stand with friction", rgb: [134, 150, 178] }];
   if (wanted !== legendFor) return;
   $("legend").replaceChildren(
     ...rows.map(({ text, rgb }) => {

@@ -62,8 +62,8 @@ async function draw({ summary }) {
   const wanted = fit?.fits ? summary.maps[leg] : "";
   $("map-note").hidden = Boolean(wanted);
   $("map-note").textContent = fit && !wanted
-    ? `The maps of leg ${leg} are out of date and hidden: ${fit.reason}. Colour for leg ${leg} again.`
-    : `There are no maps of leg ${leg} yet. Colour for leg ${leg} first.`;
+    ? `The maps of leg ${leg} are out of date and hidden: ${fit.reason}. Show where leg ${leg} can stand again.`
+    : `There are no maps of leg ${leg} yet. Show where leg ${leg} can stand first.`;
   $("map-sides").hidden = !wanted;
   if (wanted !== aboutFor) {
     aboutFor = wanted;

@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { statusTold } from "../kinds.js";
 import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -95,7 +96,7 @@ function draw({ summary, plan: result }) {
   answer.className = found ? "yes" : "no";
   answer.textContent = found
     ? `Found by ${result.plan.planner}: ${result.plan.waypoints.length} waypoints. ${result.reason}`
-    : `No plan (${result.status.replaceAll("_", " ")}): ${result.reason}`;
+    : `No plan (${statusTold(result.status)}): ${result.reason}`;
   $("checks").hidden = result.checks.length === 0;
   $("checks").tBodies[0].replaceChildren(
     ...result.checks.map((check) =>

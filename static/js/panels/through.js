@@ -3,7 +3,7 @@
 
 import { act } from "../acts.js";
 import { get, put } from "../api.js";
-import { $, attempt, element } from "../dom.js";
+import { $, attempt, element, fixed } from "../dom.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { take } from "./hand.js";
@@ -59,7 +59,7 @@ const change = (to) => attempt(() => {
 
 function row(point, i) {
   const fields = ["x", "y", "z"].map((name, axis) => {
-    const field = element("input", { type: "number", step: String(STEP), value: point[axis].toFixed(3) });
+    const field = element("input", { type: "number", step: String(STEP), value: fixed(point[axis]) });
     field.setAttribute("aria-label", `${name} of point ${i + 1}`);
     field.addEventListener("change", () => {
       if (field.value === "") return;

@@ -5,7 +5,7 @@ import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, age, attempt, element, fixed } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
-import { KINDS } from "../kinds.js";
+import { KINDS, statusTold } from "../kinds.js";
 import { known } from "../store.js";
 import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
@@ -155,7 +155,7 @@ const snapshot = ({ digest, pairs }) => [element("ul", { className: "thumbs" }, 
   element("figcaption", { textContent: pair })))))];
 
 const answer = ({ status, reason, checks }) => [
-  element("p", { className: status === "found" ? "yes" : "no", textContent: `${status.replaceAll("_", " ")}. ${reason}` }),
+  element("p", { className: status === "found" ? "yes" : "no", textContent: `${statusTold(status)}. ${reason}` }),
   element("table", {}, element("caption", { textContent: "Checks" }), element("tbody", {}, ...checks.map((check) => element("tr", {},
     element("td", { className: markOf(check), textContent: check.name }),
     element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),

@@ -67,5 +67,5 @@ function draw({ summary }) {
 function measured(points) {
   if (points.length < 2) return points.length ? "Click on the other end." : "Click on two points of the ground.";
   const [x, y, z] = [0, 1, 2].map((i) => points[1][i] - points[0][i]);
-  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${z < 0 ? "" : "+"}${fixed(z)} m`;
+  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${fixed(z).startsWith("-") ? "" : "+"}${fixed(z)} m`;
 }

@@ -46,7 +46,7 @@ function draw({ summary }) {
   tellFailures();
   const job = runningJob();
   const passed = asked ? (performance.now() - asked.since) / 1000 : 0;
-  if (asked && summary.snapshot !== asked.before) arrived("yes", "images: here");
+  if (asked && summary.snapshot !== asked.before) arrived("yes", "Images received");
   else if (asked && !summary.link.connected) arrived("no", "images: the link was lost before they came");
   else if (passed > GIVEN_UP) arrived("no", "images: none came");
   if (verdict && known[verdict.of]?.digest !== verdict.digest) ended = ""; // taken back, or another is there: it is judged there

@@ -37,7 +37,7 @@ _REASONS = {
     UNKNOWN: "the ground around the cell is not known well enough to judge it",
     NO_SOLUTION: "the leg has no joint solution that puts its wheel there",
     REACHABLE_UNSTABLE: "the leg can reach it, but the rover would not stand stably",
-    OUT_OF_RANGE: "it is farther away than the leg is long",
+    OUT_OF_RANGE: "Out of reach: it is farther away than the leg is long",
     COLLISION: "the leg can reach it, but with its wheel upright would collide there or where it starts to lower it",
     NOT_LIFTED: "the leg can't be lifted from where it stands, wherever it would step",
     UNSURE: "joint angles exist; whether the leg can get there freely only a plan can tell",
