@@ -36,6 +36,8 @@ HEAVY = {
     "robot/test_clearance_ground.py",
     "robot/test_clearance_motion.py",
     "robot/test_leg_overlap.py",
+    "robot/test_legged_model.py",
+    "robot/test_legged_tree.py",
     "robot/test_robot_collision.py",
     "sequence/test_posture_move.py",
     "sequence/test_yielding.py",

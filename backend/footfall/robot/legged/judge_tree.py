@@ -120,7 +120,8 @@ def _limits(tree: RobotTree) -> Iterator[Finding]:
             continue
         unit = _unit(joint)
         if not np.isfinite([joint.lower, joint.upper]).all():
-            yield unusable("limits", joint.name, f"it is {joint.kind} without limits; lower and upper would be right")
+            wanted = "lower and upper would be right" + (", or continuous" if joint.kind == "revolute" else "")
+            yield unusable("limits", joint.name, f"it is {joint.kind} without limits; {wanted}")
         elif joint.lower > joint.upper:
             text = f"its limits are reversed: lower {joint.lower:g}, upper {joint.upper:g} {unit}"
             yield unusable("limits", joint.name, text)
