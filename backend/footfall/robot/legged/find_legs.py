@@ -38,16 +38,15 @@ def legged_model(tree: RobotTree) -> LeggedModel:
     limbs = [_limb(tree, joint, Ts_root_link) for joint in tree.joints if joint.moves and _carried_by_base(tree, joint)]
     if not limbs:
         raise InvalidRobot(f"{tree.name} has no joint that moves, so no legs; a legged robot needs 3 to 12")
-    top = _lowest(tree, tree.root, Ts_root_link)
     chains = [limb for limb in limbs if _why_not(limb) == ""]
     ground = min((limb.lowest for limb in chains), default=0.0)
-    height = max(top - ground, 1e-9)
+    height = max(-ground, 1e-9)  # of the root's frame
     legs: list[LegChain] = []
     left_out: dict[str, str] = {}
     for limb in limbs:
         above = (limb.lowest - ground) / height
         why = _why_not(limb)
-        if not why and top <= ground:
+        if not why and ground >= 0:
             why = "it does not reach below the base"
         elif not why and above > HIGH:
             why = f"its end stays {limb.lowest - ground:.2f} m above the lowest"
@@ -60,9 +59,9 @@ def legged_model(tree: RobotTree) -> LeggedModel:
 
 
 def foot_of(tree: RobotTree, last: TreeJoint) -> str:
-    """The foot link of a limb that ends with that joint: of its last body the end farthest from the joint.
+    """The foot link of a limb that ends with that joint: the end of its last body that lies farthest from the joint.
 
-    A link with a shape comes before a bare frame unless the frame lies farther out by more than the body is large.
+    Ends with a collision shape come before bare frames.
     """
     members = tree.members(last.child)
     Ts_root_link = tree.poses({})
@@ -123,12 +122,7 @@ def _length(tree: RobotTree, joint: TreeJoint) -> int:
 
 
 def _lowest(tree: RobotTree, body: str, Ts_root_link: dict[str, Array]) -> float:
-    """Height of a rigid body's lowest point above the root's frame [m]; of its frames where it has no shape.
-
-    Of the base the height of its frame: its belly may hang low.
-    """
-    if body == tree.root:
-        return 0.0
+    """Height of a rigid body's lowest point above the root's frame [m]; of its frames where it has no shape."""
     heights = [Ts_root_link[link.name][2, 3] for link in tree.members(body)]
     for link in tree.members(body):
         T_root_link = Ts_root_link[link.name]

@@ -3,7 +3,7 @@
 Frames as in URDF: a link's frame is that of the joint which carries it; a joint turns about (or slides along) its axis.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,10 +129,6 @@ class RobotTree(Value):
 
     def joint(self, name: str) -> TreeJoint:
         return next(joint for joint in self.joints if joint.name == name)
-
-    def below(self, link: str) -> Iterator[TreeJoint]:
-        """The joints that a link carries."""
-        return (joint for joint in self.joints if joint.parent == link)
 
     def bodies(self) -> Mapping[str, str]:
         """Link → the first link of the rigid body that it is part of: what fixed joints join is one body."""
