@@ -50,7 +50,7 @@ def main() -> int:
         print(
             f"peer / plan_walk, wall clock: median {ratio.median:.1f} (95 %: {ratio.low:.1f}…{ratio.high:.1f}), "
             f"{ratio.at_least} of {both.sum()} at the limit, which counts as {asked.limit:g} s: there at least; "
-            f"floor {FLOOR:g}: {'holds' if ratio.median >= FLOOR else 'does not hold'}"
+            f"floor {FLOOR:g}: {'holds' if ratio.median >= FLOOR else 'is not shown'}"
         )
     print("the minutes told in 2006 (14 for 66 steps on smooth ground) are of other hardware, ground and goal")
     return 0
@@ -77,7 +77,7 @@ def _pair(number: int, seed: int, limit: float) -> tuple[float, float] | None:
         for took, walk in zip(times, (plan, peer), strict=True)
     ]
     print(
-        f"smooth {number} seed {seed}: plan_walk {told[0]}; peer {told[1]}; recheck fails: {failed or 'nothing'}",
+        f"smooth {number} seed {seed}: plan_walk {told[0]}; peer {told[1]}; recheck fails: {failed or ('nothing' if peer else 'not asked')}",
         flush=True,
     )
     return times[0] if plan else np.inf, times[1] if peer else np.inf
