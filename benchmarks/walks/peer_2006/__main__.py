@@ -76,8 +76,9 @@ def _pair(number: int, seed: int, limit: float) -> tuple[float, float] | None:
         f"{took:.2f} s, {2 * walk.foot_moves} steps" if walk else "none"
         for took, walk in zip(times, (plan, peer), strict=True)
     ]
+    judged = failed or ("nothing" if peer else "not asked")
     print(
-        f"smooth {number} seed {seed}: plan_walk {told[0]}; peer {told[1]}; recheck fails: {failed or ('nothing' if peer else 'not asked')}",
+        f"smooth {number} seed {seed}: plan_walk {told[0]}; peer {told[1]}; recheck fails: {judged}",
         flush=True,
     )
     return times[0] if plan else np.inf, times[1] if peer else np.inf
