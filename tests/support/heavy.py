@@ -20,6 +20,7 @@ HEAVY = {
     "planning/test_leg_maps.py",
     "planning/test_nearest_place.py",
     "planning/test_problem_set.py",
+    "planning/test_rappel.py",
     "planning/test_recheck_walk.py",
     "planning/test_seen_clearance.py",
     "planning/test_stance_reserve.py",

@@ -254,7 +254,7 @@ def _across(up: Array) -> Array:
     """Two unit vectors across a unit vector and each other, (3, 2)."""
     u = np.cross(up, np.eye(3)[int(np.abs(up).argmin())])
     u /= np.linalg.norm(u)
-    return np.column_stack([u, np.cross(up, u)])
+    return np.asarray(np.column_stack([u, np.cross(up, u)]), float)
 
 
 def turned(stretch: Stretch, turn: float) -> list[int]:
