@@ -112,6 +112,16 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     rovers_are_clear(qs, Ts_site_base, standing, 0.0, rover_tables(robot, ground.heights, ground.geometry))
 
 
+def _limb(robot: Robot, ground: Dem, state: RobotState) -> None:
+    from footfall.robot.limb.limb import limb_of
+    from footfall.robot.limb.numeric import NumericLimb
+
+    solver = NumericLimb(limb_of(robot.model, "leg0_wheel", "pose"))
+    q = state.posture[None, :6]
+    solver.solve(solver.feet(q))
+    solver.solve_from(solver.feet(q), q)
+
+
 def _scan(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.terrain.gridding import terrain_of_scan
     from footfall.terrain.ground.triangulate import triangulate
@@ -132,6 +142,7 @@ WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "walk": _walk,
     "whole rover": _whole_rover,
     "route": _route,
+    "limb": _limb,
     "sag": _sag,
     "maps with friction": _maps,
     "images to terrain": _images,

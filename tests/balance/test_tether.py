@@ -28,7 +28,8 @@ def hanging(robot, rng, count, steepest=80.0):
     tethers = []
     for i in range(count):
         R = rotation("z", rng.uniform(-3, 3)) @ rotation("y", np.radians(rng.uniform(0, steepest)))
-        Ts[i] = transform(R @ rotation_rpy(*(0.08 * rng.normal(size=2)), rng.uniform(-3, 3)), rng.normal(size=3))
+        tilt = 0.08 * rng.normal(), 0.08 * rng.normal()
+        Ts[i] = transform(R @ rotation_rpy(*tilt, rng.uniform(-3, 3)), rng.normal(size=3))
         around = np.column_stack([rng.uniform(0, 0.4) * rng.normal(size=(6, 2)), np.ones(6)])
         normals[i] = around @ R.T
         standing[i, rng.permutation(6)[: rng.integers(3, 7)]] = True

@@ -1,5 +1,7 @@
 """A leg's number is its key; what is typed in a field, or would be in one that has gone, chooses nothing."""
 
+from typing import Any
+
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -35,7 +37,7 @@ GOES = {
 @pytest.mark.parametrize("how", GOES)
 def test_what_is_typed_where_its_field_has_gone_chooses_nothing(console: Page, quiet: Running, how: str) -> None:
     before, jobs = leg(quiet), len(held(quiet)["jobs"])
-    asked: list[dict] = []
+    asked: list[Any] = []
     console.on("request", lambda one: asked.append(one.post_data_json) if one.url.endswith("/view") else None)
     field = console.locator("#footfall-x")
     field.click()

@@ -214,7 +214,7 @@ def test_turned_ground_is_the_sites(slope):
     rows, cols = np.nonzero(np.isfinite(ground.heights))
     chosen = np.random.default_rng(0).choice(len(rows), 400, replace=False)
     x, y = ground.geometry.xs[cols[chosen]], ground.geometry.ys[rows[chosen]]
-    at = frame.to_site(np.column_stack([x, y, ground.heights[rows[chosen], cols[chosen]]]))
+    at = frame.to_site(np.column_stack([x, y, ground.heights[rows[chosen], cols[chosen]].astype(float)]))
     off = at[:, 2] - height_at(slope, at[:, 0], at[:, 1])
     off = off[np.isfinite(off)]
     assert len(off) > 350

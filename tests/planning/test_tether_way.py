@@ -60,7 +60,8 @@ def test_nothing_is_nearer_than_told(athlete, ground, rover, rng):
     free = 0
     for _ in range(60):
         q = athlete.posture("stand") + 0.15 * rng.normal(size=36)
-        T = transform(rotation_rpy(*(0.1 * rng.normal(size=2)), rng.uniform(-3, 3)), (0, 0, rng.uniform(1.3, 1.8)))
+        tilt = 0.1 * rng.normal(), 0.1 * rng.normal()
+        T = transform(rotation_rpy(*tilt, rng.uniform(-3, 3)), (0, 0, rng.uniform(1.3, 1.8)))
         end = T[:3, :3] @ EDGE + T[:3, 3]
         out = T[:3, :3] @ np.array([-1.0, 0.58, rng.uniform(-0.4, 0.4)])
         tether = Tether(end + out * rng.uniform(1.0, 3.0), EDGE, clearance=0.05, bare=0.3)
