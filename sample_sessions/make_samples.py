@@ -18,6 +18,7 @@ import footfall
 from footfall.core.frames import apply
 from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import Status, StepSettings
+from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings, foot_moves_told
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence
@@ -70,6 +71,21 @@ def rock_step(session: LiveSession) -> None:
     require(session, Status.FOUND)
     session.export_sequence(session.make_sequence(plan), "seqjson")
     session.add_note("Leg 3 over the rock, as in the field test of 2008.")
+
+
+def rock_walk(session: LiveSession) -> None:
+    """From image pairs of half the size to the commands of a whole walk: one metre ahead, among the rocks."""
+    world, state = rocky_world(session.robot)
+    session.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
+    session.build_terrain().finish()
+    walk = session.plan_walk(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
+    found = session.get(walk)
+    assert isinstance(found, WalkResult)
+    if found.plan is None:
+        sys.exit(f"{session.name}: {found.status}, {found.reason}")
+    sequence = session.command_foot_moves(walk, 0, found.plan.foot_moves + 1)
+    session.export_sequence(sequence, "csv")
+    session.add_note(f"{foot_moves_told(found.plan)}, and the chassis is a metre farther.")
 
 
 def fractal_step(session: LiveSession) -> None:
@@ -131,6 +147,7 @@ def require(session: LiveSession, status: Status) -> None:
 
 SAMPLES: dict[str, tuple[str, Callable[[LiveSession], None]]] = {
     "rock-step": ("Stepping over a rock", rock_step),
+    "rock-walk": ("A walk of one metre, from images", rock_walk),
     "fractal-step": ("A step on fractal ground", fractal_step),
     "refused-step": ("A step refused", refused_step),
     "edited-export": ("A sequence edited and exported", edited_export),

@@ -12,6 +12,7 @@ FOLDER = sample_sessions_folder()
 SAMPLES = sorted(path.name for path in FOLDER.iterdir() if (path / "session.json").is_file())
 KINDS = {
     "rock-step": {"terrain", "maps", "plan", "sequence", "export"},
+    "rock-walk": {"terrain", "walk", "foot_moves", "export"},
     "fractal-step": {"maps", "plan", "sequence"},
     "refused-step": {"maps", "plan"},
     "edited-export": {"plan", "sequence", "edit", "export"},
