@@ -33,6 +33,7 @@ from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
 from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.scene.robot import RobotDrawing, leg_links
+from footfall_ui.scene.route import RouteDrawing
 from footfall_ui.scene.sag import SagDrawing
 from footfall_ui.scene.suggested import SuggestedDrawing
 from footfall_ui.scene.support import SupportDrawing
@@ -93,6 +94,7 @@ class Scene:
         self._sag = SagDrawing(server)
         self._walk = WalkDrawing(server)
         self._goal = GoalDrawing(server)
+        self._route = RouteDrawing(server)
         self._tape = TapeDrawing(server)
         self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
@@ -111,6 +113,7 @@ class Scene:
             "plan": self._draw_plan,
             "walk": self._draw_walk,
             "goal": self._goal.draw,
+            "route": self._route.draw,
             "collision": self._draw_collision,
             "ghost": self._draw_ghost,
             "swept": self._draw_swept,

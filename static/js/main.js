@@ -30,6 +30,7 @@ import * as others from "./panels/others.js";
 import * as outcome from "./panels/outcome.js";
 import * as plan from "./panels/plan.js";
 import * as record from "./panels/record.js";
+import * as route from "./panels/route.js";
 import * as row from "./panels/row.js";
 import * as run from "./panels/run.js";
 import * as sessions from "./panels/sessions.js";
@@ -43,7 +44,7 @@ import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, goal, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

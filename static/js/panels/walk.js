@@ -64,7 +64,7 @@ function draw({ summary, walk }) {
   if (!summary) return;
   const doubt = summary.up_to_date.walk?.fits === false ? summary.up_to_date.walk.reason : "";
   $("walk-doubt").hidden = !doubt;
-  $("walk-doubt").textContent = doubt ? `▲ Out of date: ${doubt}. Plan the walk again.` : "";
+  $("walk-doubt").textContent = doubt ? `Out of date: ${doubt}. Plan the walk again.` : "";
   drawWalking(summary.walking);
   if ((walk?.digest ?? "") === shown) return;
   shown = walk?.digest ?? "";

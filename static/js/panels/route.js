@@ -1,0 +1,68 @@
+// Route: the cheapest way of the chassis to the goal of the walk, read, and taken piece by piece as goals of walks.
+
+import { act } from "../acts.js";
+import { post } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { freeze } from "../stance.js";
+import { known, subscribe } from "../store.js";
+import { setGoal } from "./goal.js";
+
+const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
+
+let shown = ""; // digest of the route that is shown
+
+export function start() {
+  act({ text: "Plan a route to the walk's goal", button: "plan-route", run: plan, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
+  act({ text: "Goal of the walk along the route", button: "route-goal", run: take, refusal: notTaken });
+  subscribe(draw);
+}
+
+const out = () => known.summary?.up_to_date.route?.fits === false;
+
+function notTaken() {
+  if (!known.route?.plan) return "There is no route yet: plan one to the walk's goal.";
+  return out() ? `The route is out of date: ${known.summary.up_to_date.route.reason}.` : "";
+}
+
+const plan = () => attempt(async () => {
+  $("panel-walk").open = true;
+  if (!$("walk-form").reportValidity()) return;
+  await freeze();
+  await post("/sessions/current/routes", { goal: { x: Number($("walk-x").value), y: Number($("walk-y").value) } });
+});
+
+const take = () => attempt(async () => {
+  const along = Number($("route-part").value);
+  if (!(along >= LEAST)) throw new Error(`A part of the route is at least ${LEAST} m long.`);
+  await setGoal(...pointAt(known.route.plan.points, along));
+});
+
+// The point so far along a line of points, or its last one.
+export function pointAt(points, along) {
+  let left = along;
+  for (let i = 1; i < points.length; i += 1) {
+    const [from, to] = [points[i - 1], points[i]];
+    const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+    if (length >= left) return from.map((one, axis) => one + (left / length) * (to[axis] - one));
+    left -= length;
+  }
+  return points[points.length - 1];
+}
+
+const lengthOf = (points) => points.slice(1).reduce((sum, at, i) => sum + Math.hypot(at[0] - points[i][0], at[1] - points[i][1]), 0);
+
+function draw({ summary, route }) {
+  if (!summary) return;
+  $("route-doubt").hidden = !out();
+  $("route-doubt").textContent = out() ? `The route is out of date: ${summary.up_to_date.route.reason}. Plan it again.` : "";
+  if ((route?.digest ?? "") === shown) return;
+  shown = route?.digest ?? "";
+  $("route-way").hidden = !route?.plan;
+  $("route-answer").replaceChildren(...(route ? [told(route)] : []));
+}
+
+function told({ plan, status, reason }) {
+  if (!plan) return element("p", { className: "no", textContent: `No route, ${status.replaceAll("_", " ")}: ${reason}` });
+  const length = lengthOf(plan.points);
+  return element("p", { className: "yes", textContent: `Route of ${fixed(length, 1)} m; it costs as much as ${fixed(plan.cost, 1)} m of the best ground. It has no footfalls: walk it in parts.` });
+}
