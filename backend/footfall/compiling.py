@@ -84,6 +84,7 @@ def _walk(robot: Robot, ground: Dem, state: RobotState) -> None:
 
 
 def _route(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
     from footfall.core.grid import GridGeometry
     from footfall.planning.route.field import CostField
 
@@ -91,6 +92,13 @@ def _route(robot: Robot, ground: Dem, state: RobotState) -> None:
     costs.plan((5.0, 6.0))
     costs.change([[3, 3]], [float("inf")])
     costs.plan((5.0, 6.0))
+    footfall.plan_route(robot, ground, state, (0.5, 0.5))
+
+
+def _gait(robot: Robot, ground: Dem, state: RobotState) -> None:
+    import footfall
+
+    footfall.plan_gait(robot, ground, state, (0.3, 0.0), gait="tripod")
 
 
 def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
@@ -142,6 +150,7 @@ WORK: dict[str, Callable[[Robot, Dem, RobotState], None]] = {
     "walk": _walk,
     "whole rover": _whole_rover,
     "route": _route,
+    "gait": _gait,
     "limb": _limb,
     "sag": _sag,
     "maps with friction": _maps,

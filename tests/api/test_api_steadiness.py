@@ -110,5 +110,5 @@ def test_without_state_there_is_nothing_to_judge(tmp_path):
         found = judged(live)
         assert np.isnan(found.margins["friction"])
         assert found.margins["plain"] > 1.0
-        with pytest.raises(NotFound, match="neither a plan nor a sequence"):
+        with pytest.raises(NotFound, match="is neither a plan, a walk nor a sequence with commands"):
             along(live, present(live.state.state, "no state"))

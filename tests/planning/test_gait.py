@@ -138,7 +138,9 @@ def test_found_gaits_hold_by_other_means(athlete, place, plans, gait):
     # margins by other means: centre of mass by pin, polygon by shapely
     i = int(np.argmin(plan.margins))
     one = slice(i, i + 1)
-    still = Stretch(athlete, 0, (), plan.waypoints[one], plan.Ts_site_base[one], np.zeros(1, int), np.zeros(1), (BODY,))
+    still = Stretch(
+        athlete, 0, 1, (), plan.waypoints[one], plan.Ts_site_base[one], np.zeros(1, int), np.zeros(1), (BODY,)
+    )
     lifted = plan.groups[plan.moves[i]] if plan.phases[i] != BODY else ()
     feet = MultiPoint(np.delete(plan.stances[plan.moves[i]].contacts, list(lifted), axis=0)[:, :2]).convex_hull
     com = Point(still.coms_site[0, :2])

@@ -397,7 +397,7 @@ def test_single_postures_are_clear_where_the_whole_robot_check_says(athlete, gro
     for _ in range(40):
         posture = athlete.posture("stand") + np.tile([0.7, 0.4, 0.5, 0.5, 0.5, 0.5], 6) * rng.uniform(-1, 1, 36)
         T_site_base = transform(rotation("z", rng.uniform(-3, 3)), (*rng.uniform(-0.3, 0.3, 2), rng.uniform(0.7, 1.6)))
-        stretch = Stretch(athlete, 0, (), posture[None], T_site_base[None], np.array([1]), np.zeros(1), ("body",))
+        stretch = Stretch(athlete, 0, 1, (), posture[None], T_site_base[None], np.array([1]), np.zeros(1), ("body",))
         clearances = Clearances(athlete, ground, walk, 0.05)
         clearances.look(stretch, lambda: None)
         own, terrain = (one.holds for one in clearances.checks())
@@ -452,6 +452,7 @@ def test_nothing_of_the_planner_judges_its_walks():
     """What the recheck imports of the project is named here; none of it plans, solves or certifies."""
     allowed = {
         "footfall.balance.settings",
+        "footfall.balance.tether",
         "footfall.core.bounds",
         "footfall.core.errors",
         "footfall.core.frames",

@@ -184,7 +184,7 @@ def test_what_fails_is_told_and_what_is_before_it_kept(athlete, dem, state, rest
     result = plan_walk_execution(athlete, dem, state, walk, ExecutionSettings(least_load=limit), rest.commanded)
     assert result.status is Status.NO_PATH
     assert result.failed_at == worst
-    assert f"foot move {worst}" in result.reason
+    assert f"foot move {worst + 1}: " in result.reason
     assert "load on the supporting wheels" in result.reason
     assert "move the chassis" in result.reason
     kept = () if result.execution is None else result.execution.moves
@@ -226,7 +226,7 @@ def test_no_way_on_says_both_reasons(athlete, dem, state, rest, walk):
     away = rover.let_down(state.posture, transform(translation=(0.0, 0.08, 0.03)) @ state.T_site_base)
     found = onward(athlete, dem, rover.state(away), off, 0, commanded=away.commanded)
     assert found.move is None
-    assert "foot move 0" in found.reason
+    assert "foot move 1" in found.reason
     assert "off the map" in found.reason
 
 
@@ -272,7 +272,7 @@ def test_misuse_raises_and_cancelling_ends_it(athlete, dem, state, rest, walk, f
 
     def cancel(share, text):
         told.append((share, text))
-        if "foot move 1" in text:
+        if "foot move 2" in text:
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):

@@ -54,8 +54,10 @@ def test_slopes_are_those_of_planes_under_wheels_by_least_squares(athlete):
 def test_equal_seeds_give_equal_ground_and_others_do_not(family):
     one = terrain(family, 5)
     assert one.digest == terrain(family, 5).digest
-    assert np.isfinite(one.heights).all()
-    same = np.array_equal(one.heights, terrain(family, 6).heights)
+    # a slope that is turned to stand ends in edges that are not those of its grid
+    known = np.isfinite(one.heights)
+    assert known.all() if family != "rappel" else known.mean() > 0.5
+    same = np.array_equal(one.heights, terrain(family, 6).heights, equal_nan=True)
     assert same == (family == "flat")
 
 

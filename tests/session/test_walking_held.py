@@ -106,7 +106,7 @@ def test_what_cannot_be_commanded_so_makes_nothing(live, rover, walk):
     live.command_foot_moves(None, 0)
     before = live.state.sequence
     with pytest.raises(
-        InvalidInput, match=r"can't be commanded pose held: foot move 0: .*load on the supporting"
+        InvalidInput, match=r"can't be commanded pose held: foot move 1: .*load on the supporting"
     ) as no:
         live.command_foot_moves(None, 0, settings=ExecutionSettings(least_load=3000.0))
     assert (no.value.details["failed_at"], no.value.details["mode"]) == (0, "pose_held")

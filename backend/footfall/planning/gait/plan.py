@@ -107,7 +107,7 @@ class _Attempt:
         if begun.lack is not None:
             return self._failed(rows, begun.leg, begun.lack, 0.0, beat, layout, len(begun.moves))
         for move in range(beat.moves):
-            self.progress(move / beat.moves, f"foot move {move} of {beat.moves}")
+            self.progress(move / beat.moves, f"foot move {move + 1} of {beat.moves}")
             group = beat.group(move)
             to = placed(rows.at.stance, beat, layout, beat.rows(move), self.settings.tolerance)
             result = to if isinstance(to, Lack) else stepped(world, rows.at, group, to, _pose(layout, move))

@@ -101,7 +101,7 @@ class GaitFailure(Value):
         of = "" if self.leg is None else f" of leg {self.leg}"
         short = f" by {self.lacks:.3g} {self.unit}".rstrip() if np.isfinite(self.lacks) else ""
         legs = f"leg{'s' * (len(self.group) > 1)} {', '.join(str(leg) for leg in self.group)}"
-        step = f"step {self.move} ({legs})" if self.group else "the chassis' way after the last step"
+        step = f"step {self.move + 1} ({legs})" if self.group else "the chassis' way after the last step"
         return f"{step} fails {self.check_name}{of}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
 
 

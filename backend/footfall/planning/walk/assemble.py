@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from footfall.core.value import Provenance
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.foot_move import At, BodyWay, Moved
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, WalkGoal, WalkPlan, WalkSettings, part_told
 
 Array = NDArray[np.float64]
 
@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 class Measured(Protocol):
     """Waypoints (n,) of a walk or a gait, with what was measured there."""
 
+    @property
+    def groups(self) -> tuple[tuple[int, ...], ...]: ...
     @property
     def moves(self) -> NDArray[np.int64]: ...
     @property
@@ -107,4 +109,4 @@ def checks_of(plan: Measured, settings: WalkSettings) -> tuple[Check, ...]:
 
 
 def _where(plan: Measured, at: int) -> str:
-    return f"foot move {int(plan.moves[at])}, {plan.phases[at]}, waypoint {at}"
+    return f"{part_told(int(plan.moves[at]), len(plan.groups))}, {plan.phases[at]}, waypoint {at}"

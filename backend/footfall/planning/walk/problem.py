@@ -235,6 +235,11 @@ class WalkPlan(Value):
         return float(sum(np.linalg.norm(b - a) for a, b in pairwise(at)))
 
 
+def part_told(number: int, of: int) -> str:
+    """What part ``number``, 0…, of a walk of so many foot moves is called, for a person: who counts from 1."""
+    return f"foot move {number + 1}" if number < of else "the chassis' last way"
+
+
 def foot_moves_told(plan: WalkPlan) -> str:
     """How many there are, in words."""
     return f"{plan.foot_moves} foot move{'' if plan.foot_moves == 1 else 's'}"

@@ -18,7 +18,7 @@ from footfall.planning.stance.body_move import No, Stance, stance_of
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
 from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk.problem import WalkPlan, part_told
 from footfall.planning.walk_execution.off_walk import off_walk
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution, WalkExecutionResult
 from footfall.robot.model import Robot
@@ -61,7 +61,8 @@ def plan_walk_execution(
     done: list[FootMoveExecution] = []
     for i, (number, parts) in enumerate(asked):
         now = part(progress, i / len(asked), (i + 1) / len(asked))
-        found = way.foot_move(number, parts, _saying(number, now))
+        called = part_told(number, walk.foot_moves)
+        found = way.foot_move(number, called, parts, _saying(called, now))
         if isinstance(found, No):
             return way.result(found.status, done, number, found.reason, found.checks)
         done.append(found)
@@ -108,15 +109,15 @@ class _Way:
         self.rest: Rest | None = None
         self.checks: list[Check] = []
 
-    def foot_move(self, number: int, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
+    def foot_move(self, number: int, called: str, parts: Iterable[Part], progress: Progress) -> FootMoveExecution | No:
         """The executions of a foot move, all of whose checks hold, or why there are none."""
         body: BodyExecution | None = None
         step: Execution | None = None
         parts = tuple(parts)
         for i, one in enumerate(parts):
-            found = self._part(number, one, part(progress, i / len(parts), (i + 1) / len(parts)))
+            found = self._part(called, one, part(progress, i / len(parts), (i + 1) / len(parts)))
             if isinstance(found, No):
-                return replace(found, reason=_told(number, found.reason))
+                return replace(found, reason=f"{called}: {found.reason}")
             if isinstance(found, Execution):
                 step = found
             else:
@@ -134,7 +135,7 @@ class _Way:
         execution = WalkExecution(tuple(done), self.provenance) if done else None
         return WalkExecutionResult(status, execution, reason, checks, self.provenance, failed_at)
 
-    def _part(self, number: int, plan: Part, progress: Progress) -> BodyExecution | Execution | No:
+    def _part(self, called: str, plan: Part, progress: Progress) -> BodyExecution | Execution | No:
         progress(0.0, "looking at the ground")
         T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
         away = off_walk(self.robot, self.state, plan.waypoints[0], T_site_base)
@@ -149,7 +150,7 @@ class _Way:
             return start
         found = self._executed(rover, stance, start, plan, progress)
         result = found.result
-        told = tuple(replace(check, where=_told(number, check.where)) for check in result.checks)
+        told = tuple(replace(check, where=f"{called}: {check.where}") for check in result.checks)
         if result.status is not Status.FOUND or result.execution is None or found.end is None:
             return No(result.status, result.reason, told)
         self.checks += told
@@ -190,9 +191,5 @@ def _asked(walk: WalkPlan, first: int, count: int | None) -> list[tuple[int, tup
     return asked
 
 
-def _saying(number: int, progress: Progress) -> Progress:
-    return lambda share, text: progress(share, _told(number, text))
-
-
-def _told(number: int, text: str) -> str:
-    return f"foot move {number}: {text}"
+def _saying(called: str, progress: Progress) -> Progress:
+    return lambda share, text: progress(share, f"{called}: {text}")

@@ -5,7 +5,7 @@ from itertools import groupby
 import numpy as np
 
 from footfall.planning.step.problem import Check
-from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings
+from footfall.planning.walk.problem import BODY, LIFT, LOWER, SWING, Place, WalkSettings, part_told
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import JOINT_TOLERANCE
@@ -23,6 +23,10 @@ def phases(robot: Robot, plan: Motion) -> Check:
 
 def _disordered(plan: Motion) -> str:
     count = len(plan.groups)
+
+    def told(one: tuple[int, str]) -> str:
+        return f"{one[1]} of {part_told(one[0], count)}"
+
     parts = [(int(move), phase) for move, phase in zip(plan.moves, plan.phases, strict=True)]
     if not parts:
         return "there are no waypoints"
@@ -34,11 +38,11 @@ def _disordered(plan: Motion) -> str:
         while at < len(wanted) and wanted[at] != one and wanted[at][1] == BODY:
             at += 1  # the chassis may stay where it is
         if at == len(wanted) or wanted[at] != one:
-            due = f"{wanted[at][1]} of foot move {wanted[at][0]} is due" if at < len(wanted) else "the walk is over"
-            return f"{one[1]} of foot move {one[0]} where {due}"
+            due = f"{told(wanted[at])} is due" if at < len(wanted) else "the walk is over"
+            return f"{told(one)} where {due}"
         at += 1
     left = [one for one in wanted[at:] if one[1] != BODY]
-    return f"{left[0][1]} of foot move {left[0][0]} is missing" if left else ""
+    return f"{told(left[0])} is missing" if left else ""
 
 
 def _unstill(robot: Robot, plan: Motion) -> str:
@@ -68,7 +72,7 @@ def stances(robot: Robot, plan: Motion) -> Check:
             )
             if standing not in group and not (same and one.branches[standing] == other.branches[standing]):
                 moved = _legs_told(group)
-                where = f"foot move {number} moves {moved}, but that of leg {standing} stands elsewhere after it"
+                where = f"foot move {number + 1} moves {moved}, but that of leg {standing} stands elsewhere after it"
                 return Check("stances", False, float("nan"), "", where)
     return Check("stances", True, float("nan"), "", "each differs from the next by the feet that move")
 
@@ -106,7 +110,7 @@ def footfalls(plan: Motion, settings: WalkSettings) -> Check:
     for number, leg, contact in put:
         for place in settings.forbidden:
             if _on(place, leg, contact):
-                return Check("footfalls", False, float("nan"), "", f"foot move {number} ends on forbidden ground")
+                return Check("footfalls", False, float("nan"), "", f"foot move {number + 1} ends on forbidden ground")
     for place in settings.pinned:
         if not any(_on(place, leg, contact) for _, leg, contact in put):
             where = f"no foot is put on ({place.x:g}, {place.y:g})"

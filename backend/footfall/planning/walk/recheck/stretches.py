@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from footfall.planning.walk.problem import BODY
+from footfall.planning.walk.problem import BODY, part_told
 from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.robot.description import PARTS, link_name
@@ -23,13 +23,14 @@ Array = NDArray[np.float64]
 class Stretch:
     """Samples of a motion during which the same feet stand.
 
-    move: number of the foot move. moving: the legs in the air; none: the chassis moves over all feet. qs: (n, legs × 6)
-    [rad]; Ts_site_base: (n, 4, 4). waypoints: (n,), the one that each sample's motion ends at; fractions: (n,), how far
-    on the way there; phases: of each sample.
+    move: number of the foot move, of so many. moving: the legs in the air; none: the chassis moves over all feet.
+    qs: (n, legs × 6) [rad]; Ts_site_base: (n, 4, 4). waypoints: (n,), the one that each sample's motion ends at;
+    fractions: (n,), how far on the way there; phases: of each sample.
     """
 
     robot: Robot
     move: int
+    of: int
     moving: tuple[int, ...]
     qs: Array
     Ts_site_base: Array
@@ -44,7 +45,7 @@ class Stretch:
     def where(self, at: int) -> str:
         """A sample, for a person."""
         way = f"{self.fractions[at]:.0%} of the way to waypoint {self.waypoints[at]}"
-        return f"foot move {self.move}, {self.phases[at]}, {way}"
+        return f"{part_told(self.move, self.of)}, {self.phases[at]}, {way}"
 
     @cached_property
     def Ts_base_link(self) -> dict[str, Array]:
@@ -122,9 +123,8 @@ def _sampled(
         fractions.append(t)
     order = np.concatenate(numbers)
     phases = tuple(plan.phases[i] for i in order)
-    return Stretch(
-        robot, move, moving, np.concatenate(qs), np.concatenate(poses), order, np.concatenate(fractions), phases
-    )
+    of, q, Ts = len(plan.groups), np.concatenate(qs), np.concatenate(poses)
+    return Stretch(robot, move, of, moving, q, Ts, order, np.concatenate(fractions), phases)
 
 
 def between(T_a: Array, T_b: Array, t: Array) -> Array:
