@@ -29,6 +29,7 @@ export function listenForKeys(stop) {
   act({ key: "Ctrl+K", text: "Find an act by its name", run: openPalette, button: "open-palette" });
   act({ key: ":", text: "Find an act by its name", run: openPalette });
   const heard = (event) => {
+    if (event.key.length > 1 || event.ctrlKey || event.metaKey) typedIn = null; // as Enter: what was typed is over
     const stopping = asksToStop(event);
     if (stopping) stop();
     if (stopping && !isEscape(event)) {
@@ -66,7 +67,7 @@ export function listenForKeys(stop) {
 }
 
 // The field that was typed in may go under the hands of who types, as where its answer draws a panel anew: what is typed on
-// is meant for it, and chooses or plans nothing, until something is pointed at or focused.
+// is meant for it, and chooses or plans nothing, until something is pointed at or focused, or another key than a character comes.
 let typedIn = null;
 for (const type of ["pointerdown", "focusin"]) addEventListener(type, () => { typedIn = null; }, true);
 addEventListener("input", ({ target }) => { typedIn = target; }, true);

@@ -6,7 +6,7 @@ import viser
 
 import footfall
 from footfall.planning.route.plan import plan_route
-from footfall.planning.route.problem import NoGo, RouteSettings
+from footfall.planning.route.problem import NoGo, RouteResult, RouteSettings
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.jobs.requests import RouteRequest
 from footfall.session.products.kinds import ROUTE
@@ -59,7 +59,8 @@ def test_the_latest_route_is_drawn_on_its_ground_alone(tmp_path, athlete, ground
 
         live.ask(ROUTE, RouteRequest((2.0, 0.5))).finish()
         drawing.draw(live)
-        line, label = (server.scene.get_handle_by_name(name) for name in (LINE, LABEL))
+        line, label = server.scene.get_handle_by_name(LINE), server.scene.get_handle_by_name(LABEL)
+        assert isinstance(label, viser.LabelHandle)
         found = plan_route(athlete, ground, state, (2.0, 0.5)).plan
         assert found is not None
         assert label.text == f"route: {found.length:.1f} m"
@@ -68,10 +69,13 @@ def test_the_latest_route_is_drawn_on_its_ground_alone(tmp_path, athlete, ground
         assert server.scene.get_handle_by_name(LINE) is line  # as it was
 
         refused = live.get(live.ask(ROUTE, RouteRequest((5.0, 0.0), RouteSettings(no_go=ROUND))).finish())
+        assert isinstance(refused, RouteResult)
         assert refused.plan is None
         drawing.draw(live)
-        assert server.scene.get_handle_by_name(LABEL).text == "✕ the route ends here"
-        np.testing.assert_allclose(server.scene.get_handle_by_name(LABEL).position[:2], refused.cut_off)
+        label = server.scene.get_handle_by_name(LABEL)
+        assert isinstance(label, viser.LabelHandle)
+        assert label.text == "✕ the route ends here"
+        np.testing.assert_allclose(label.position[:2], refused.cut_off)
 
         live.load_terrain(wavy(half=5.0))
         drawing.draw(live)
