@@ -157,6 +157,13 @@ def test_points_are_the_session_s_and_move_by_hand(console: Page, quiet: Running
     expect(height).to_have_value("0.900")
 
 
+# At once: where two of them come a second apart, the page takes what is in hand to rest between them.
+FAR_UP = """() => {
+  const up = () => new KeyboardEvent("keydown", { key: "PageUp", shiftKey: true, bubbles: true });
+  for (let i = 0; i < 20; i += 1) document.activeElement.dispatchEvent(up());
+}"""
+
+
 def test_the_chassis_is_refused_where_a_foot_can_t_stay(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#h-footfall").click()
     console.locator("#panel-what-if summary").click()
@@ -168,8 +175,7 @@ def test_the_chassis_is_refused_where_a_foot_can_t_stay(console: Page, quiet: Ru
     until(lambda: held(quiet)["what_if"], "the what-if")
     assert held(quiet)["what_if"]["dz"] == pytest.approx(-10 * cell)
     expect(console.locator("#shift-dz")).to_have_value(f"{-10 * cell:g}")
-    for _ in range(60):
-        console.keyboard.press("Shift+PageUp")
+    console.evaluate(FAR_UP)
     expect(console.locator("#hand-read .no").first).to_contain_text("leg")
     console.keyboard.press("Enter")
     expect(console.locator("#hand-read")).to_contain_text("Put back")
