@@ -54,7 +54,7 @@ MOVES_PER_METRE, NOMINAL, EQUILIBRIUM, DEARER = 12.0, 2.0, 2.0, 4.0
 def peer_walk(robot: Robot, dem: Dem, state: RobotState, goal: WalkGoal, settings: WalkSettings) -> WalkPlan | None:
     """The walk that the peer finds, not smoothed; None where the time limit passes. Raises InvalidInput for a start
     without a stance, or ground of which nothing is known."""
-    begun = time.perf_counter()
+    begun = time.process_time()
     start = start_of(robot, dem, state)
     if isinstance(start, str):
         raise InvalidInput(start)
@@ -99,7 +99,7 @@ class _Search:
         self.transitions: dict[Edge, Array] = {}
 
     def run(self) -> tuple[list[Moved], BodyWay] | None:
-        while time.perf_counter() < self.ends:
+        while time.process_time() < self.ends:
             edges = self._explore_stances()
             if edges is None:
                 continue
@@ -124,7 +124,7 @@ class _Search:
         came: dict[Feet, Edge | None] = {first: None}
         waiting: list[tuple[float, float, Edge]] = []
         self._expand(first, 0.0, waiting)
-        while waiting and time.perf_counter() < self.ends:
+        while waiting and time.process_time() < self.ends:
             priority, cost, edge = heapq.heappop(waiting)
             feet, leg, place = edge
             then = (*feet[:leg], place, *feet[leg + 1 :])
