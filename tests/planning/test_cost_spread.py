@@ -14,7 +14,7 @@ from footfall.core.grid import GridGeometry
 from footfall.planning.route import field as field_module
 from footfall.planning.route.corners_kernel import LEAST_RISE, NONE, edge_cost, steps_of
 from footfall.planning.route.field import CostField
-from footfall.planning.route.line_kernel import line_cost
+from footfall.planning.route.line_kernel import line_costs
 from footfall.planning.route.spread_kernel import LISTS, RISE, WIDTH, begin, spread
 
 SIZE = 9
@@ -125,11 +125,11 @@ def test_a_line_costs_what_the_cells_do_that_it_crosses(costs, a, b):
     # a line that all but goes along an edge lies in either cell
     if any(0.0 < abs(a[axis] - b[axis]) < 1e-6 for axis in (0, 1)):
         return
-    assert line_cost(costs, a, b) == pytest.approx(crossed(costs, a, b), rel=1e-6, abs=1e-6)
+    assert line_costs(costs, np.array([a, b])).sum() == pytest.approx(crossed(costs, a, b), rel=1e-6, abs=1e-6)
 
 
 def test_a_line_through_the_corner_of_a_blocked_cell_is_free():
     costs = np.ones((4, 4))
     costs[1, 2] = costs[2, 1] = math.inf
-    assert line_cost(costs, np.array([1.0, 1.0]), np.array([3.0, 3.0])) == pytest.approx(math.sqrt(8.0))
-    assert math.isinf(line_cost(costs, np.array([1.0, 1.0]), np.array([3.0, 2.9])))
+    assert line_costs(costs, np.array([[1.0, 1.0], [3.0, 3.0]])).sum() == pytest.approx(math.sqrt(8.0))
+    assert math.isinf(line_costs(costs, np.array([[1.0, 1.0], [3.0, 2.9]])).sum())

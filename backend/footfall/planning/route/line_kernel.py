@@ -18,17 +18,12 @@ _NEAR = 1e-9
 
 
 @njit()
-def line_cost(costs: Floats, a: Floats, b: Floats) -> float:
+def _line(costs: Floats, ar: float, ac: float, br: float, bc: float) -> float:
     """Cost of the straight line from a to b, (row, column) in edges; costs: with a border, see corners_kernel.
 
     Along an edge the cheaper of both cells counts. Source: J. Amanatides & A. Woo, "A fast voxel traversal algorithm
     for ray tracing" (Eurographics 1987).
     """
-    return _line(costs, a[0], a[1], b[0], b[1])
-
-
-@njit()
-def _line(costs: Floats, ar: float, ac: float, br: float, bc: float) -> float:
     dr, dc = br - ar, bc - ac
     if dr == 0.0 and dc == 0.0:
         return 0.0
@@ -73,7 +68,7 @@ def _first(x: float, dx: float) -> tuple[int, float, float]:
 
 @njit()
 def line_costs(costs: Floats, way: Floats) -> Floats:
-    """Costs (n − 1,) of the straight lines between the points of a way (n, 2)."""
+    """Costs (n − 1,) of the straight lines between the points of a way (n, 2), (row, column) in edges."""
     own = np.empty(len(way) - 1)
     for i in range(len(own)):
         own[i] = _line(costs, way[i, 0], way[i, 1], way[i + 1, 0], way[i + 1, 1])
