@@ -76,6 +76,11 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkResult",
         "WalkSettings",
     ),
+    "footfall.planning.walk_execution.decision": (
+        "Act",
+        "WayOn",
+        "WayOnSettings",
+    ),
     "footfall.planning.walk_execution.problem": (
         "FootMoveExecution",
         "WalkExecution",

@@ -1,0 +1,58 @@
+"""What a rover that walks to a goal may do next, within which limits, and what it has done so far."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from footfall.core.bounds import require_above_zero, require_not_negative
+from footfall.core.value import Value, value, value_enum
+
+
+@value_enum
+class Act(Enum):
+    """What can be done next."""
+
+    GO = "go"
+    LOOK = "look"
+    REPLAN = "replan"
+    STOP = "stop"
+    ARRIVED = "arrived"
+
+
+@value
+class WayOnSettings(Value):
+    """foot_moves: that are carried out between two decisions. look_every: a look after so many; 0: only where one is
+    needed. least_margin: of the centre of mass to the polygon of the feet that stand, now and in the foot moves that
+    are next [m]. most_torque: largest share of a joint's torque limit in those. most_anew: how often it is planned anew
+    with no foot move between.
+    """
+
+    foot_moves: int = 1
+    look_every: int = 1
+    least_margin: float = 0.05
+    most_torque: float = 0.9
+    most_anew: int = 3
+
+    def check(self) -> None:
+        require_above_zero(foot_moves=self.foot_moves, most_torque=self.most_torque, most_anew=self.most_anew)
+        require_not_negative(look_every=self.look_every, least_margin=self.least_margin)
+
+
+@value
+class WayOn(Value):
+    """The decision, and the reason for it, for a person."""
+
+    act: Act
+    reason: str
+
+
+@dataclass(frozen=True)
+class SoFar:
+    """What was done already. moved: foot moves since the latest look. looked: whether it looked since it last moved;
+    anew: how often it was planned anew since. refused: why what was decided last can't be done: no walk was found, or
+    the next foot move of the walk can't be commanded; empty where nothing was refused.
+    """
+
+    moved: int = 0
+    looked: bool = False
+    anew: int = 0
+    refused: str = ""

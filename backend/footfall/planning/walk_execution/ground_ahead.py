@@ -1,0 +1,56 @@
+"""The ground that the rest of a walk stands on: whether it is known now, and is where the walk takes it to be.
+
+A walk is planned on one map and carried out while another look makes it a better one. What is left of it keeps its
+footfalls where those still lie on the ground.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.walk.problem import WalkPlan, part_told
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
+
+GROUND_MOVED = 0.03
+"""A footfall may be so far above or below the ground as it is known now [m]: what a wheel may cut in."""
+_RINGS = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.5, 1.0) for a in np.pi / 4 * np.arange(8)])
+"""Places in a disc of radius 1 beside its middle."""
+
+
+def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int) -> str:
+    """Where a foot of the foot moves ``first`` … ``last − 1`` comes down on ground that is not known; or nothing."""
+    for number in range(first, min(last, walk.foot_moves)):
+        leg = walk.legs[number]
+        at = walk.stances[number + 1].contacts[leg, :2]
+        places = np.vstack([at, at + robot.wheel_radius * _RINGS])
+        seen = np.isfinite(height_at(dem, places[:, 0], places[:, 1]))
+        if not seen.all():
+            return (
+                f"the ground where {part_told(number, walk.foot_moves)} puts the foot of leg {leg} "
+                f"({at[0]:.2f}, {at[1]:.2f}) is known in {int(seen.sum())} of {len(seen)} places"
+            )
+    return ""
+
+
+def moved_ground(dem: Dem, walk: WalkPlan, first: int) -> str:
+    """Which foot that stands before foot move ``first``, or is put down later, is not on the ground as known now.
+
+    Nothing where all are. One on ground that is not known any more is asked when its turn comes.
+    """
+    numbers = range(first, walk.foot_moves)
+    stands = walk.stances[first].contacts
+    put = [walk.stances[number + 1].contacts[walk.legs[number]] for number in numbers]
+    contacts = np.vstack([stands, *put])
+    off = height_at(dem, contacts[:, 0], contacts[:, 1]) - contacts[:, 2]
+    off = np.where(np.isfinite(off), off, 0.0)
+    worst = int(np.argmax(np.abs(off)))
+    if abs(off[worst]) <= GROUND_MOVED:
+        return ""
+    side = "above" if off[worst] > 0 else "below"
+    later = worst - len(stands)
+    whose = f"leg {worst} stands" if later < 0 else f"{part_told(numbers[later], walk.foot_moves)} puts its foot"
+    size = f"{abs(off[worst]):.3f} m {side} where {whose} in the walk"
+    return f"the ground is {size}, at most {GROUND_MOVED:g} m are accepted"

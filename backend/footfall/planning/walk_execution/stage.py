@@ -1,0 +1,46 @@
+"""Where a walk to a far goal is planned to first: as far towards it as the ground is known."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.walk.footprint import footprint
+from footfall.planning.walk.problem import WalkGoal
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.surface import height_at
+
+Array = NDArray[np.float64]
+
+STRIDE = 0.1
+"""Between two places that are looked at on the way to the goal [m]."""
+BESIDE = 0.3
+"""A foot may be put so far from where it would be at ease [m]."""
+_PLACES = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.0, 0.5, 1.0) for a in np.pi / 4 * np.arange(8)])
+
+
+def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: float) -> WalkGoal | None:
+    """The goal, where it is within ``farthest`` [m] and its ground is known; else a place on the straight way to it.
+
+    That is the farthest place within where every foot of a rover at ease has known ground beside it; the chassis may
+    face any way there. None where there is no such place.
+    """
+    here = T_site_base[:2, 3]
+    way = np.array([goal.x, goal.y]) - here
+    length = float(np.linalg.norm(way))
+    facing = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
+    if length <= farthest and stands_on_known(robot, dem, goal.x, goal.y, facing if goal.yaw is None else goal.yaw):
+        return goal
+    for far in np.arange(min(length, farthest), goal.within, -STRIDE):
+        x, y = here + way * (far / length)
+        if stands_on_known(robot, dem, float(x), float(y), facing):
+            return replace(goal, x=float(x), y=float(y), yaw=None)
+    return None
+
+
+def stands_on_known(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> bool:
+    """Whether every foot of a rover at ease there has some known ground within BESIDE."""
+    feet = footprint(robot).at(x, y, yaw)
+    places = feet[:, None] + BESIDE * _PLACES
+    return bool(np.isfinite(height_at(dem, places[..., 0], places[..., 1])).any(axis=1).all())

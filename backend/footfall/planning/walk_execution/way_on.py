@@ -1,0 +1,105 @@
+"""What a rover that walks to a goal does next: go on, look, plan anew, or stop; by walk, stance and ground."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.support import margin
+from footfall.core.frames import apply
+from footfall.maps.standing import contacts
+from footfall.maps.steadiness import bearing
+from footfall.planning.walk.excerpt import parts_count, start_of
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, part_told
+from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
+from footfall.planning.walk_execution.ground_ahead import moved_ground, unknown_ground
+from footfall.planning.walk_execution.off_walk import off_walk
+from footfall.robot.kinematics import center_of_mass
+from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+
+def way_on(
+    robot: Robot,
+    dem: Dem | None,
+    state: RobotState,
+    goal: WalkGoal,
+    walk: WalkPlan | None,
+    number: int,
+    so_far: SoFar,
+    settings: WayOnSettings,
+) -> WayOn:
+    """The next act of a rover that was measured to stand as ``state`` says, ``number`` foot moves into ``walk``.
+
+    dem: the ground as it is known now, which need not be that of the walk; None: none is known yet. Where looking or
+    planning anew was tried in vain, what is left is to stop. Raises InvalidInput where the walk has no such foot move.
+    """
+    if dem is None:
+        return _look("no ground is known yet", so_far, settings)
+    if unsteady := _unsteady(robot, dem, state, settings):
+        return WayOn(Act.STOP, unsteady)
+    if arrived(goal, state.T_site_base):
+        return WayOn(Act.ARRIVED, "the chassis is at the goal")
+    if 0 < settings.look_every <= so_far.moved:
+        return WayOn(Act.LOOK, f"{so_far.moved} of {settings.look_every} foot moves since the latest look")
+    if so_far.refused:
+        return _look(so_far.refused, so_far, settings)
+    if walk is None:
+        return _replan("there is no walk yet", so_far, settings)
+    if number >= parts_count(walk):
+        return _replan("the walk is over, the goal is not reached", so_far, settings)
+    if off := off_walk(robot, state, *start_of(walk, number)):
+        return _replan(f"the rover is off its walk: {off}", so_far, settings)
+    last = min(number + settings.foot_moves, parts_count(walk))
+    if unknown := unknown_ground(robot, dem, walk, number, last):
+        return _look(unknown, so_far, settings)
+    if moved := moved_ground(dem, walk, number):
+        return _replan(moved, so_far, settings)
+    if weak := _beyond(walk, number, last, settings):
+        return _replan(weak, so_far, settings)
+    return WayOn(Act.GO, f"the walk fits: {part_told(number, walk.foot_moves)} of {walk.foot_moves} is next")
+
+
+def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
+    """Whether a chassis is at a goal, within what that allows."""
+    if np.hypot(T_site_base[0, 3] - goal.x, T_site_base[1, 3] - goal.y) > goal.within:
+        return False
+    if goal.yaw is None:
+        return True
+    turn = np.arctan2(T_site_base[1, 0], T_site_base[0, 0]) - goal.yaw
+    return bool(abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi) <= goal.turned)
+
+
+def _look(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:
+    return _replan(reason, so_far, settings) if so_far.looked else WayOn(Act.LOOK, reason)
+
+
+def _replan(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:
+    if so_far.anew < settings.most_anew:
+        return WayOn(Act.REPLAN, reason)
+    return WayOn(Act.STOP, f"planned anew {so_far.anew} times with no foot move between: {reason}")
+
+
+def _unsteady(robot: Robot, dem: Dem, state: RobotState, settings: WayOnSettings) -> str:
+    """Why the rover does not stand steadily enough to move at all; empty where it does."""
+    feet = contacts(robot, dem, state.posture, state.T_site_base, bearing(robot, state))
+    com = apply(state.T_site_base, center_of_mass(robot, state.posture))
+    inside = margin(feet.points, com[:2])
+    if inside >= settings.least_margin:
+        return ""
+    return (
+        f"the centre of mass is {inside:.3f} m inside the polygon of the feet that bear, "
+        f"at least {settings.least_margin:g} m are asked for"
+    )
+
+
+def _beyond(walk: WalkPlan, number: int, last: int, settings: WayOnSettings) -> str:
+    """Which limit the foot moves ``number`` … ``last − 1`` pass, by what was planned; empty where none."""
+    rows = (walk.moves >= number) & (walk.moves < last)
+    margin_, torque = float(walk.margins[rows].min()), float(walk.torques[rows].max())
+    if margin_ < settings.least_margin:
+        return f"a margin of the next foot move is {margin_:.3f} m, at least {settings.least_margin:g} m are asked for"
+    if torque > settings.most_torque:
+        return f"a joint takes {torque:.0%} of its torque limit next, at most {settings.most_torque:.0%} are allowed"
+    return ""

@@ -1,0 +1,209 @@
+"""What a walking rover does next: each reason not to go on is found, and nothing is tried for ever."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely.geometry import MultiPoint, Point
+
+from footfall.core.frames import apply, rotation, transform
+from footfall.planning.stance.stand import stand
+from footfall.planning.walk.excerpt import parts_count, start_of
+from footfall.planning.walk.footprint import footprint
+from footfall.planning.walk.plan import plan_walk
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.smoothing import Smoothing
+from footfall.planning.walk_execution.decision import Act, SoFar, WayOnSettings
+from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_ground, unknown_ground
+from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED
+from footfall.planning.walk_execution.stage import BESIDE, stage
+from footfall.planning.walk_execution.way_on import arrived, way_on
+from footfall.robot.kinematics import center_of_mass
+from footfall.terrain.ground.surface import height_at
+from tests.support.chassis_ground import wavy
+
+GOAL = WalkGoal(0.5, 0.1)
+LIMITS = WayOnSettings()
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="module")
+def stood(athlete, ground):
+    return stand(athlete, ground)
+
+
+@pytest.fixture(scope="module")
+def walk(athlete, ground, stood):
+    found = plan_walk(athlete, ground, stood, GOAL, settings=WalkSettings(seed=1, smoothing=Smoothing(rounds=0)))
+    assert found.plan is not None, found.reason
+    assert found.plan.foot_moves > 2
+    return found.plan
+
+
+@pytest.fixture
+def decides(athlete, ground, stood, walk):
+    """decides(number=0, **what is otherwise) → the decision, of a rover that stands where that foot move begins."""
+
+    def decide(number=0, *, dem=ground, goal=GOAL, plan=walk, so_far=None, limits=LIMITS, moved=None):
+        posture, T = start_of(walk, min(number, parts_count(walk) - 1))
+        T = T if moved is None else moved @ T
+        state = replace(stood, posture=posture, T_site_base=T)
+        return way_on(athlete, dem, state, goal, plan, number, so_far or SoFar(), limits)
+
+    return decide
+
+
+def raised(dem, by):
+    return replace(dem, heights=(dem.heights + np.float32(by)).astype(np.float32))
+
+
+def hole(dem, x, y, radius):
+    grid = dem.geometry
+    east = grid.x0 + grid.resolution * np.arange(grid.cols)
+    north = grid.y0 + grid.resolution * np.arange(grid.rows)
+    away = np.hypot(east[None, :] - x, north[:, None] - y)
+    return replace(dem, heights=np.where(away <= radius, np.float32(np.nan), dem.heights))
+
+
+def test_a_walk_that_fits_is_gone_on_with_from_each_of_its_foot_moves(decides, walk):
+    for number in range(walk.foot_moves):
+        found = decides(number)
+        assert (found.act, found.reason) == (
+            Act.GO,
+            f"the walk fits: foot move {number + 1} of {walk.foot_moves} is next",
+        )
+
+
+so_fars = st.builds(
+    SoFar,
+    moved=st.integers(0, 4),
+    looked=st.booleans(),
+    anew=st.integers(0, 5),
+    refused=st.sampled_from(["", "no walk is found"]),
+)
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(so_far=so_fars, every=st.integers(0, 3), planned=st.booleans(), known=st.booleans())
+def test_nothing_is_tried_for_ever_and_nothing_goes_unlooked_or_refused(
+    athlete, ground, stood, walk, so_far, every, planned, known
+):
+    limits = WayOnSettings(look_every=every)
+    dem, plan = ground if known else None, walk if planned else None
+    posture, T = start_of(walk, 0)
+    state = replace(stood, posture=posture, T_site_base=T)
+    act = way_on(athlete, dem, state, GOAL, plan, 0, so_far, limits).act
+    due = known and 0 < every <= so_far.moved
+    assert (act is Act.LOOK) == (due or (not so_far.looked and (not known or bool(so_far.refused))))
+    if act is Act.REPLAN:
+        assert so_far.anew < limits.most_anew
+    assert (act is Act.GO) == (known and planned and not so_far.refused and not due)
+    if act is Act.STOP:
+        assert so_far.anew >= limits.most_anew
+
+
+@settings(max_examples=20, derandomize=True, deadline=None)
+@given(by=st.floats(-0.1, 0.1))
+def test_a_walk_is_kept_on_ground_that_hardly_moved_and_on_no_other(walk, ground, by):
+    lies_off = moved_ground(raised(ground, by), walk, 0)
+    if abs(by) < GROUND_MOVED - 1e-4:
+        assert lies_off == ""
+    if abs(by) > GROUND_MOVED + 1e-4:
+        assert f"{abs(by):.3f} m {'above' if by > 0 else 'below'}" in lies_off
+
+
+def test_ground_that_moved_under_one_later_footfall_makes_a_new_plan(decides, ground, walk):
+    last = walk.foot_moves - 1
+    x, y = walk.stances[-1].contacts[walk.legs[last], :2]
+    grid = ground.geometry
+    rows, cols = np.mgrid[: grid.rows, : grid.cols]
+    near = np.hypot(grid.x0 + grid.resolution * cols - x, grid.y0 + grid.resolution * rows - y) < 0.15
+    heights = ground.heights + np.where(near, np.float32(0.06), np.float32(0.0))
+    found = decides(0, dem=replace(ground, heights=heights.astype(np.float32)))
+    assert found.act is Act.REPLAN
+    assert f"0.060 m above where foot move {walk.foot_moves} puts its foot" in found.reason
+
+
+def test_unknown_ground_under_the_next_foot_is_looked_at_and_that_of_later_ones_waits(athlete, decides, ground, walk):
+    x, y = walk.stances[1].contacts[walk.legs[0], :2]
+    dark = hole(ground, x, y, 0.5 * athlete.wheel_radius)
+    found = decides(0, dem=dark)
+    assert found.act is Act.LOOK
+    assert f"foot of leg {walk.legs[0]}" in found.reason
+    assert decides(0, dem=dark, so_far=SoFar(looked=True)).act is Act.REPLAN
+    x, y = walk.stances[-1].contacts[walk.legs[-1], :2]
+    later = hole(ground, x, y, 0.1)
+    last = walk.foot_moves
+    assert unknown_ground(athlete, later, walk, last - 1, last)
+    if not unknown_ground(athlete, later, walk, 0, 1):
+        assert decides(0, dem=later).act is Act.GO
+        assert decides(0, dem=later, limits=WayOnSettings(foot_moves=last)).act is Act.LOOK
+
+
+@pytest.mark.parametrize("up", [0.5 * CHASSIS_MOVED, 1.5 * CHASSIS_MOVED])
+def test_a_rover_off_its_walk_plans_anew(decides, up):
+    found = decides(0, moved=transform(translation=(0.0, 0.0, up)))
+    assert found.act is (Act.REPLAN if up > CHASSIS_MOVED else Act.GO)
+    assert ("off its walk" in found.reason) == (up > CHASSIS_MOVED)
+
+
+def test_a_margin_under_its_limit_stops_by_the_polygon_of_the_feet(athlete, decides, stood, walk):
+    """Second method: shapely, over the contacts that the walk itself names."""
+    posture, T = start_of(walk, 0)
+    com = apply(T, center_of_mass(athlete, posture))[:2]
+    polygon = MultiPoint(walk.stances[0].contacts[:, :2]).convex_hull
+    inside = polygon.exterior.distance(Point(com))
+    assert "centre of mass is" not in decides(0, limits=WayOnSettings(least_margin=inside - 0.01)).reason
+    found = decides(0, limits=WayOnSettings(least_margin=inside + 0.01))
+    assert found.act is Act.STOP
+    assert "centre of mass is" in found.reason
+
+
+def test_limits_of_the_next_foot_moves_make_a_new_plan(decides, walk):
+    rows = walk.moves == 0
+    worst = float(walk.torques[rows].max())
+    assert decides(0, limits=WayOnSettings(most_torque=worst + 0.001)).act is Act.GO
+    found = decides(0, limits=WayOnSettings(most_torque=worst - 0.001))
+    assert found.act is Act.REPLAN
+    assert f"{worst:.0%} of its torque limit" in found.reason
+
+
+def test_it_has_arrived_at_the_goal_alone(decides, walk):
+    T = walk.Ts_site_base[-1]
+    at = WalkGoal(float(T[0, 3]), float(T[1, 3]), 0.3, within=0.1, turned=0.2)
+    for turn, there in ((0.3, True), (0.3 + 2 * np.pi, True), (0.45, True), (0.55, False), (-0.3, False)):
+        assert arrived(at, transform(rotation("z", turn), T[:3, 3])) == there
+    assert not arrived(at, transform(rotation("z", 0.3), T[:3, 3] + (0.0, 0.11, 0.0)))
+    here = start_of(walk, 0)[1]
+    assert decides(0, goal=WalkGoal(float(here[0, 3]), float(here[1, 3]))).act is Act.ARRIVED
+    over = decides(parts_count(walk), goal=WalkGoal(3.0, 0.0))
+    assert (over.act, over.reason) == (Act.REPLAN, "the walk is over, the goal is not reached")
+
+
+@settings(max_examples=25, derandomize=True, deadline=None)
+@given(edge=st.floats(-1.0, 4.0), farthest=st.floats(0.5, 3.0))
+def test_a_stage_lies_on_the_way_and_its_feet_have_known_ground(athlete, ground, edge, farthest):
+    grid = ground.geometry
+    east = grid.x0 + grid.resolution * np.arange(grid.cols)
+    dark = replace(ground, heights=np.where(east[None, :] > edge, np.float32(np.nan), ground.heights))
+    goal = WalkGoal(2.0, 0.5)
+    found = stage(athlete, dark, np.eye(4), goal, farthest)
+    feet = footprint(athlete).feet
+    way = np.hypot(goal.x, goal.y)
+    if found is None:
+        # not even the nearest place that is asked for has it: its front feet are beyond the edge
+        assert feet[:, 0].max() + goal.within - BESIDE > edge - 2 * grid.resolution
+        return
+    far = np.hypot(found.x, found.y)
+    assert far <= max(farthest, 0.0) + 1e-9
+    assert found.x * goal.y == pytest.approx(found.y * goal.x)
+    assert (found is goal) == (far == pytest.approx(way) and farthest >= way)
+    ahead = found.x + feet[:, 0].max() - BESIDE
+    assert ahead <= edge + 2 * grid.resolution
+    assert np.isfinite(height_at(dark, min(ahead, edge - grid.resolution), 0.0))
