@@ -52,6 +52,7 @@ from footfall.api.routes import (
     stop,
     telemetry,
     terrains,
+    walk_loops,
     walks,
 )
 from footfall.api.streams import Streams
@@ -139,6 +140,7 @@ def assemble(
         executions,
         sequences,
         walks,
+        walk_loops,
         conn,
         runs,
         stop,

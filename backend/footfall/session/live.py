@@ -21,6 +21,9 @@ from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
 from footfall.core.value import Value
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.step.problem import PlanResult
+from footfall.planning.walk.problem import WalkGoal
+from footfall.session.access.acting import told
+from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER, pose_difference
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, PLAN, SEQUENCE
@@ -29,6 +32,7 @@ from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
 from footfall.session.summary import summary
+from footfall.session.walk_loop import LoopSettings, WalkLoop
 from footfall.session.walking import WalkingSession
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame
@@ -48,6 +52,7 @@ class LiveSession(WalkingSession):
 
     _unfit: frozenset[str] = frozenset()
     """What listeners were told that is not of how things are now."""
+    _walk_loop: WalkLoop | None = None
 
     def summary(self) -> dict[str, Any]:
         """The session as plain JSON, for a page that opens."""
@@ -55,7 +60,9 @@ class LiveSession(WalkingSession):
             return summary(self)
 
     def close(self) -> None:
-        """Cancel its jobs, end its run, seal its log; harmless when done twice."""
+        """End its walk, cancel its jobs, end its run, seal its log; harmless when done twice."""
+        if self._walk_loop is not None:
+            self._walk_loop.close()
         self._workshop.close()
         self.link.close()
         self._commanding.close()
@@ -109,6 +116,30 @@ class LiveSession(WalkingSession):
             self._requests += 1
             request = ImageRequestMessage(f"images-{self._requests}", None if pairs is None else tuple(pairs))
         self.link.send(encode(request))
+
+    # -- walking to a goal ---------------------------------------------------------------------
+
+    def walk_to(self, goal: WalkGoal, settings: LoopSettings | None = None, who: Identity = LOCAL) -> WalkLoop:
+        """Begin to walk to a goal in a closed loop, by images and telemetry, as ``who``; see :class:`WalkLoop`.
+
+        Raises Conflict where the rover is on such a walk already, or there is no rover.
+        """
+        with self._journal.lock:
+            if self._walk_loop is not None and self._walk_loop.state != "ended":
+                raise Conflict("the rover is on its way to a goal already: end that walk first")
+            if not self.link.connected:
+                raise Conflict("no rover is connected")
+            self._walk_loop = WalkLoop(self, goal, settings or LoopSettings(), who)
+            return self._walk_loop
+
+    @property
+    def walk_loop(self) -> WalkLoop | None:
+        """The latest walk to a goal in a closed loop, over or not."""
+        return self._walk_loop
+
+    def record_decision(self, act: str, reason: str) -> None:
+        """Write down what a walk in a closed loop does next, and why."""
+        self._journal.record_anyway("walk_decided", {**told(), "act": act, "reason": reason})
 
     # -- products ------------------------------------------------------------------------------
 

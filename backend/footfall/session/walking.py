@@ -25,6 +25,7 @@ from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.recorded import present
 from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
 
 AGAIN = "re-plan the walk from here"
 
@@ -128,9 +129,9 @@ class WalkingSession(PlannedSession):
         against = self._against(plan, first)
         if against:
             raise Conflict(against, walk=digest, first=first)
-        made = self.state.products[digest]
+        dem = present(self.state.dem, "there is no terrain any more")
         # from the telemetry that was just judged, however old: the gate asks for newer before anything moves
-        parents = {**self._standing_now(oldest=np.inf), "dem": made.parents["dem"], "plan": digest}
+        parents = {**self._standing_now(oldest=np.inf), "dem": dem, "plan": digest}
         request = FootMovesRequest(first, min(count, of - first))
         if self._sags and not as_commanded:
             set_points = set_points_at(self.link.frame, self._shelf.typed(RobotState, parents["state"]))
@@ -176,10 +177,10 @@ class WalkingSession(PlannedSession):
 
     def _against(self, plan: WalkPlan, number: int) -> str:
         """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""
-        if plan.parents.get("dem") != self.state.dem:
-            return f"the terrain has changed since the walk was planned: {AGAIN}"
         from footfall.planning.walk_execution.off_walk import off_walk
 
+        if plan.parents.get("dem") != self.state.dem and (off := self._off_ground(plan, number)):
+            return f"the terrain has changed since the walk was planned: {off}: {AGAIN}"
         now = self.frame.state if self.frame is not None else self.things_now().stands
         if now is None:
             return "nothing is known of how the rover stands"
@@ -198,6 +199,13 @@ class WalkingSession(PlannedSession):
             f"at most {np.degrees(START_TOLERANCE):.2f}° are accepted"
         )
         return f"{where}: {moved if what == 'chassis' else turned}: {AGAIN}"
+
+    def _off_ground(self, plan: WalkPlan, number: int) -> str:
+        """Why the rest of a walk does not fit the present ground from foot move ``number`` on; "" where it does."""
+        from footfall.planning.walk_execution.ground_ahead import moved_ground, unknown_ground
+
+        dem = self._shelf.typed(Dem, present(self.state.dem, "there is no terrain any more"))
+        return moved_ground(dem, plan, number) or unknown_ground(self.robot, dem, plan, number, number + 1)
 
     @property
     def _sags(self) -> bool:

@@ -78,6 +78,8 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "POST /sequences/{sequence}/send",
         "POST /sessions/{session}/conn/{act}",
         "POST /sessions/{session}/run/{act}",
+        "POST /sessions/{session}/walk-loop",
+        "POST /sessions/{session}/walk-loop/{act}",
         "POST /stop/clear",
         "PATCH /rover/light-time",
     ),

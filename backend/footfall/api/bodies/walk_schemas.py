@@ -5,11 +5,13 @@ from typing import Annotated, TypedDict
 from pydantic import Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
-from footfall.api.bodies.schemas import Number, _examples
+from footfall.api.bodies.schemas import Number, TerrainSettingsModel, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk_execution.decision import WayOnSettings
 
 WalkSettingsModel = settings_model(WalkSettings)
+WayOnSettingsModel = settings_model(WayOnSettings)
 
 
 class WalkGoalModel(settings_model(WalkGoal)):  # type: ignore[misc]
@@ -53,6 +55,25 @@ class FootMovesOrder(Strictly):
     count: Annotated[int, Field(ge=1, le=10**5), FromNumber] = 1
     settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
     as_commanded: bool = False
+
+
+class WalkLoopOrder(Strictly):
+    """Walk to a goal in a closed loop.
+
+    limits: by which it is decided whether to go on; walk: how walks are planned; terrain: how maps are made of images,
+    by default merged into the map there is. pairs: cameras that are asked for images, null: all. farthest: how far
+    ahead a walk is planned at once [m].
+    """
+
+    model_config = _examples(
+        {"goal": {"x": 5.0, "y": 1.0}}, {"goal": {"x": 5.0, "y": 1.0}, "limits": {"look_every": 3}}
+    )
+    goal: WalkGoalModel
+    limits: WayOnSettingsModel | None = None  # type: ignore[valid-type]
+    walk: WalkSettingsModel | None = None  # type: ignore[valid-type]
+    terrain: TerrainSettingsModel | None = None  # type: ignore[valid-type]
+    pairs: list[str] | None = None
+    farthest: Annotated[Number, Field(gt=0.0, le=50.0)] = 3.0
 
 
 class WalkingAnswer(TypedDict):

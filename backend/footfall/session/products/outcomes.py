@@ -11,7 +11,7 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import OutcomeRequest
 from footfall.session.log.fold_commands import RunRecord
 from footfall.session.products.executions import ExecutionSession
-from footfall.session.products.kinds import OUTCOME
+from footfall.session.products.kinds import FOOT_MOVES, OUTCOME
 from footfall.session.products.remembered import on_map
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.state import TelemetryFrame
@@ -121,8 +121,9 @@ class OutcomeSession(ExecutionSession):
         return [one.row for one in self.state.commands if one.run == run.number and one.state == "done"]
 
     def _planned_on(self, sequence: str) -> str | None:
-        """Digest of the terrain that the plan behind a sequence was made on."""
-        behind = self.state.plan_behind(sequence)
+        """Digest of the terrain that the plan behind a sequence was made on; of foot moves, that those were."""
+        own = self.state.products.get(self.state.before_edits(sequence))
+        behind = own if own is not None and own.kind == FOOT_MOVES.name else self.state.plan_behind(sequence)
         return None if behind is None else behind.parents["dem"]
 
 

@@ -66,7 +66,7 @@ def referee(
         _goals(robot, sequence, dem) if goals is None else {leg: np.asarray(goal, float) for leg, goal in goals.items()}
     )
     watch = Watch(rover, aims)
-    moved = _moved_legs(sequence)
+    moved = moved_legs(sequence)
     first = rover.T_site_base
     if expected is None and sequence.Ts_site_base is not None:
         expected = first @ inverse(sequence.T_site_base) @ sequence.Ts_site_base
@@ -140,7 +140,7 @@ def _goals(robot: Robot, sequence: Sequence, dem: Dem) -> dict[int, Array]:
     return {leg: points[leg] for leg in sorted(legs)}
 
 
-def _moved_legs(sequence: Sequence) -> list[int | None]:
+def moved_legs(sequence: Sequence) -> list[int | None]:
     """The leg that each row is about: the one it names; of whole postures and pauses in a step, the one that steps."""
     legs = [command.leg if command.kind.names_leg else None for command in sequence.commands]
     for rows in _steps(sequence):

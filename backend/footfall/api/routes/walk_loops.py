@@ -1,0 +1,90 @@
+"""A walk in a closed loop: begun with a goal, watched, held, ended. Commands go as whoever began it."""
+
+from typing import Annotated, Literal, TypedDict, cast
+
+from fastapi import Path
+
+from footfall.api.access import OneSession
+from footfall.api.acting import Actor
+from footfall.api.bodies.settings_models import settings_value
+from footfall.api.bodies.walk_schemas import WalkLoopOrder
+from footfall.api.routing import Routes
+from footfall.core.errors import NotFound
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.session.live import LiveSession
+from footfall.session.walk_loop import LoopSettings
+from footfall.terrain.settings import TerrainSettings
+
+router = Routes(tags=["run"])
+
+Act = Annotated[
+    Literal["hold", "resume", "cancel"],
+    Path(
+        description="`hold`: nothing more is begun, a row that is out is carried out; `resume`: go on from there; "
+        "`cancel`: nothing more is sent, the rover is left to whoever commands it"
+    ),
+]
+
+
+class LoopGoalAnswer(TypedDict):
+    """Where the chassis is to be, site [m], [rad]."""
+
+    x: float
+    y: float
+    yaw: float | None
+
+
+class WalkLoopAnswer(TypedDict):
+    """The latest walk in a closed loop. act: what was decided last (`go`, `look`, `replan`, `stop`, `arrived`), for the
+    `reason` given; outcome: of one that has ended. foot_moves: parts of walks carried out; decided: how often each was.
+    """
+
+    goal: LoopGoalAnswer
+    state: Literal["going", "held", "ended"]
+    outcome: Literal["", "arrived", "stopped", "cancelled"]
+    act: str
+    reason: str
+    foot_moves: int
+    decided: dict[str, int]
+
+
+@router.post("/sessions/{session}/walk-loop", status_code=202, name="begin")
+def begin_walk_loop(live: OneSession, order: WalkLoopOrder, who: Actor) -> WalkLoopAnswer:
+    """Walk to a goal by images and telemetry: look, plan, some foot moves, measure, and so on until the rover is there.
+
+    409 where it walks so already, or there is no rover. Each decision is an event, `walk_decided`, with its reason.
+    """
+    settings = LoopSettings(
+        way_on=settings_value(WayOnSettings, order.limits) or WayOnSettings(),
+        walk=settings_value(WalkSettings, order.walk) or WalkSettings(),
+        terrain=settings_value(TerrainSettings, order.terrain) or TerrainSettings(keep=True),
+        pairs=None if order.pairs is None else tuple(order.pairs),
+        farthest=order.farthest,
+    )
+    goal = settings_value(WalkGoal, order.goal)
+    live.walk_to(cast(WalkGoal, goal), settings, who)
+    return _told(live)
+
+
+@router.get("/sessions/{session}/walk-loop")
+def read_walk_loop(live: OneSession) -> WalkLoopAnswer:
+    """The latest walk in a closed loop since the session was opened, also when it has ended."""
+    return _told(live)
+
+
+@router.post("/sessions/{session}/walk-loop/{act}", name="act")
+def act_on_walk_loop(live: OneSession, act: Act, who: Actor) -> WalkLoopAnswer:
+    """Hold it, let it go on, or end it. 409 where it has ended."""
+    loop = live.walk_loop
+    if loop is None:
+        raise NotFound("no walk in a closed loop was begun yet")
+    {"hold": loop.hold, "resume": loop.go_on, "cancel": loop.cancel}[act](who)
+    return _told(live)
+
+
+def _told(live: LiveSession) -> WalkLoopAnswer:
+    loop = live.walk_loop
+    if loop is None:
+        raise NotFound("no walk in a closed loop was begun yet")
+    return cast(WalkLoopAnswer, loop.as_dict())

@@ -1,0 +1,221 @@
+"""Walks in a closed loop over rocks, nothing known of the ground but images, carried out by the rover in physics.
+
+``python -m benchmarks.walks.closed_loop --walks 1 --metres 1`` prints what was decided, a row for each walk, and how
+many arrived. Images are ray cast on the processor, which takes most of the time: ``--scale`` makes them smaller.
+"""
+
+import argparse
+import queue
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, replace
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+import footfall
+from benchmarks.referee import at_rest
+from benchmarks.scenes import robot
+from footfall.core.errors import InvalidInput
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.sequence.commands import Sequence
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.live import LiveSession
+from footfall.session.registry import Sessions
+from footfall.session.walk_loop import LoopSettings
+from footfall.sim.physics.referee import moved_legs
+from footfall.sim.physics.rover import PhysicalRover
+from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings
+from footfall.sim.physics.watch import Watch
+from footfall.sim.render import render_snapshot
+from footfall.telemetry.link import CommandMessage, ImageRequestMessage, QueryMessage, StopMessage, decode
+from footfall.terrain.dem import Dem
+from footfall.terrain.generate import rock_field
+from footfall.terrain.settings import TerrainSettings
+
+PERIOD = 0.1
+"""Of telemetry, by the rover's clock [s]."""
+RESTS = 2.0
+"""So long after its last command the rover is at rest, and its clock stands still until the next [s]."""
+PLACES = 8
+"""Places to stand that are tried for one walk."""
+
+
+class LinkedRover:
+    """A rover in physics at the end of a session's link, in a thread of its own, as fast as the machine lets it be."""
+
+    def __init__(self, live: LiveSession, rover: PhysicalRover, seed: int, scale: float) -> None:
+        self._live, self._rover, self._seed, self._scale = live, rover, seed, scale
+        self.watch = Watch(rover, {})
+        self._inbox: queue.Queue[str] = queue.Queue()
+        self._closing = threading.Event()
+        self._images = 0
+        self._thread = threading.Thread(target=self._run, name="rover")
+
+    def __enter__(self) -> Self:
+        self._live.rover_connected(self._inbox.put)
+        self._live.take_telemetry(self._rover.frame())
+        self._thread.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._closing.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        moved_at = self._rover.time
+        while not self._closing.is_set():
+            while not self._inbox.empty():
+                self._hear(self._inbox.get())
+            if self._rover.mode == "moving":
+                moved_at = self._rover.time
+            if self._rover.time - moved_at < RESTS:
+                self._goes_on()
+            else:
+                self._closing.wait(PERIOD)
+            self._live.take_telemetry(self._rover.frame())
+
+    def _goes_on(self) -> None:
+        for _ in range(round(PERIOD / TIME_STEP)):
+            for said in self._rover.step(TIME_STEP):
+                self._live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+            self.watch.look()
+
+    def _hear(self, text: str) -> None:
+        message, rover, live = decode(text), self._rover, self._live
+        if isinstance(message, CommandMessage):
+            sequence = live.get(message.sequence)
+            if isinstance(sequence, Sequence):
+                swings = sequence.commands[message.row].phase == "swing"
+                self.watch.row(message.row, moved_legs(sequence)[message.row], swings)
+            for said in rover.command(message):
+                live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+        elif isinstance(message, ImageRequestMessage):
+            self._images += 1
+            seed = 1000 * self._seed + self._images
+            taken = render_snapshot(
+                rover.robot, rover.state(), rover.dem, seed=seed, pairs=message.pairs, scale=self._scale
+            )
+            live.take_images(taken)
+        elif isinstance(message, QueryMessage):
+            said = rover.became(message.id)
+            live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+        elif isinstance(message, StopMessage):
+            rover.stop(message.epoch)
+            live.take_stop_acknowledgement(message.id, rover.time)
+
+
+@dataclass(frozen=True)
+class Walked:
+    """What came of a walk. left: from where the chassis ended to the goal, seen from above [m]. contacts: that nobody
+    planned. slip: the most that a wheel slipped while it stood [m]. rover, clock: time it took [s]."""
+
+    number: int
+    outcome: str
+    reason: str
+    metres: float
+    left: float
+    foot_moves: int
+    looks: int
+    plans: int
+    tipped: bool
+    contacts: int
+    slip: float
+    rover: float
+    clock: float
+
+    def __str__(self) -> str:
+        return (
+            f"walk {self.number}: {self.outcome} ({self.reason}); went {self.metres:.2f} m, {self.left:.2f} m left; "
+            f"{self.foot_moves} parts of walks, {self.looks} looks, {self.plans} plans; "
+            f"{'TIPPED, ' if self.tipped else ''}unplanned contacts {self.contacts}, slip {1000 * self.slip:.1f} mm; "
+            f"{self.rover:.0f} s of the rover, {self.clock:.0f} s by the clock"
+        )
+
+
+def walked(number: int, metres: float, settings: LoopSettings, scale: float) -> Walked:
+    """One walk straight on, by its number. Raises InvalidInput where the rover can stand in none of the places."""
+    world = rock_field(size=metres + 12.0, resolution=0.04, abundance=0.03, smallest=0.1, largest=0.4, seed=number)
+    rover = _standing(world, -metres / 2.0)
+    start = rover.T_site_base[:2, 3]
+    goal = WalkGoal(float(start[0]) + metres, float(start[1]))
+    began, at = time.perf_counter(), rover.time
+    with tempfile.TemporaryDirectory() as folder, Sessions(folder, InlineJobs(), rover.robot) as sessions:
+        live = sessions.create(f"closed loop {number}")
+        with LinkedRover(live, rover, number, scale) as linked:
+            loop = live.walk_to(goal, settings)
+            seen = 0
+            while not loop.wait(1.0):
+                seen = _tell(live, seen)
+            _tell(live, seen)
+        there = rover.T_site_base[:2, 3]
+        return Walked(
+            number=number,
+            outcome=loop.outcome,
+            reason=loop.reason,
+            metres=float(np.linalg.norm(there - start)),
+            left=float(np.linalg.norm(there - (goal.x, goal.y))),
+            foot_moves=loop.foot_moves,
+            looks=loop.decided["look"],
+            plans=loop.decided["replan"],
+            tipped=bool(rover.fault),
+            contacts=len(linked.watch.contacts),
+            slip=float(linked.watch.slip.max()),
+            rover=rover.time - at,
+            clock=time.perf_counter() - began,
+        )
+
+
+def _standing(world: Dem, x: float) -> PhysicalRover:
+    reason = ""
+    for place in range(PLACES):
+        try:
+            stood = footfall.stand(robot(), world, x + 0.1 * place, 0.0, 0.0)
+            return at_rest(robot(), world, replace(stood, time=time.time()), PhysicsSettings())
+        except InvalidInput as error:
+            reason = error.message
+    raise InvalidInput(f"the rover can stand in none of {PLACES} places: {reason}")
+
+
+def _tell(live: LiveSession, seen: int) -> int:
+    """Print what was decided since event ``seen``; returns how many there are by now."""
+    events = live.events(seen)
+    for event in events:
+        if event.type == "walk_decided":
+            print(f"    {event.payload['act']}: {event.payload['reason']}", flush=True)
+    return seen + len(events)
+
+
+def main() -> None:
+    """Walk, a row for each walk as it ends, then how many arrived."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--walks", type=int, default=10)
+    parser.add_argument("--first", type=int, default=0, help="number of the first walk")
+    parser.add_argument("--metres", type=float, default=5.0)
+    parser.add_argument("--look-every", type=int, default=1, help="foot moves between two looks")
+    parser.add_argument("--scale", type=float, default=0.5, help="of the cameras' resolution")
+    parser.add_argument("--pairs", nargs="*", help="cameras that take images; all where none is named")
+    asked = parser.parse_args()
+    settings = LoopSettings(
+        way_on=WayOnSettings(look_every=asked.look_every),
+        walk=WalkSettings(seed=1),
+        terrain=TerrainSettings(resolution=0.04, keep=True),
+        pairs=None if asked.pairs is None else tuple(asked.pairs),
+    )
+    found = []
+    for number in range(asked.first, asked.first + asked.walks):
+        found.append(walked(number, asked.metres, settings, asked.scale))
+        print(found[-1], flush=True)
+    print(
+        f"{sum(one.outcome == 'arrived' for one in found)} of {len(found)} arrived, {sum(one.tipped for one in found)} "
+        f"tipped, {sum(one.contacts for one in found)} unplanned contacts, slip at most "
+        f"{1000 * max(one.slip for one in found):.1f} mm"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""A walk in a closed loop over REST: begun, watched, held and ended; what it decides is told as events."""
+
+import pytest
+
+from footfall.planning.stance.stand import stand
+from footfall.session.registry import Sessions
+from footfall.telemetry.state import TelemetryFrame
+from footfall.terrain.generate import plane
+from tests.support.problems import problem
+from tests.support.server import running_server
+from tests.support.waiting import until
+
+LOOP = "/sessions/current/walk-loop"
+GOAL = {"goal": {"x": 2.0, "y": 0.5}, "limits": {"look_every": 2}}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    def prepare(sessions: Sessions) -> None:
+        sessions.create("closed loop")
+
+    with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def client(server):
+    with server.client() as made:
+        yield made
+
+
+@pytest.fixture
+def asked(server):
+    """What a rover that stands, and never answers, is asked for."""
+    live, asked = server.sessions.current, []
+    live.rover_connected(asked.append)
+    live.take_telemetry(
+        TelemetryFrame(0, stand(live.robot, plane(size=8.0, resolution=0.1)), live.robot.posture("stand"))
+    )
+    yield asked
+    live.rover_disconnected()
+
+
+def test_without_a_rover_or_a_walk_nothing_begins(client):
+    assert "no walk in a closed loop" in problem(client.get(LOOP), 404, "not-found")["detail"]
+    problem(client.post(f"{LOOP}/hold"), 404, "not-found")
+    assert "no rover" in problem(client.post(LOOP, json=GOAL), 409, "conflict")["detail"]
+    problem(client.post(LOOP, json={**GOAL, "limits": {"foot_moves": 0}}), 422, "invalid-input")
+
+
+def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
+    begun = client.post(LOOP, json=GOAL)
+    assert begun.status_code == 202, begun.text
+    assert "already" in problem(client.post(LOOP, json=GOAL), 409, "conflict")["detail"]
+    until(lambda: any('"image_request"' in text for text in asked), "a request for images")
+    told = client.get(LOOP).json()
+    assert (told["state"], told["act"], told["reason"]) == ("going", "look", "no ground is known yet")
+    assert told["goal"] == {"x": 2.0, "y": 0.5, "yaw": None}
+    assert client.post(f"{LOOP}/hold").json()["state"] == "held"
+    assert client.post(f"{LOOP}/resume").json()["state"] == "going"
+    assert client.post(f"{LOOP}/cancel").status_code == 200
+    until(lambda: client.get(LOOP).json()["state"] == "ended", "the end")
+    ended = client.get(LOOP).json()
+    assert (ended["outcome"], ended["decided"]) == ("cancelled", {"look": 1})
+    problem(client.post(f"{LOOP}/resume"), 409, "conflict")
+
+
+def test_who_only_plans_may_not_begin_one():
+    from footfall.api.auth.roles import needed
+    from footfall.session.access.identity import Role
+
+    assert needed("POST", "/sessions/{session}/walk-loop") is Role.COMMANDER
+    assert needed("POST", "/sessions/{session}/walk-loop/{act}") is Role.COMMANDER
+    assert needed("GET", "/sessions/{session}/walk-loop") is Role.VIEWER

@@ -1,0 +1,149 @@
+"""A session walks to a goal by itself: decisions in the log, through the gate, held, ended, stopped by the operator."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from footfall.core.errors import Conflict
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.smoothing import Smoothing
+from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.session.replay.recompute import replay
+from footfall.session.walk_loop import LoopSettings
+from tests.support.waiting import BOUND, joined, until
+from tests.support.yielding_rover import YieldingRover
+
+GOAL = WalkGoal(0.4, 0.1)
+UNSEEN = LoopSettings(
+    way_on=WayOnSettings(look_every=0), walk=WalkSettings(seed=1, smoothing=Smoothing(rounds=0)), farthest=3.0
+)
+
+
+class WalkingRover(YieldingRover):
+    """Carries out what it is sent, a row after the other, in a thread of its own.
+
+    before_row: called before each row, with how many were carried out.
+    """
+
+    def __init__(self, live, state):
+        super().__init__(live, state)
+        self.before_row = lambda rows: None
+        self.rows, self._closing = 0, threading.Event()
+        self._thread = threading.Thread(target=self._run, name="rover")
+
+    def _run(self):
+        while not self._closing.wait(0.1):
+            if len(self.sent) > self.rows:
+                self.before_row(self.rows)
+                self.rows += 1
+                self.carries_out(1)
+            else:
+                self.tells()
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error):
+        self._closing.set()
+        joined(self._thread)
+
+
+@pytest.fixture
+def rover(live, standing):
+    with WalkingRover(live, standing) as made:
+        yield made
+
+
+def decided(live):
+    return [event.payload["act"] for event in live.events() if event.type == "walk_decided"]
+
+
+def ended(loop):
+    assert loop.wait(BOUND), loop.as_dict()
+    return loop.outcome, loop.reason
+
+
+def test_it_arrives_by_decisions_that_the_log_has_and_a_replay_finds_the_same(live, rover):
+    loop = live.walk_to(GOAL, UNSEEN)
+    with pytest.raises(Conflict, match="already"):
+        live.walk_to(GOAL, UNSEEN)
+    assert ended(loop)[0] == "arrived"
+    acts = decided(live)
+    assert acts[0] == "replan"
+    assert acts[-2:] == ["arrived", "end"]
+    assert set(acts[1:-2]) <= {"go", "replan"}
+    assert loop.foot_moves == acts.count("go") == loop.as_dict()["decided"]["go"]
+    assert np.hypot(*(rover.state.T_site_base[:2, 3] - (GOAL.x, GOAL.y))) <= GOAL.within
+    report = replay(live.export_bundle())
+    assert report.ok, [one.text for one in report.products if not one.ok]
+
+
+def test_held_it_sends_nothing_more_and_goes_on_where_it_was(live, rover):
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    loop.hold()
+    go_on.set()
+    until(lambda: live.gate["waiting"], "the hold")
+    assert (loop.state, len(rover.sent)) == ("held", rover.rows)
+    number = rover.number
+    until(lambda: rover.number > number + 5, "more telemetry")
+    assert len(rover.sent) == rover.rows == 2
+    loop.go_on()
+    assert ended(loop)[0] == "arrived"
+
+
+@pytest.mark.parametrize(
+    ("act", "outcome", "reason"),
+    [
+        (lambda live, loop: loop.cancel(), "cancelled", "ended by the operator"),
+        (lambda live, loop: live.stop("a dust devil"), "stopped", "the rover was stopped"),
+        (lambda live, loop: live.abort_run(), "stopped", "not carried out to their end"),
+        (lambda live, loop: live.rover_disconnected(), "stopped", "the rover is not connected"),
+    ],
+    ids=["cancelled", "stopped", "run aborted", "link lost"],
+)
+def test_it_leaves_the_rover_to_whoever_takes_over(live, rover, act, outcome, reason):
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    act(live, loop)
+    go_on.set()
+    found = ended(loop)
+    assert (found[0], reason in found[1]) == (outcome, True), found
+    assert decided(live)[-1] == "end"
+    until(lambda: live.gate["state"] == "idle", "the end of the run")
+    assert len(rover.sent) == 2
+    with pytest.raises(Conflict, match="has ended"):
+        loop.go_on()
+
+
+def test_a_rover_that_is_not_where_its_walk_has_it_plans_anew(live, rover):
+    def before(rows):
+        # in the last row of its first part everything slips by 5 cm
+        if rows == len(live.get(live.state.sequence).commands) - 1 and live.walk_loop.foot_moves == 0:
+            slipped = rover.rest.T_site_base + 0.05 * np.eye(4, k=3)
+            rover.rest = rover.springs.let_down(rover.rest.commanded, slipped)
+
+    rover.before_row = before
+    ended(live.walk_to(GOAL, UNSEEN))
+    told = [event.payload for event in live.events() if event.type == "walk_decided"]
+    anew = [one["reason"] for one in told if one["act"] == "replan"]
+    assert anew[0] == "there is no walk yet"
+    assert anew[1].startswith("the rover is off its walk: the chassis is 0.0")
