@@ -53,7 +53,7 @@ def figures(quick: bool) -> Iterator[Figure]:
         try:
             with connect(f"ws://127.0.0.1:{server.port}{BASE}/stop/line", proxy=None) as line:
                 _stops(server.port, line, 5)
-                idle = _memory(server.pid)
+                idle = resident(server.pid)
                 for told, attack in ATTACKS.items():
                     with _attacked(attack, server.port), _peak(server.pid) as memory:
                         times = _stops(server.port, line, count)
@@ -82,19 +82,19 @@ def _stops(port: int, line: Connection, count: int) -> tuple[float, ...]:
     return tuple(times)
 
 
-def _memory(pid: int) -> float:
-    """Of a process [MiB]."""
+def resident(pid: int) -> float:
+    """Memory of a process [MiB]."""
     pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / (1 << 20)
 
 
 @contextlib.contextmanager
 def _peak(pid: int) -> Iterator[list[float]]:
-    found, over = [_memory(pid)], threading.Event()
+    found, over = [resident(pid)], threading.Event()
 
     def look() -> None:
         while not over.wait(0.02):
-            found.append(_memory(pid))
+            found.append(resident(pid))
 
     looking = threading.Thread(target=look)
     looking.start()

@@ -10,6 +10,7 @@ from benchmarks import (
     console,
     heuristics,
     limbs,
+    many_sessions,
     maps,
     operations,
     physics,
@@ -39,6 +40,7 @@ AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "console": console.figures,
     "operations": operations.figures,
     "attacks": attacks.figures,
+    "sessions": many_sessions.figures,
     "walk": walks.figures,
 }
 

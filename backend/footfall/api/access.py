@@ -13,6 +13,7 @@ BASE = "/api/v1"
 STOP = f"{BASE}/stop"
 """Where a stop is asked for: nothing holds it up."""
 
+_READING = ("GET", "HEAD")
 _V = TypeVar("_V", bound=Value)
 
 
@@ -41,8 +42,9 @@ SequenceId = Annotated[
 
 
 def one_session(request: Request, session: SessionId) -> LiveSession:
-    """The session that the path names; opened when it was not."""
-    return all_sessions(request).get(session)
+    """The session that the path names; opened where the request may change it and it was not."""
+    sessions = all_sessions(request)
+    return sessions.look(session) if request.method in _READING else sessions.get(session)
 
 
 async def _all_sessions(request: Request) -> Sessions:

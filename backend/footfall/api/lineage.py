@@ -31,8 +31,10 @@ def lineage_of(live: LiveSession) -> Lineage | None:
     return Lineage(live, (*state.sequence_history, state.sequence)[0], state.sequence)
 
 
-def find(sessions: Sessions, address: str) -> tuple[Lineage, str]:
+def find(sessions: Sessions, address: str, look: bool = False) -> tuple[Lineage, str]:
     """The sequence that ``current``, an id or a digest means, and the digest of the version.
+
+    look: to read it only; no session is opened for it.
 
     A digest is looked for in the current session first, then in the other open ones.
     """
@@ -41,7 +43,7 @@ def find(sessions: Sessions, address: str) -> tuple[Lineage, str]:
         return lineage, lineage.head
     session, dot, root = address.rpartition(".")
     if dot:
-        lineage = head_of(sessions.get(session))
+        lineage = head_of(sessions.look(session) if look else sessions.get(session))
         if lineage.root[:_ROOT_LENGTH] != root:
             raise NotFound(f"session {session} has another sequence by now: {lineage.id}", current=lineage.id)
         return lineage, lineage.head

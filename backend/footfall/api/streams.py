@@ -15,7 +15,7 @@ from footfall.api.acting import Actor
 from footfall.api.bodies.jsonable import dumps
 from footfall.api.door.limits import MOST_LISTENERS, MOST_OF_ONE
 from footfall.api.mailbox import Mailbox
-from footfall.core.errors import Busy, InvalidInput
+from footfall.core.errors import Busy, Conflict, InvalidInput
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import TelemetryFrame
@@ -169,8 +169,16 @@ def telemetry_body(frame: TelemetryFrame, age: float, light: float) -> dict[str,
 
 
 def room_to_listen(live: OneSession, request: Request, who: Actor) -> None:
-    """Raises Busy before a stream begins: later it could only break off."""
+    """Raises Busy or Conflict before a stream begins: later it could only break off."""
+    require_open(live)
     request.app.state.streams.require_room(asker_of(who), live.holds_conn(who))
+
+
+def require_open(live: LiveSession) -> None:
+    """Raises Conflict where nothing would ever be heard."""
+    if live.only_looked_at:
+        text = f"session {live.id} is not open, so nothing happens in it; open it with POST /api/v1/sessions"
+        raise Conflict(text, session=live.id)
 
 
 def mailbox_of(live: LiveSession, who: Identity, rate: float, ahead: int | None = None) -> Mailbox:

@@ -69,6 +69,11 @@ class Journal:
         with self.lock:
             return self._events[max(since, 0) :]
 
+    @property
+    def listened_to(self) -> bool:
+        """Whether anybody is told what happens."""
+        return bool(self._listeners)
+
     def listen(self, callback: Listener) -> Callable[[], None]:
         """Tell ``callback`` every message from now on; returns what ends it."""
         with self.lock:

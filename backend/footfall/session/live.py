@@ -59,6 +59,13 @@ class LiveSession(WalkingSession):
         with self._journal.lock:
             return summary(self)
 
+    @property
+    def idle(self) -> bool:
+        """Whether nobody hears it or holds its conn, nothing is under way, and all of it is written."""
+        busy = self._journal.listened_to or self.recorder.listened_to or self.link.connected or self.unrecorded
+        busy = busy or self.gate["run"] is not None or self.conn["holder"] is not None
+        return not busy and all(job.ended for job in self.jobs)
+
     def close(self) -> None:
         """End its walk, cancel its jobs, end its run, seal its log; harmless when done twice."""
         if self._walk_loop is not None:

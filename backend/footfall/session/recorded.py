@@ -40,7 +40,7 @@ class RecordedSession:
         self._view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
         for repair in store.repairs:
             self._journal.record("log_repaired", repair)
-        if len(self._journal):
+        if len(self._journal) and store.writes:
             self._journal.record("session_opened", {})
 
     def begin(self, name: str, robot: str, robot_name: str) -> None:
@@ -101,6 +101,11 @@ class RecordedSession:
     def unrecorded(self) -> int:
         """Events that the disk could not take yet."""
         return self._journal.unrecorded
+
+    @property
+    def only_looked_at(self) -> bool:
+        """Whether nothing in it can be changed, and so nothing happens that could be heard."""
+        return not self._store.writes
 
     @property
     def appended(self) -> tuple[int, float]:

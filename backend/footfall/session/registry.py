@@ -20,6 +20,7 @@ from footfall.session.jobs.local import Jobs
 from footfall.session.jobs.pool import JobPool
 from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
 from footfall.session.live import LiveSession
+from footfall.session.looked import Looked
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
 from footfall.session.storage.artifact_folder import verify_artifact
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from footfall.robot.model import Robot
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+MOST_IDLE = 8
+"""Sessions that stay open beside the current one while nothing goes on in them; the next one closes the oldest."""
 
 
 class Sessions:
@@ -61,6 +65,8 @@ class Sessions:
         self.light_time = light_time or LightTime()
         self._guard = threading.RLock()
         self._open: dict[str, LiveSession] = {}
+        self._asked_for: dict[str, float] = {}
+        self._looked = Looked(lambda store: LiveSession(store, self.jobs, None, self.light_time))
         self._current: LiveSession | None = None
         self._left_behind = left_behind(self.folder)
 
@@ -94,6 +100,7 @@ class Sessions:
         built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
         with self._guard:
             self._require_may_switch()
+            self._close_idle()
             session_id = self._new_id()
             about = {
                 "format": FORMAT,
@@ -127,20 +134,23 @@ class Sessions:
             return self._hold(self._load(session_id))
 
     def get(self, session_id: str) -> LiveSession:
-        """A session, loaded where needed; looking at one leaves the current one, ``current``, as it is.
+        """A session to be changed, opened where needed; that leaves the current one, ``current``, as it is.
 
         Raises NotFound, InvalidBundle, Conflict.
         """
-        if session_id == "current":
-            if self._current is None:
-                raise NotFound("no session is open; make one or open a sample")
-            return self._current
-        # one that is open is there at once, whatever is carried in meanwhile
-        opened = self._open.get(session_id)
-        if opened is not None:
+        if (opened := self._opened(session_id)) is not None:
             return opened
         with self._guard:
             return self._load(session_id)
+
+    def look(self, session_id: str) -> LiveSession:
+        """A session to be read: the open one, else as its folder has it, where nothing changes. Raises as :meth:`get`.
+
+        One that is open on another server can be looked at, too.
+        """
+        if (opened := self._opened(session_id)) is not None:
+            return opened
+        return self._looked.at(self._existing(session_id))
 
     def opened(self) -> "list[LiveSession]":
         """The sessions that are open, the current one first."""
@@ -250,14 +260,37 @@ class Sessions:
                     unmark_left(self.folder / name)
         return live
 
+    def _opened(self, session_id: str) -> LiveSession | None:
+        """One that is open is there at once, whatever is carried in meanwhile."""
+        if session_id == "current":
+            if self._current is None:
+                raise NotFound("no session is open; make one or open a sample")
+            return self._current
+        live = self._open.get(session_id)
+        if live is not None:
+            self._asked_for[session_id] = time.monotonic()
+        return live
+
+    def _close_idle(self) -> None:
+        """Each open session takes memory, threads and files; a thousand would take them all."""
+        idle = [live for live in self._open.values() if live is not self._current and live.idle]
+        idle.sort(key=lambda live: self._asked_for.get(live.id, 0.0))
+        for live in idle[:-MOST_IDLE]:
+            del self._open[live.id]
+            self._asked_for.pop(live.id, None)
+            live.close()
+
     def _load(self, session_id: str) -> LiveSession:
         if session_id not in self._open:
-            store = SessionStore(self._existing(session_id))
+            folder = self._existing(session_id)
+            self._close_idle()
+            store = SessionStore(folder)
             try:
                 self._open[session_id] = LiveSession(store, self.jobs, self._recording, self.light_time)
             except BaseException:
                 store.close()
                 raise
+            self._asked_for[session_id] = time.monotonic()
         return self._open[session_id]
 
     def _require_may_switch(self) -> None:

@@ -14,7 +14,7 @@ from footfall.api.routing import Routes
 from footfall.core.errors import FootFallError
 from footfall.session.access.accounts import Accounts, AccountsUnreadable
 from footfall.session.registry import Sessions
-from footfall.session.storage.databases import looking
+from footfall.session.storage.databases import has_log, looking
 
 router = Routes(tags=["health"])
 
@@ -100,7 +100,7 @@ def _recorded(sessions: Sessions) -> str:
     pending = sum(one.unrecorded for one in sessions.opened())
     if pending:
         raise RuntimeError(f"{pending} events can't be written; see the disk and the log")
-    if sessions.opened():
+    if sessions.opened() or has_log(sessions.folder):
         with looking(sessions.folder) as log:
             log.sessions()
     return "every event is written"

@@ -79,7 +79,7 @@ def list_recordings(
 @router.get("/recordings/{session}.zip", response_class=Response, responses=files("application/zip"))
 def download(session: SessionId, sessions: AllSessions) -> Response:
     """One session as a zip; `footfall replay` recomputes it."""
-    live = sessions.get(session)
+    live = sessions.look(session)
     content = sessions.export_bundle(live.id)
     headers = {"Content-Disposition": f'attachment; filename="{live.id}.zip"'}
     return Response(content, media_type="application/zip", headers=headers)

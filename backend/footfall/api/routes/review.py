@@ -65,7 +65,7 @@ def download_page(session: SessionId, sessions: AllSessions) -> Response:
     # the numeric libraries load when a page is first asked for
     from footfall.session.replay.page_story import page_story
 
-    live = sessions.get(session)
+    live = sessions.look(session)
     content = encode(jsonable(page_story(live.events(), live.get, live.robot)))
     headers = {"Content-Disposition": f'attachment; filename="{live.id}.html"'}
     return Response(content, media_type="text/html", headers=headers)
@@ -74,4 +74,4 @@ def download_page(session: SessionId, sessions: AllSessions) -> Response:
 @router.get("/sessions/{session}/comparison/{other}")
 def compare(live: OneSession, other: SessionId, sessions: AllSessions) -> SideBySide:
     """What two sessions have in common and where they differ, in the order of the work."""
-    return side_by_side(live, sessions.get(other))
+    return side_by_side(live, sessions.look(other))

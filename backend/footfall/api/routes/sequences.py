@@ -79,7 +79,7 @@ async def read_in(live: OneSession, request: Request, response: Response) -> Seq
 @router.get("/sequences/{sequence}")
 def read(sequence: SequenceId, sessions: AllSessions, response: Response) -> SequenceAnswer:
     """Commands, what each leads to, and every rule. An id means the newest version, a digest that one."""
-    lineage, digest = find(sessions, sequence)
+    lineage, digest = find(sessions, sequence, look=True)
     return sequence_body(lineage, digest, response)
 
 
@@ -119,7 +119,7 @@ def export(
 
     Nothing is recorded: POST to this address records what was exported.
     """
-    lineage, digest = find(sessions, sequence)
+    lineage, digest = find(sessions, sequence, look=True)
     content = encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
     name = f"sequence-{digest[:8]}{SUFFIXES[format]}"
     headers = {"Content-Disposition": f'attachment; filename="{name}"', "ETag": f'"{digest}"'}

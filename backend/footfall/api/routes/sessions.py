@@ -20,7 +20,16 @@ from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.limits import MAX_LINE_MESSAGE, PAGE_ITEMS, TOO_BIG
 from footfall.api.mailbox import Mailbox
 from footfall.api.routing import Routes
-from footfall.api.streams import RATE, Ahead, Rate, mailbox_of, resume_after, room_to_listen, session_stream
+from footfall.api.streams import (
+    RATE,
+    Ahead,
+    Rate,
+    mailbox_of,
+    require_open,
+    resume_after,
+    room_to_listen,
+    session_stream,
+)
 from footfall.core.errors import Busy, FootFallError, InvalidInput
 from footfall.session.live import LiveSession
 from footfall.session.recorded import ViewState
@@ -129,7 +138,8 @@ async def listen_on_line(
     pages with event streams would leave none for requests.
     """
     try:
-        live = await asyncio.to_thread(socket.app.state.sessions.get, session)
+        live = await asyncio.to_thread(socket.app.state.sessions.look, session)
+        require_open(live)
     except FootFallError as err:
         await socket.close(1008, err.kind)
         return

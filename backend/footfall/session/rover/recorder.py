@@ -62,7 +62,7 @@ Item = TelemetryFrame | Snapshot | tuple[str, dict[str, Any]]
 class Recorder:
     """Takes from any thread without waiting; one thread, started by the first thing to record, writes.
 
-    folder: of the session. description: of the robot, asked for when a recording begins. limits: None: record nothing.
+    folder: of the session. description: of the robot, asked for when a recording begins. limits: None: write nothing.
     tell: hears of what went wrong (once, until it went well again) and of recordings that were saved; called from
     the recorder's thread with an event's type and a text.
     """
@@ -91,7 +91,7 @@ class Recorder:
         self._latest = self._number = 0
         self._refused_until = 0.0
         self._told = False
-        if any(self._folder.glob(f"*{UNFINISHED}")):
+        if limits is not None and any(self._folder.glob(f"*{UNFINISHED}")):
             self._start()
 
     def take(self, item: Item, at: float | None = None) -> None:
@@ -128,6 +128,11 @@ class Recorder:
             self._listeners = [one for one in self._listeners if one is not callback]
 
         return unlisten
+
+    @property
+    def listened_to(self) -> bool:
+        """Whether anybody is told of what comes."""
+        return bool(self._listeners)
 
     def close(self) -> None:
         """Finish the recording under way; harmless when done twice."""

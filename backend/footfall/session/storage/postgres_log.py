@@ -61,13 +61,15 @@ class PostgresLog:
             self._held.append(session)
 
     def sessions(self) -> list[Listed]:
-        query = """SELECT id, about, (SELECT count(*) FROM events WHERE session = id),
+        query = """SELECT id, about, (SELECT max(seq) + 1 FROM events WHERE session = id),
             (SELECT time FROM events WHERE session = id ORDER BY seq DESC LIMIT 1)
             FROM sessions ORDER BY id COLLATE "C" """
         with self._translated():
             rows = self._database.execute(query).fetchall()
         return [
-            Listed(id, self._object(id, about), events, None if latest is None else float(self._parsed(id, latest)))
+            Listed(
+                id, self._object(id, about), events or 0, None if latest is None else float(self._parsed(id, latest))
+            )
             for id, about, events, latest in rows
         ]
 

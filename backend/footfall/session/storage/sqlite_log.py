@@ -58,11 +58,11 @@ class SqliteLog:
         """The database is a file of one machine."""
 
     def sessions(self) -> list[Listed]:
-        query = """SELECT id, about, (SELECT count(*) FROM events WHERE session = id),
+        query = """SELECT id, about, (SELECT max(seq) + 1 FROM events WHERE session = id),
             (SELECT time FROM events WHERE session = id ORDER BY seq DESC LIMIT 1) FROM sessions ORDER BY id"""
         with self._translated():
             rows = self._database.execute(query).fetchall()
-        return [Listed(id, self._parsed(id, about), events, latest) for id, about, events, latest in rows]
+        return [Listed(id, self._parsed(id, about), events or 0, latest) for id, about, events, latest in rows]
 
     def about(self, session: str) -> dict[str, Any] | None:
         with self._translated():

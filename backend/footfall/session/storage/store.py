@@ -32,8 +32,10 @@ class SessionStore:
     Not thread-safe, but for the artifacts: its session serialises calls.
 
     .session: what session.json of its bundle says, but for the head. .events: the log as found at opening.
-    .repairs: what opening had to repair: payloads of "log_repaired" events.
+    .repairs: what opening had to repair: payloads of "log_repaired" events. .writes: whether it may be changed.
     """
+
+    writes = True
 
     def __init__(self, folder: Path) -> None:
         """Open a session. A log that an earlier version left in the folder is moved into the database.

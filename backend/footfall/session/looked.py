@@ -1,0 +1,46 @@
+"""Sessions that are looked at and not open: the latest few are kept, and read anew once their logs have grown."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+
+from footfall.io.bundles import EVENTS
+from footfall.session.live import LiveSession
+from footfall.session.storage.head import HEAD
+from footfall.session.storage.looked import LookedStore
+
+KEPT = 4
+"""Sessions that are kept in memory; each with up to two dozen values."""
+
+
+class Looked:
+    """Thread-safe. Each is read by one thread at a time, whatever others ask for meanwhile."""
+
+    def __init__(self, read: Callable[[LookedStore], LiveSession]) -> None:
+        self._read = read
+        self._guard = threading.Lock()
+        self._kept: OrderedDict[Path, tuple[bytes, LiveSession]] = OrderedDict()
+
+    def at(self, folder: Path) -> LiveSession:
+        """The session in ``folder`` as it is on the disk now. Raises InvalidBundle, StoreRefused."""
+        with self._guard:
+            # the mark first: what is written meanwhile is seen by who comes next
+            mark = _mark(folder)
+            kept = self._kept.pop(folder, None)
+            if kept is None or not mark or kept[0] != mark:
+                kept = mark, self._read(LookedStore(folder))
+            self._kept[folder] = kept
+            while len(self._kept) > KEPT:
+                self._kept.popitem(last=False)
+            return kept[1]
+
+
+def _mark(folder: Path) -> bytes:
+    """What changes with every event that is written; empty where nothing tells."""
+    if (folder / EVENTS).exists():
+        return b""
+    try:
+        return (folder / HEAD).read_bytes()
+    except OSError:
+        return b""
