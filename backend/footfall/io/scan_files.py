@@ -19,10 +19,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rasterio.crs import CRS
 
 from footfall.core.errors import InvalidTerrain
-from footfall.io.terrain_projection import check_projection_text, check_true_to_scale
 from footfall.terrain.scan import Scan
 
 Array = NDArray[np.float64]
@@ -115,6 +113,9 @@ def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 
 def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     import laspy
+    from rasterio.crs import CRS
+
+    from footfall.io.terrain_projection import check_projection_text, check_true_to_scale
 
     with laspy.open(io.BytesIO(content)) as opened:
         _require_few(opened.header.point_count, name)
@@ -138,6 +139,8 @@ _EPSG_KEYS = {3072: "projected", 2048: "geographic"}
 
 def _coordinate_system(header: Any, name: str) -> str | None:
     """The coordinate system of a LAS file as WKT."""
+    from rasterio.crs import CRS
+
     for record in (*header.vlrs, *(header.evlrs or ())):
         if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
             return str(record.string.strip("\0 "))

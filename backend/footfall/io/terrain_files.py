@@ -19,21 +19,23 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rasterio.crs import CRS
 
 from footfall.core.errors import InvalidTerrain, NotFound
-from footfall.io import terrain_geotiff, terrain_grid_files, terrain_mesh_files, terrain_sidecars
+from footfall.io import terrain_grid_files, terrain_mesh_files, terrain_sidecars
 from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
-from footfall.io.terrain_projection import check_projection_text, check_true_to_scale, convergence
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
 from footfall.terrain.ground.resample import resample
 from footfall.terrain.ground.simplified import SimplifiedMesh
 from footfall.terrain.scan import ScanSettings
+
+if TYPE_CHECKING:
+    from rasterio.crs import CRS
 
 MAX_FILE_BYTES = 1_000_000_000
 """Larger files are refused unread."""
@@ -81,7 +83,7 @@ def read_terrain(
     _check_ending(path.suffix.lower(), path.name, READABLE)
     ending = path.suffix.lower()
     told = terrain_sidecars.projection_beside(path)
-    projection = None if told is None else check_projection_text(told.read_text(errors="replace"), told.name)
+    projection = None if told is None else _projection_of(told)
     rasters = (".tif", ".tiff", *([".asc"] if terrain_sidecars.changes_heights(path) is not None else []))
     if ending == ".asc" and (other := terrain_sidecars.declares_no_value(path)) is not None:
         raise InvalidTerrain(
@@ -118,7 +120,7 @@ def decode_terrain(
     size: tuple[float, float] | None = None,
     height_range: tuple[float, float] | None = None,
     by_path: Path | None = None,
-    projection: CRS | None = None,
+    projection: "CRS | None" = None,
     most_error: float | None = None,
     unit: str | None = None,
     up: str | None = None,
@@ -155,12 +157,16 @@ def decode_terrain(
     elif ending in _MESHES:
         dem = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
     elif ending == ".asc" and by_path is None:
+        from footfall.io.terrain_projection import check_true_to_scale, convergence
+
         dem = terrain_grid_files.read_asc(content, name)
         check_true_to_scale(projection, dem.geometry.bounds, name)
         dem = replace(dem, true_north=convergence(projection, dem.geometry.bounds))
     elif ending == ".npz":
         dem = terrain_grid_files.read_npz(content, name)
     else:
+        from footfall.io import terrain_geotiff
+
         dem = terrain_geotiff.read_raster(by_path or content, name, cell, projection)
     return _placed(dem, resolution, scale, center)
 
@@ -179,6 +185,8 @@ def encode_terrain(dem: Dem, ending: str) -> bytes:
         return terrain_grid_files.write_asc(dem)
     if ending == ".npz":
         return terrain_grid_files.write_npz(dem)
+    from footfall.io import terrain_geotiff
+
     return terrain_geotiff.write_geotiff(dem)
 
 
@@ -203,6 +211,13 @@ def write_collision_mesh(made: SimplifiedMesh, path: str | Path) -> None:
     if not path.parent.is_dir():
         raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
     path.write_bytes(encode_collision_mesh(made, path.suffix.lower()))
+
+
+def _projection_of(told: Path) -> "CRS":
+    # GDAL and PROJ are loaded by the files that need them: a rover's world, for one, does not
+    from footfall.io.terrain_projection import check_projection_text
+
+    return check_projection_text(told.read_text(errors="replace"), told.name)
 
 
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:

@@ -4,7 +4,6 @@ import io
 import re
 
 import numpy as np
-import trimesh
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
@@ -64,6 +63,8 @@ def read_mesh(
 
 def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
     # no resolver: a mesh file may not make us read others
+    import trimesh
+
     loaded = trimesh.load_scene(io.BytesIO(content), file_type=ending, process=False, allow_remote=False)
     solid = loaded.to_mesh()
     return np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
@@ -143,6 +144,8 @@ def encode_mesh(mesh: Mesh, ending: str, finest: float, colors: np.ndarray | Non
             f"{np.abs(mesh.vertices[:, :2]).max():.0f} m from the origin; move the map to the origin, or write .obj or "
             ".off"
         )
+    import trimesh
+
     solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, vertex_colors=colors, process=False)
     out = solid.export(file_type=ending[1:])
     return out.encode("ascii") if isinstance(out, str) else bytes(out)

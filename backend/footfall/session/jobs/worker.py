@@ -19,7 +19,7 @@ from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from typing import Any
 
-from footfall.core.collector import leave_out_what_is_loaded
+from footfall.core.collector import leave_out_what_is_loaded, none_while_loading
 from footfall.core.errors import Cancelled, FootFallError
 from footfall.core.value import Value
 from footfall.io.artifacts import named
@@ -40,9 +40,10 @@ def work(pipe: Connection, recipes: str) -> None:
     # Ctrl-C reaches the whole process group; the server decides when a worker ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_server, daemon=True).start()
-    module = import_module(recipes)
-    with contextlib.suppress(Exception):  # the job that needs what did not load will say so
-        getattr(module, "preload", lambda: None)()
+    with none_while_loading():
+        module = import_module(recipes)
+        with contextlib.suppress(Exception):  # the job that needs what did not load will say so
+            getattr(module, "preload", lambda: None)()
     warm_ups = list(getattr(module, "WARM_UPS", ()))
     with pipe, contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
