@@ -7,12 +7,14 @@ named for postures that were not tried: the planner may lean the wheel. Legs tha
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 import footfall
 from benchmarks.scenes import robot
+from benchmarks.timing import Figure
 from footfall.core.errors import InvalidInput
 from footfall.maps.layers import COLLISION, REACHABLE_STABLE, MapStack
 from footfall.planning.step.problem import PlanResult, Status, StepSettings
@@ -27,6 +29,8 @@ LIMIT = 20.0
 """Wall clock of one plan [s]."""
 WORDS = 40
 """Letters of a reason that make a kind."""
+MOST_REFUSED = 0.02
+"""Share of the green cells that may be refused."""
 
 
 def stances(count: int) -> Iterator[tuple[Dem, RobotState]]:
@@ -62,24 +66,53 @@ def kind(reason: str) -> str:
     return "".join("#" if letter.isdigit() else letter for letter in reason)[:WORDS]
 
 
+@dataclass(frozen=True)
+class Looked:
+    """What came of the cells that were planned to. greens, purples: of each cell whether a step leads to it.
+
+    refusals: of green cells by kind; grounded: how many legs can't be lifted.
+    """
+
+    greens: tuple[bool, ...]
+    purples: tuple[bool, ...]
+    refusals: Counter[str]
+    grounded: int
+
+
+def look(scenes: Iterable[tuple[Dem, RobotState]], legs: Sequence[int], each: int) -> Looked:
+    """Plan to so many cells of each colour for each leg of each scene."""
+    greens, purples, refusals, grounded = [], [], Counter(), 0
+    for dem, state in scenes:
+        for leg in legs:
+            stack = footfall.compute_maps(robot(), dem, state, leg=leg)
+            grounded += bool(stack.not_lifted)
+            for result in steps(dem, state, stack, REACHABLE_STABLE, each):
+                greens.append(result.status is Status.FOUND)
+                if not greens[-1]:
+                    refusals[kind(result.reason)] += 1
+            purples += [one.status is Status.FOUND for one in steps(dem, state, stack, COLLISION, each)]
+    return Looked(tuple(greens), tuple(purples), refusals, grounded)
+
+
+def figures(quick: bool) -> Iterator[Figure]:
+    looked = look(stances(2 if quick else 4), robot().legs, 4 if quick else 8)
+    if looked.greens:
+        refused = looked.greens.count(False) / len(looked.greens)
+        yield Figure("greens.refused", (refused,), "share", MOST_REFUSED)
+    if looked.purples:
+        yield Figure("greens.purple_that_could", (sum(looked.purples) / len(looked.purples),), "share")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0] if __doc__ else None)
     parser.add_argument("--scenes", type=int, default=3)
     parser.add_argument("--each", type=int, default=15, help="cells of each colour for each leg")
     asked = parser.parse_args()
-    greens, purples, kinds, grounded = [], [], Counter(), 0
-    for dem, state in stances(asked.scenes):
-        for leg in robot().legs:
-            stack = footfall.compute_maps(robot(), dem, state, leg=leg)
-            grounded += bool(stack.not_lifted)
-            for result in steps(dem, state, stack, REACHABLE_STABLE, asked.each):
-                greens.append(result.status is Status.FOUND)
-                if not greens[-1]:
-                    kinds[kind(result.reason)] += 1
-            purples += [one.status is Status.FOUND for one in steps(dem, state, stack, COLLISION, asked.each)]
-    print(f"green refused {greens.count(False)} of {len(greens)}, purple that could {sum(purples)} of {len(purples)}")
-    print(f"legs that can't be lifted: {grounded} of {len(robot().legs) * asked.scenes}")
-    for text, count in kinds.most_common():
+    looked = look(stances(asked.scenes), robot().legs, asked.each)
+    refused, could = looked.greens.count(False), sum(looked.purples)
+    print(f"green refused {refused} of {len(looked.greens)}, purple that could {could} of {len(looked.purples)}")
+    print(f"legs that can't be lifted: {looked.grounded} of {len(robot().legs) * asked.scenes}")
+    for text, count in looked.refusals.most_common():
         print(f"{count:4d} {text}")
 
 

@@ -8,6 +8,7 @@ from benchmarks import (
     clearance,
     compliance,
     console,
+    greens,
     heuristics,
     limbs,
     many_sessions,
@@ -27,6 +28,7 @@ from benchmarks.walks import area as walks
 AREAS: dict[str, Callable[[bool], Iterator[Figure]]] = {
     "terrain": terrain.figures,
     "maps": maps.figures,
+    "greens": greens.figures,
     "clearance": clearance.figures,
     "scans": scans.figures,
     "stand": stand.figures,
