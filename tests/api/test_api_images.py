@@ -86,7 +86,9 @@ def test_the_list_says_when_they_came_and_whether_the_rover_has_moved_since(clie
     assert listed["left_out"] == {"nav5": "pair nav5: late"}
     taken = next(event for event in reversed(live.events()) if event.type == "snapshot_taken")
     assert listed["taken"] == taken.time
-    assert listed["since"] == {"moved": None, "reason": "the rover has sent no telemetry yet"}
+    unknown = {"moved": None, "reason": "the rover has sent no telemetry yet"}
+    assert listed["since"] == unknown
+    assert client.get("/sessions/current").json()["look"] == {"taken": taken.time, **unknown}
     state = cast(Snapshot, live.get(listed["snapshot"])).state
     numbers = itertools.count(1)
 
@@ -95,8 +97,11 @@ def test_the_list_says_when_they_came_and_whether_the_rover_has_moved_since(clie
 
         def said() -> dict | None:
             live.take_telemetry(TelemetryFrame(next(numbers), replace(state, **changes), state.posture))
-            found = client.get(IMAGES).json()["since"]
-            return None if found["moved"] is None else found
+            found, look = client.get(IMAGES).json()["since"], client.get("/sessions/current").json()["look"]
+            if found["moved"] is None or look["moved"] is None:
+                return None
+            assert look == {"taken": taken.time, **found}
+            return found
 
         return until(said, "an answer to fresh telemetry")
 

@@ -8,6 +8,7 @@ import numpy as np
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.session.products.kinds import KINDS
+from footfall.session.products.snapshot_age import latest_look
 from footfall.session.walking import WalkingSession
 from footfall.terrain.dem import Dem
 
@@ -27,6 +28,7 @@ def summary(session: WalkingSession) -> dict[str, Any]:
         **{kind.name: state.newest(kind) for kind in KINDS.values() if kind.is_answer},
         "snapshot": state.snapshot,
         "pairs": _pairs(session),
+        "look": latest_look(session),
         "dem": state.dem,
         "terrain": _terrain(session),
         "can_undo_terrain": bool(state.terrain_history),

@@ -259,6 +259,16 @@ class ToCommand(TypedDict):
     text: str
 
 
+class LookAnswer(TypedDict):
+    """When the newest images reached the server [s since 1970], and whether the rover stands otherwise by now; null
+    where that is not known.
+    """
+
+    taken: float
+    moved: bool | None
+    reason: str
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -273,6 +283,7 @@ class SessionAnswer(TypedDict):
     answers: Annotated[DigestText | None, Each(lambda: (one.name for one in KINDS.values() if one.is_answer))]
     snapshot: DigestText | None
     pairs: list[str]
+    look: LookAnswer | None
     dem: DigestText | None
     terrain: dict[str, Any] | None
     can_undo_terrain: bool

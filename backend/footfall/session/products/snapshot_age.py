@@ -1,16 +1,17 @@
 """Whether images still show where the rover is: when they came, and whether it has moved since."""
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.live import LiveSession
 from footfall.session.products.up_to_date import SENT, difference
+from footfall.session.walking import WalkingSession
 from footfall.telemetry.images import Snapshot
+from footfall.telemetry.state import RobotState
 
 
-def taken_at(live: LiveSession, snapshot: Snapshot) -> float | None:
+def taken_at(live: WalkingSession, snapshot: Snapshot) -> float | None:
     """When a snapshot reached the server [s since 1970]; None where it never came as one."""
     return next(
         (
@@ -22,8 +23,8 @@ def taken_at(live: LiveSession, snapshot: Snapshot) -> float | None:
     )
 
 
-def moved_since(live: LiveSession, snapshot: Snapshot) -> dict[str, Any]:
-    """``moved``: whether the rover stands otherwise than in the images, None where that is not known; ``reason``."""
+def moved_since(live: WalkingSession, then: RobotState) -> dict[str, Any]:
+    """``moved``: whether the rover stands otherwise than then, None where that is not known; ``reason``."""
     frame, age = live.frame, live.link.age
     unknown = ""
     if frame is None or age is None:
@@ -32,7 +33,7 @@ def moved_since(live: LiveSession, snapshot: Snapshot) -> dict[str, Any]:
         unknown = f"the latest telemetry is {age:.0f} s old"
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
-    then, now = snapshot.state, frame.state
+    now = frame.state
     found = difference(then.posture, then.T_site_base, now, live.description.joint_names)
     what = found.beyond(*SENT)
     told = {
@@ -41,3 +42,13 @@ def moved_since(live: LiveSession, snapshot: Snapshot) -> dict[str, Any]:
         "joint": f"{found.joint} has turned by {np.degrees(found.turned):+.1f}° since",
     }
     return {"moved": bool(what), "reason": told[what]}
+
+
+def latest_look(live: WalkingSession) -> dict[str, Any] | None:
+    """Of the newest images: ``taken``, when they reached the server [s since 1970], and :func:`moved_since` then; None
+    before the first.
+    """
+    for event in reversed(live.events()):
+        if event.type == "snapshot_taken":
+            return {"taken": event.time, **moved_since(live, cast(RobotState, live.get(event.payload["state"])))}
+    return None
