@@ -14,7 +14,7 @@ const listeners = [];
 export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false, held = false }) {
   const taken = key && acts.find((one) => one.key === key);
   if (taken) throw new Error(`The key ${key} is for "${taken.text}" already.`);
-  const made = { text, key, run, refusal: () => lacking($(button)) || refusal(), quiet };
+  const made = { text, key, run, button, refusal: () => lacking($(button)) || refusal(), quiet };
   acts.push(made);
   if (button) wire($(button), made, held);
   listeners.forEach((listener) => listener());
@@ -45,5 +45,7 @@ export function perform(made) {
 export const listed = () => acts;
 
 export const actOfKey = (key) => acts.find((one) => one.key === key);
+
+export const actOfButton = (button) => acts.find((one) => one.button === button);
 
 export const told = (key) => (key === " " ? "Space" : key);

@@ -21,7 +21,7 @@ SHOWN = {"7": "#panel-plan", "8": "#panel-legs", "9": "#panel-sessions"}
 HERE = """() => {
   const one = document.activeElement;
   if (!one || one === document.body || one === document.documentElement) return null;
-  const part = one.closest("header, nav, .scene, #dock, #timeline, #side > .panel");
+  const part = one.closest("header, nav, .next, .scene, #dock, #timeline, #side > .panel");
   const box = one.getBoundingClientRect(), style = getComputedStyle(one);
   return {
     name: one.id || one.textContent.trim().slice(0, 40),
@@ -31,7 +31,7 @@ HERE = """() => {
     inside: box.bottom > 0 && box.top < innerHeight && box.right > 0 && box.left < innerWidth,
   };
 }"""
-PARTS = """() => [...document.querySelectorAll("header, nav, .scene, #dock, #timeline, #side > .panel")]
+PARTS = """() => [...document.querySelectorAll("header, nav, .next, .scene, #dock, #timeline, #side > .panel")]
   .filter(one => one.checkVisibility()).map(one => one.id || one.className || one.tagName.toLowerCase())"""
 
 

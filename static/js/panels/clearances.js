@@ -46,10 +46,24 @@ function look(summary, frame) {
   if (asking || document.hidden || now === about || performance.now() - askedAt < PERIOD) return;
   [asking, askedAt, about] = [true, performance.now(), now];
   get("/sessions/current/clearance")
-    .then((found) => { [answer, answeredAt] = [found, performance.now()]; })
+    .then((found) => { [answer, answeredAt] = [found, performance.now()]; remember(found.wheels, summary); })
     .catch(() => { answer = null; about = ""; }) // unknown is shown, and it is asked again
     .finally(() => { asking = false; draw(known); });
 }
+
+let [lowest, lowestOf] = [new Map(), 0]; // leg → its wheel where it cleared the ground least; of a run
+
+// On its way up and down a wheel comes near the ground whatever it does: only the swing tells something.
+function remember(wheels, { gate, run }) {
+  if (gate.state !== "sending" || known.sequence?.digest !== run?.sequence) return;
+  if (lowestOf !== run.number) [lowest, lowestOf] = [new Map(), run.number];
+  const { phase, leg } = known.sequence.commands[gate.row ?? 0];
+  const swinging = phase === "swing" && wheels.find((one) => one.leg === leg && one.measured);
+  if (swinging && !(lowest.get(leg)?.measured.clearance <= swinging.measured.clearance)) lowest.set(leg, swinging);
+}
+
+// Rows of the wheels that swung in a run, each where this page saw it lowest, as it was commanded, predicted and measured.
+export const lowestOfRun = (number) => (number === lowestOf ? [...lowest.values()] : []).sort((a, b) => a.leg - b.leg).map(row);
 
 function show(wheels, note) {
   const rows = wheels.length ? wheels.map(row) : [["–", "–", "–", "–"].map((text) => element("td", { textContent: text }))];

@@ -18,7 +18,7 @@ let drawn = "";
 export function start() {
   act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
-  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armed && !lapsed(known.summary, known.sequence) ? unsure() : "Arm the commands first.") });
+  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armedFor() ? unsure() : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
@@ -95,6 +95,9 @@ const send = () => attempt(async () => {
   await post(`/sequences/${digest}/send`, { arming: token, mode: $("by-steps").checked ? "steps" : "whole" }, once());
 });
 
+// How long what was armed may still be sent [s]; 0 where nothing is armed.
+export const armedFor = () => (armed && !lapsed(known.summary, known.sequence) ? Math.ceil((armed.until - performance.now()) / 1000) : 0);
+
 // What was armed is no longer what is shown, or may no longer be sent.
 const lapsed = (summary, sequence) =>
   performance.now() > armed.until || summary.stop.latched || summary.gate.stopped || armed.digest !== sequence?.digest;
@@ -118,7 +121,7 @@ function draw({ summary, sequence }) {
   $("make-sequence").textContent = summary.to_command ? `Make sequence: ${summary.to_command.text}` : "Make sequence";
   $("arm-state").dataset.state = armed || (sending && (summary.gate.waiting || lost)) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
-    ? `armed for ${Math.ceil((armed.until - performance.now()) / 1000)} s more`
+    ? `armed for ${armedFor()} s more`
     : sending ? `${lost && `${lost}: `}${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
       : sequence && notNow(summary) ? `not armed. ${notNow(summary)}` : "not armed"; // what passes is said in sight: no hand has to point at the button
   drawWay(summary, sequence);

@@ -8,7 +8,7 @@ import { $, attempt, fixed } from "../dom.js";
 import { heardFirst } from "../keys.js";
 import { reveal } from "../layout.js";
 import { isEscape } from "../stopkeys.js";
-import { known, subscribe } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
 
 const PLACE = ["walk-x", "walk-y"];
 const AHEAD = ["walk-ahead", "walk-toward"];
@@ -22,7 +22,10 @@ export function start() {
   });
   act({ key: "=", text: "Walk to…: a click on the ground sets the goal", button: "walk-to", run: () => (picks() ? leave() : pick()), refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
   for (const id of AHEAD) $(id).addEventListener("input", goAhead);
-  for (const id of [...PLACE, ...AHEAD]) $(id).addEventListener("change", typed);
+  for (const id of [...PLACE, ...AHEAD]) {
+    $(id).addEventListener("change", typed);
+    $(id).addEventListener("input", changed); // what comes next goes by the fields
+  }
   heardFirst((event) => {
     const leaves = isEscape(event) && picks();
     if (leaves) leave();
@@ -43,6 +46,12 @@ function pick() {
   $("panel-walk").open = true;
   $("walk-form").scrollIntoView({ block: "nearest" });
   change({ goal_page: PAGE });
+}
+
+// Where the walk is to go, as the fields have it [x, y]; null where they don't say.
+export function goalTold() {
+  const told = PLACE.map((id) => $(id).value);
+  return told.includes("") ? null : told.map(Number);
 }
 
 const takeFootfall = () => attempt(async () => {

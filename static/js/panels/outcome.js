@@ -2,6 +2,7 @@
 
 import { $, element, fixed } from "../dom.js";
 import { subscribe } from "../store.js";
+import { lowestOfRun } from "./clearances.js";
 
 export function start() {
   subscribe(draw);
@@ -20,8 +21,8 @@ export function verdictOf({ state, verdict, rigid }) {
 
 function draw({ summary }) {
   const compared = summary?.run?.compared;
-  $("outcome").hidden = !compared || summary.run.state !== "ended";
-  if ($("outcome").hidden) return;
+  $("result").hidden = !compared || summary.run.state !== "ended";
+  if ($("result").hidden) return;
   const { state, reason, verdict, differences } = compared;
   const good = state === "compared" && verdict === "as_predicted";
   const told = { className: state === "waiting" ? "hint" : good ? "yes" : "doubt", textContent: `Run ${summary.run.number}: ${reason}.` };
@@ -32,6 +33,9 @@ function draw({ summary }) {
     ...[...new Set(worse.map((one) => one.advice))].map((advice) => element("li", { textContent: `Do: ${advice}.` })));
   $("outcome-table").hidden = differences.length === 0;
   $("outcome-table").tBodies[0].replaceChildren(...differences.map(row));
+  const lowest = lowestOfRun(summary.run.number);
+  $("least-clearances").hidden = lowest.length === 0;
+  $("least-clearances").tBodies[0].replaceChildren(...lowest.map((cells) => element("tr", {}, ...cells)));
 }
 
 function row({ quantity, leg, unit, predicted, measured, difference, uncertainty, verdict }) {

@@ -59,7 +59,7 @@ const clearStop = () => attempt(async () => {
 });
 
 // By this session, or by another one or another operator.
-const standsStopped = ({ summary, frame }) => Boolean(summary?.stop.latched) || frame?.mode === "stopped";
+export const standsStopped = ({ summary, frame }) => Boolean(summary?.stop.latched) || frame?.mode === "stopped";
 
 function mark(id, state, text) {
   $(id).dataset.state = state;

@@ -87,10 +87,15 @@ function drawWalking(here) {
   }
 }
 
+// What planning came to, as a class and in words.
+export function walkTold({ status, plan, reason }) {
+  return status === "found" ? ["yes", `found: ${inWords(plan)}`] : ["no", `${status.replaceAll("_", " ")}: ${reason}`];
+}
+
 function show(answer) {
-  const found = answer.status === "found";
+  const [className, textContent] = walkTold(answer);
   $("walk-answer").replaceChildren(
-    element("p", { className: found ? "yes" : "no", textContent: found ? `found: ${inWords(answer.plan)}` : `${answer.status.replaceAll("_", " ")}: ${answer.reason}` }),
+    element("p", { className, textContent }),
     ...(answer.smoothed ? [element("p", { id: "walk-smoothed", className: "hint", textContent: smoothedInWords(answer.smoothed) })] : []),
     ...(answer.partial ? [element("p", { className: "doubt", textContent: `It comes this far: ${inWords(answer.partial)}` })] : []),
     element("ul", {}, ...answer.checks.map((one) => element("li", {

@@ -31,6 +31,9 @@ export function awaitImages(before) {
   draw(known);
 }
 
+// What is being made or waited for, in a word; "" where nothing is.
+export const waitedFor = () => (asked ? "images" : runningJob() ? titleOf(runningJob().kind) : "");
+
 const areaOf = (kind) => KINDS[kind]?.area ?? OTHERS[kind] ?? "footfall";
 
 const underWay = () => [...known.jobs.values()].filter(({ state }) => state === "queued" || state === "running");

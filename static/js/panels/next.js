@@ -1,0 +1,91 @@
+// Next: one button that says what comes next and does it, with what stands against it, and the verdict on what was made last.
+// What sends is a button of its own in the same place, and must be held.
+
+import { act, actOfButton, perform } from "../acts.js";
+import { $, fixed } from "../dom.js";
+import { nextThing } from "../nextthing.js";
+import { changed, known, subscribe } from "../store.js";
+import { armedFor } from "./commands.js";
+import { goalTold, picks } from "./goal.js";
+import { verdictOf } from "./outcome.js";
+import { standsStopped } from "./status.js";
+import { walkTold } from "./walk.js";
+import { waitedFor } from "./work.js";
+
+const HELD = ["send", "run-resume", "run-next"]; // what makes the rover move is held, never clicked
+
+let here = { button: "", text: "", about: "", judge: "" };
+let focused = ""; // the one of the two buttons that had the focus when it went
+
+export function start() {
+  const go = () => perform(actOfButton(here.button));
+  act({ text: "Do what comes next", button: "next-act", quiet: true, run: go, refusal: () => (HELD.includes(here.button) ? "Hold the button." : against()) });
+  act({ text: "Send or go on, as what comes next says", button: "next-hold", quiet: true, held: true, run: go, refusal: () => (HELD.includes(here.button) ? against() : "Nothing is to be sent.") });
+  $("walk-until").addEventListener("change", changed);
+  for (const id of ["next-act", "next-hold"]) $(id).addEventListener("focus", () => { focused = id; });
+  addEventListener("focusin", ({ target }) => { if (!["next-act", "next-hold"].includes(target.id)) focused = ""; });
+  addEventListener("pointerdown", ({ target }) => { if (!$("next").contains(target)) focused = ""; });
+  subscribe(draw);
+}
+
+// Why what comes next can't be done now, "" where nothing stands against it.
+const against = () => (here.button ? actOfButton(here.button).refusal() : here.about || here.text);
+
+function factsOf({ summary, walk, sequence }) {
+  const { gate, walking, terrain, look, run } = summary;
+  const walked = walking !== null && walking.done > 0;
+  return {
+    stopped: standsStopped(known), gate, making: waitedFor(), armed: armedFor(), picking: picks(),
+    walking, walk, walked, goal: goalTold(), look, ground: terrain, now: Date.now() / 1000,
+    fits: summary.up_to_date.walk?.fits ?? false,
+    ready: summary.up_to_date.sequence?.fits && !summary.commands_carried_out && !summary.commands_of_another_plan ? sequence?.foot_moves.length ?? 0 : 0,
+    rest: $("walk-until").value === "rest",
+    part: gate.state === "sending" && run?.sequence === sequence?.digest ? partOf(sequence, gate.row ?? 0) : "",
+  };
+}
+
+// The foot move that a row belongs to.
+const partOf = ({ foot_moves: moves }, row) => moves.findLast((one) => one.first_row <= row)?.text ?? "";
+
+function draw() {
+  if (!known.summary) return;
+  here = nextThing(factsOf(known));
+  const held = HELD.includes(here.button);
+  const [shown, other] = held ? ["next-hold", "next-act"] : ["next-act", "next-hold"];
+  $(shown).textContent = here.text;
+  $(shown).hidden = false;
+  $(other).hidden = true;
+  const why = against();
+  $(shown).disabled = Boolean(why);
+  $(shown).title = why || here.about;
+  const told = why || here.about;
+  if ($("next-about").textContent !== told) Object.assign($("next-about"), { textContent: told, className: why && here.button ? "doubt" : "hint" });
+  const verdict = VERDICTS[here.judge]?.(known) ?? failed() ?? ["", ""];
+  if ($("verdict").textContent !== verdict[1]) Object.assign($("verdict"), { className: verdict[0], textContent: verdict[1], title: verdict[1] });
+  // who goes on by keyboard finds the next thing under the hand
+  if (focused && !why && document.activeElement === document.body) $(shown).focus();
+}
+
+const CLASSES = { good: "yes", warn: "doubt", busy: "" };
+
+const VERDICTS = {
+  walk: ({ walk, summary }) => (summary.up_to_date.walk?.fits === false ? ["doubt", `Out of date: ${summary.up_to_date.walk.reason}`] : walkTold(walk)),
+  sequence({ sequence }) {
+    const broken = sequence.rules.find((rule) => !rule.holds);
+    if (broken) return ["no", `${broken.row === null ? "" : `row ${broken.row + 1}: `}${broken.text}`];
+    return [sequence.way.doubt ? "doubt" : "yes", `${sequence.commands.length} commands, ${fixed(sequence.duration, 0)} s, every rule holds. ${sequence.way.text}`];
+  },
+  run({ summary: { run, gate } }) {
+    if (!run) return undefined;
+    if (run.state !== "ended") return gate.waiting ? ["doubt", gate.why] : ["", `Row ${(gate.row ?? 0) + 1} of ${run.rows.length}`];
+    if (run.outcome !== "done") return ["no", `Run ${run.number} did not end as planned: ${run.reason || run.outcome.replaceAll("_", " ")}`];
+    const [state, text] = verdictOf(run.compared);
+    return [CLASSES[state], `Run ${run.number} ${text}`];
+  },
+};
+
+// What was asked for last and did not come to be.
+function failed() {
+  const job = [...known.jobs.values()].at(-1);
+  return job?.state === "failed" ? ["no", job.error?.message ?? "no reason was given"] : undefined;
+}

