@@ -10,8 +10,8 @@ export function nextThing(facts) {
   const { gate, armed, making, picking, stopped } = facts;
   if (stopped) return wait("A stop is in force", "Clear it, left of STOP, once it is safe to go on.", "run");
   if (gate.state === "sending") return underWay(gate, facts);
-  if (making) return wait(`Wait for the ${making}`, "Progress and Cancel are in the bar above.");
   if (armed) return thing("send", "Send to rover", `Armed for ${armed} s more. The run holds where the rover does not stand as it was to.`, "sequence");
+  if (making) return wait(`Wait for the ${making}`, "Progress and Cancel are in the bar above.");
   if (isOnItsWay(facts)) return onward(facts);
   return lookedAt(facts) ?? toGoal(facts) ?? (picking ? PICKS : lookedAgain(facts))
     ?? thing("walk-to", "Walk to…", "A click on the ground is the goal, or type how far to go.", facts.walked ? "run" : "");

@@ -73,8 +73,10 @@ def test_foot_moves_are_commanded_one_by_one_and_told(live, standing, walk):
     for number in range(of):
         told = live.walking()
         assert (told.done, told.next, told.of, told.against) == (number, number, of, "")
+        assert told.commanded == 0
         rover.tells()
         sequence = live.get(live.command_foot_moves(None, number))
+        assert live.walking().commanded == 1
         assert sequence.valid, sequence.failures
         [rows] = live.foot_moves_in(sequence.digest)
         assert (rows.first_row, rows.rows) == (0, len(sequence.commands))
@@ -108,12 +110,14 @@ def test_a_rover_that_stands_elsewhere_is_told_by_how_much_and_the_rest_is_plann
     assert again.provenance.settings.digest == NEAR.settings.digest
     np.testing.assert_array_equal(again.plan.waypoints[0], posture)
     assert (live.walking().done, live.walking().against) == (0, "")
+    assert live.walking().commanded == 0  # those there are go back to the walk before
 
 
 def test_between_foot_moves_the_rover_is_looked_at_and_a_run_held_where_it_stands_otherwise(live, standing, walk):
     rover = Rover(live, standing)
     sequence = live.get(live.command_foot_moves(None, 0, walk.foot_moves))
     assert sequence.valid
+    assert live.walking().commanded == walk.foot_moves
     first, second, *_ = live.foot_moves_in(sequence.digest)
     rover.tells()
     live.send(live.arm()["token"])

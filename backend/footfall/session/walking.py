@@ -37,7 +37,8 @@ class Walking:
     walk: its digest. of: how many parts it has, its foot moves and the chassis' last way; done: how many of them were
     carried out. next: number of the one that is next, counted from 0; None: there is none, or it can't begin. leg:
     whose foot it moves; None: it moves the chassis alone. against: why it can't begin where the rover stands now, ""
-    where nothing speaks against it. text: all of it, for a person.
+    where nothing speaks against it. text: all of it, for a person. commanded: of how many parts, from the next on, the
+    session's commands are; 0: they are of something else.
     """
 
     walk: str
@@ -47,6 +48,7 @@ class Walking:
     leg: int | None
     against: str
     text: str
+    commanded: int = 0
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class WalkingSession(PlannedSession):
         against = self._against(plan, done)
         began = "nothing of it was carried out yet" if not done else f"{name_of(plan, done - 1)} done"
         text = f"{began}; next: {name_of(plan, done)}"
-        return Walking(digest, of, done, done, leg, against, text)
+        return Walking(digest, of, done, done, leg, against, text, self._commanded(digest, done))
 
     def walking_told(self) -> dict[str, Any] | None:
         """As :meth:`walking`, plain JSON."""
@@ -174,6 +176,13 @@ class WalkingSession(PlannedSession):
             found = frozenset(carried_out_of(state, walk, self._asked_of, self._commands_of))
             self._counted = known = walk, state.commands, found
         return known[2]
+
+    def _commanded(self, walk: str, first: int) -> int:
+        """Of how many parts of a walk, from ``first`` on, the session's commands are."""
+        asked = None if self.state.sequence is None else self._asked_of(self.state.sequence)
+        if asked is None or (asked[0], asked[1].first) != (walk, first):
+            return 0
+        return asked[1].count
 
     def _against(self, plan: WalkPlan, number: int) -> str:
         """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""

@@ -2,7 +2,7 @@
 // What sends is a button of its own in the same place, and must be held.
 
 import { act, actOfButton, perform } from "../acts.js";
-import { $, fixed } from "../dom.js";
+import { $, fixed, toast } from "../dom.js";
 import { nextThing } from "../nextthing.js";
 import { changed, known, subscribe } from "../store.js";
 import { armedFor } from "./commands.js";
@@ -12,19 +12,22 @@ import { standsStopped } from "./status.js";
 import { walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
+const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
 const HELD = ["send", "run-resume", "run-next"]; // what makes the rover move is held, never clicked
 
-let here = { button: "", text: "", about: "", judge: "" };
-let focused = ""; // the one of the two buttons that had the focus when it went
+let here = { button: "", text: "Wait for the server", about: "", judge: "" };
+let meant = ""; // the act that is held down
+let focused = ""; // the one of the two buttons that the keyboard was at
 
 export function start() {
   const go = () => perform(actOfButton(here.button));
+  const goAsHeld = () => (meant === here.button ? go() : toast("What comes next has changed meanwhile: nothing was sent."));
   act({ text: "Do what comes next", button: "next-act", quiet: true, run: go, refusal: () => (HELD.includes(here.button) ? "Hold the button." : against()) });
-  act({ text: "Send or go on, as what comes next says", button: "next-hold", quiet: true, held: true, run: go, refusal: () => (HELD.includes(here.button) ? against() : "Nothing is to be sent.") });
+  for (const type of ["pointerdown", "keydown"]) $("next-hold").addEventListener(type, ({ repeat }) => { if (!repeat) meant = here.button; });
+  act({ text: "Send or go on, as what comes next says", button: "next-hold", quiet: true, held: true, run: goAsHeld, refusal: () => (HELD.includes(here.button) ? against() : "Nothing is to be sent.") });
   $("walk-until").addEventListener("change", changed);
-  for (const id of ["next-act", "next-hold"]) $(id).addEventListener("focus", () => { focused = id; });
+  for (const id of ["next-act", "next-hold"]) $(id).addEventListener("focus", ({ target }) => { focused = target.matches(":focus-visible") ? id : ""; });
   addEventListener("focusin", ({ target }) => { if (!["next-act", "next-hold"].includes(target.id)) focused = ""; });
-  addEventListener("pointerdown", ({ target }) => { if (!$("next").contains(target)) focused = ""; });
   subscribe(draw);
 }
 
@@ -35,10 +38,10 @@ function factsOf({ summary, walk, sequence }) {
   const { gate, walking, terrain, look, run } = summary;
   const walked = walking !== null && walking.done > 0;
   return {
-    stopped: standsStopped(known), gate, making: waitedFor(), armed: armedFor(), picking: picks(),
+    stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
     walking, walk, walked, goal: goalTold(), look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
-    ready: summary.up_to_date.sequence?.fits && !summary.commands_carried_out && !summary.commands_of_another_plan ? sequence?.foot_moves.length ?? 0 : 0,
+    ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? walking?.commanded ?? 0 : 0,
     rest: $("walk-until").value === "rest",
     part: gate.state === "sending" && run?.sequence === sequence?.digest ? partOf(sequence, gate.row ?? 0) : "",
   };

@@ -31,8 +31,11 @@ export function awaitImages(before) {
   draw(known);
 }
 
-// What is being made or waited for, in a word; "" where nothing is.
-export const waitedFor = () => (asked ? "images" : runningJob() ? titleOf(runningJob().kind) : "");
+// What is being made of these kinds, or the images that are waited for, in a word; "" where nothing is.
+export function waitedFor(kinds) {
+  const job = underWay().findLast(({ kind }) => kinds.includes(kind));
+  return job ? titleOf(job.kind) : asked ? "images" : "";
+}
 
 const areaOf = (kind) => KINDS[kind]?.area ?? OTHERS[kind] ?? "footfall";
 

@@ -81,7 +81,8 @@ class WalkingAnswer(TypedDict):
 
     of: its foot moves and the chassis' last way; done: how many were carried out. next: number of the one that is next,
     counted from 0; leg: whose foot it moves, null: the chassis alone goes. against: why it can't begin where the rover
-    stands now, "" where nothing speaks against it.
+    stands now, "" where nothing speaks against it. commanded: of how many parts, from the next on, the session's
+    commands are; 0: they are of something else.
     """
 
     walk: str
@@ -91,3 +92,4 @@ class WalkingAnswer(TypedDict):
     leg: int | None
     against: str
     text: str
+    commanded: int

@@ -1,0 +1,72 @@
+"""What comes next on the page: what sends is held and not clicked, a stop comes before all, the keyboard finds it."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from footfall.session import commanding
+from footfall.session.gate import machine
+from tests.browser.test_console_access import violations
+from tests.support.page_steps import SESSION, held, press
+from tests.support.server import Running
+from tests.support.waiting import BOUND_MS
+
+Keep = Callable[[str], None]
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is armed stays so for as long as a slow machine may take."""
+    for module in (machine, commanding):
+        monkeypatch.setattr(module, "ARMED_FOR", 3600.0)
+
+
+def test_a_click_on_what_sends_sends_nothing_and_a_stop_comes_before_it(
+    page: Page, served: Running, look: Keep
+) -> None:
+    press(page, "Arm")
+    sends = page.locator("#next-hold")
+    expect(sends).to_have_text("Send to rover", timeout=BOUND_MS)
+    expect(page.locator("#next-act")).to_be_hidden()
+    sends.click()
+    sends.dblclick()
+    sends.press("Enter")
+    look("armed")
+    assert violations(page) == []
+    page.locator("#stop").click()
+    expect(page.locator("#next-act")).to_have_text("A stop is in force", timeout=BOUND_MS)
+    expect(page.locator("#next-act")).to_be_disabled()
+    expect(sends).to_be_hidden()
+    assert held(served)["run"] is None
+    look("stopped")
+
+
+def test_by_keyboard_alone_up_to_the_goal(page: Page, served: Running) -> None:
+    button = page.locator("#next-act")
+    expect(button).to_have_text("Take images", timeout=BOUND_MS)
+    expect(page.locator("#next-about")).to_have_text("The ground was seen more than an hour ago.")
+    button.focus()
+    page.keyboard.press("Tab")
+    expect(page.locator("#walk-until")).to_be_focused()
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("Enter")
+    expect(button).to_have_text("Build terrain", timeout=BOUND_MS)
+    expect(button).to_be_focused()  # also where it could not be pressed meanwhile
+
+
+def test_what_was_refused_is_in_sight_with_its_reason(console: Page, quiet: Running, look: Keep) -> None:
+    console.locator("#panel-walk summary").click()
+    console.locator("#walk-x").fill("900")
+    console.locator("#walk-y").fill("0")
+    button = console.locator("#next-act")
+    expect(button).to_have_text("Plan walk", timeout=BOUND_MS)
+    button.click()
+    expect(button).to_have_text("Choose another goal", timeout=BOUND_MS)
+    reason = held(quiet, f"{SESSION}/walks/current")["reason"]
+    assert reason
+    expect(console.locator("#verdict")).to_have_text(re.compile(rf"^[a-z ]+: {re.escape(reason)}$"))
+    expect(console.locator("#verdict")).to_have_class("no")
+    expect(console.locator("#verdict")).to_be_in_viewport(ratio=1)
+    look("refused")
