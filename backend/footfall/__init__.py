@@ -8,11 +8,12 @@ from footfall.core.value import SOFTWARE_VERSION
 
 if TYPE_CHECKING:
     from footfall.balance.tether import Tether
+    from footfall.io.any_robot import load_robot
     from footfall.io.exports import export
     from footfall.io.imports import read_sequence
-    from footfall.io.robot_files import load_robot
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
+    from footfall.planning.any_robot import plan_step, plan_walk, stand
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.gait.plan import plan_gait
     from footfall.planning.route.plan import plan_route
@@ -21,27 +22,24 @@ if TYPE_CHECKING:
     from footfall.planning.stance.find_shift import find_shift
     from footfall.planning.stance.shift import shifted_state
     from footfall.planning.step.leg_maps import compute_maps
-    from footfall.planning.step.plan import plan_step
-    from footfall.planning.walk.plan import plan_walk
-    from footfall.planning.walk.stand import stand
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 _where = {
-    "load_robot": "footfall.io.robot_files",
+    "load_robot": "footfall.io.any_robot",
     "read_terrain": "footfall.io.terrain_files",
-    "stand": "footfall.planning.walk.stand",
+    "stand": "footfall.planning.any_robot",
     "BodyShift": "footfall.planning.stance.body_shift",
     "Tether": "footfall.balance.tether",
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",
     "find_shift": "footfall.planning.stance.find_shift",
     "compute_maps": "footfall.planning.step.leg_maps",
-    "plan_step": "footfall.planning.step.plan",
+    "plan_step": "footfall.planning.any_robot",
     "plan_gait": "footfall.planning.gait.plan",
-    "plan_walk": "footfall.planning.walk.plan",
+    "plan_walk": "footfall.planning.any_robot",
     "plan_route": "footfall.planning.route.plan",
     "plan_execution": "footfall.planning.execution.plan",
     "make_sequence": "footfall.io.scripting",

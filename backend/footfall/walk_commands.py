@@ -97,13 +97,21 @@ def plan_walk(
 
     The rover is taken as rigid, its sag not predicted, but with --mode.
     """
+    from footfall.io.any_robot import is_legged, load_legged
     from footfall.io.artifacts import encode
+    from footfall.legged_commands import plan_legged_walk
+    from footfall.planning.legged.problem import LeggedSettings
     from footfall.planning.walk.plan import plan_walk as run
     from footfall.planning.walk_execution.plan import plan_walk_execution
 
+    wanted = WalkGoal(*goal, yaw=goal_yaw)
+    if is_legged(robot):
+        others = {"--mode": mode is not None, "--tether": tether is not None, "--posture": posture is not None}
+        limit = LeggedSettings(time_limit=time_limit)
+        plan_legged_walk(load_legged(robot), terrain, wanted, at or (x, y, yaw), limit, out, as_json, others)
     if mode is not None and mode not in HELD:
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
-    smoothing, wanted = Smoothing(rounds=rounds, posture=posture), WalkGoal(*goal, yaw=goal_yaw)
+    smoothing = Smoothing(rounds=rounds, posture=posture)
     settings = WalkSettings(seed=seed, time_limit=time_limit, smoothing=smoothing)
     hung = None
     if tether is not None:

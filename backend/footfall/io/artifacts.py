@@ -50,6 +50,12 @@ HOMES: dict[str, tuple[str, ...]] = {
         "ExecutionResult",
     ),
     "footfall.planning.execution.settings": ("ExecutionSettings",),
+    "footfall.planning.legged.problem": (
+        "LeggedPlan",
+        "LeggedResult",
+        "LeggedSettings",
+        "LeggedState",
+    ),
     "footfall.planning.route.problem": (
         "CostGrid",
         "NoGo",

@@ -20,11 +20,16 @@ LEG = "name foot joints group sole center radius width axis polygon"
 
 @dataclass(frozen=True)
 class Proposed:
-    """A robot.toml: the tree of its URDF, its legs, named postures (joint → angle) and what the robot weighs [kg]."""
+    """A robot.toml: the tree of its URDF, its legs, named postures (joint → angle) and what the robot weighs [kg].
+
+    clearances: least distances by name [m]; always: pairs of links that touch as they are built.
+    """
 
     model: LeggedModel
     mass_check: float
     postures: Mapping[str, Mapping[str, float]]
+    clearances: Mapping[str, float]
+    always: tuple[tuple[str, str], ...]
 
 
 def read_proposed(path: str | Path) -> Proposed:
@@ -47,11 +52,12 @@ def read_proposed(path: str | Path) -> Proposed:
     mass = table.number("mass_check")
     if not mass > 0:
         raise InvalidRobot("mass_check must be above zero [kg]", mass_check=mass)
-    _check_clearances(table.table("clearances"))
-    _check_collisions(table.table("collisions"), tree)
+    clearances = _clearances(table.table("clearances"))
+    always = _always(table.table("collisions"), tree)
     model = LeggedModel(tree, tree.root, tuple(_leg(one, tree) for one in table.tables("legs")), {})
     postures = table.table("postures")
-    return Proposed(model, mass, {name: _posture(postures.table(name)) for name in postures})
+    named = {name: _posture(postures.table(name)) for name in postures}
+    return Proposed(model, mass, named, clearances, always)
 
 
 def _leg(table: Table, tree: RobotTree) -> LegChain:
@@ -89,14 +95,17 @@ def _posture(table: Table) -> dict[str, float]:
     return {joint: table.number(joint) for joint in table}
 
 
-def _check_clearances(table: Table) -> None:
+def _clearances(table: Table) -> dict[str, float]:
     table.only("other_leg own_leg base ground")
-    for name in table:
-        if table.number(name) < 0:
-            raise InvalidRobot(f"clearances.{name} must not be negative [m]", distance=table.number(name))
+    found = {name: table.number(name) for name in table}
+    for name, distance in found.items():
+        if distance < 0:
+            raise InvalidRobot(f"clearances.{name} must not be negative [m]", distance=distance)
+    return found
 
 
-def _check_collisions(table: Table, tree: RobotTree) -> None:
+def _always(table: Table, tree: RobotTree) -> tuple[tuple[str, str], ...]:
+    """Pairs that touch as they are built; those that never do are read for their names alone."""
     table.only("samples seed always never")
     links = set(tree.bodies())
     for key in ("always", "never"):
@@ -104,3 +113,4 @@ def _check_collisions(table: Table, tree: RobotTree) -> None:
             for link in pair:
                 if link not in links:
                     raise InvalidRobot(f"collisions.{key}: the URDF has no link {link!r}")
+    return tuple((pair[0], pair[1]) for pair in table.pairs("always"))

@@ -1,0 +1,80 @@
+"""Whether forces of the ground hold a legged robot, and what share of its motors' efforts the best of them take.
+
+The program is that of :mod:`footfall.balance.torques`: over all forces inside friction that balance the weight, the
+least of the largest |effort| / limit (Hauser et al., IJRR 27, 2008).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.balance.cones import facets
+from footfall.balance.friction import FRICTION
+from footfall.balance.region import require_stance
+from footfall.balance.settings import GRAVITY, SIDES
+from footfall.balance.simplex import INFEASIBLE, OPTIMAL
+from footfall.balance.torque_kernel import least_ratio
+from footfall.core.errors import FootFallError
+from footfall.core.frames import apply
+from footfall.robot.legged.legged_robot import MOST_JOINTS, LeggedRobot
+
+Array = NDArray[np.float64]
+
+
+def effort_ratio(
+    robot: LeggedRobot,
+    posture: ArrayLike,
+    T_site_base: Array,
+    standing: Sequence[int],
+    contacts: ArrayLike,
+    normals: ArrayLike,
+) -> float:
+    """Least possible largest |effort| / limit over all joints; inf where no forces inside friction hold the robot.
+
+    standing: legs on the ground; contacts (k, 3) [m] and normals (k, 3) of theirs in site. Joints without a limit do not
+    count. Raises InvalidInput for normals that don't point up.
+    """
+    q = robot.require_posture(posture)
+    R_site_base = T_site_base[:3, :3]
+    gravity, axes, origins, com = _statics(robot, q, R_site_base)
+    feet = np.asarray(contacts, float)
+    arms, unit = require_stance(feet - apply(T_site_base, com), np.asarray(normals, float))
+    weight = robot.mass * GRAVITY
+    own = gravity / robot.efforts
+    constant, effect = np.zeros((len(standing), MOST_JOINTS)), np.zeros((len(standing), MOST_JOINTS, 3))
+    points_base = (feet - T_site_base[:3, 3]) @ R_site_base
+    for row, (leg, point) in enumerate(zip(standing, points_base, strict=True)):
+        part = robot.slices[leg]
+        count = part.stop - part.start
+        slides = robot.limbs[leg].limb.slides[:, None]
+        moves = np.where(slides, axes[part], np.cross(axes[part], point - origins[part])) @ R_site_base.T
+        constant[row, :count] = own[part]
+        effect[row, :count] = -weight / robot.efforts[part, None] * moves
+    size = max(float(np.abs(arms).max()), 1e-6)
+    status, ratio = least_ratio(arms / size, facets(unit, FRICTION, SIDES), effect, constant, np.empty_like(arms))
+    if status == INFEASIBLE:
+        return float("inf")
+    if status != OPTIMAL:
+        raise FootFallError("the torque program was not solved", status=int(status))
+    lifted = [np.abs(own[robot.slices[leg]]).max() for leg in robot.legs if leg not in standing]
+    return float(max([ratio, *lifted]))
+
+
+def _statics(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, Array, Array, Array]:
+    """Efforts (joints,) that hold the legs' own weight in the air; axes, origins (joints, 3) and com (3,) in base."""
+    model, frames = robot.pin_model, robot.pin_model.createData()
+    down = -GRAVITY * R_site_base[2]
+    each = [pin.computeGeneralizedGravity(one, one.createData(), q) for one in robot.gravity_models]
+    gravity = np.stack(each, axis=1) @ down
+    com = np.array(pin.centerOfMass(model, frames, q))
+    axes = np.concatenate([_axes(robot, leg, frames) for leg in robot.legs])
+    origins = np.array([T.translation for T in list(frames.oMi)[1:]])
+    return gravity, axes, origins, com
+
+
+def _axes(robot: LeggedRobot, leg: int, frames: pin.Data) -> Array:
+    """Joint axes of a leg in base, (joints, 3)."""
+    first = robot.slices[leg].start + 1
+    return np.array([frames.oMi[first + k].rotation @ axis for k, axis in enumerate(robot.limbs[leg].limb.axes)])

@@ -1,0 +1,34 @@
+"""Reading any robot: one of the shipped ones' build, or one that others described."""
+
+import tomllib
+from pathlib import Path
+
+from footfall.io.robot_files import load_robot as load_shipped
+from footfall.io.urdf.proposed import read_proposed
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.model import Robot
+
+
+def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
+    """A robot by its name ("athlete"), by the path of a description file, or by that of a robot.toml beside a URDF.
+
+    Raises NotFound where there is no such robot, InvalidRobot where its description can't be used.
+    """
+    return load_legged(name_or_path) if is_legged(name_or_path) else load_shipped(name_or_path)
+
+
+def load_legged(path: str | Path) -> LeggedRobot:
+    """A robot by the path of its robot.toml. Raises NotFound and InvalidRobot as :func:`load_robot`."""
+    read = read_proposed(path)
+    return LeggedRobot(read.model, read.postures, read.clearances, read.always)
+
+
+def is_legged(name_or_path: str | Path) -> bool:
+    """Whether a file is TOML with a ``urdf`` in it, which a robot.toml has and a shipped description does not."""
+    path = Path(name_or_path)
+    if path.suffix != ".toml" or not path.is_file():
+        return False
+    try:
+        return "urdf" in tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return False

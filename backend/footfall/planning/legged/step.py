@@ -1,0 +1,105 @@
+"""One step of a legged robot: the chassis shifts, one foot goes to a chosen place."""
+
+import numpy as np
+
+from footfall.core.errors import InvalidInput
+from footfall.core.value import Provenance
+from footfall.planning.legged.foot_move import foot_move, plan_of
+from footfall.planning.legged.footing import rest
+from footfall.planning.legged.problem import LeggedResult, LeggedSettings, LeggedState
+from footfall.planning.legged.stance import Ground, all_standing
+from footfall.planning.legged.whole_check import Refusal, Tally
+from footfall.planning.step.problem import Status
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.terrain.dem import Dem
+
+
+def plan_step(
+    robot: LeggedRobot,
+    dem: Dem,
+    state: LeggedState,
+    leg: int,
+    target: tuple[float, float],
+    settings: LeggedSettings | None = None,
+) -> LeggedResult:
+    """Plan how ``leg`` goes onto ``target``, (x, y) in site [m]; the chassis shifts as far as the other feet need it.
+
+    Raises InvalidInput for a leg that the robot does not have and for another robot's state.
+    """
+    settings = settings or LeggedSettings()
+    robot.require_leg(leg)
+    if len(target) != 2 or not np.isfinite(target).all():
+        raise InvalidInput("a target needs finite x and y [m]")
+    ground = Ground(robot, dem, settings)
+    tally = Tally()
+    refused = start_refused(ground, state)
+    if refused is not None:
+        return refused
+    down = rest(dem, *target, float(robot.radii[leg]))
+    where = f"({target[0]:.2f}, {target[1]:.2f}) m"
+    if not np.isfinite(down.normal).all():
+        return no_plan(ground, state, Status.UNKNOWN_GROUND, f"the ground at {where} is not known", tally)
+    slope = float(np.arccos(down.normal[2]))
+    if slope > settings.steepest:
+        text = f"the ground at {where} is {slope:.2f} rad steep, more than {settings.steepest:g}"
+        return no_plan(ground, state, Status.GOAL_INVALID, text, tally)
+    T = state.T_site_base
+    yaw = float(np.arctan2(T[1, 0], T[0, 0]))
+    found = foot_move(ground, state, leg, down, float(T[0, 3]), float(T[1, 3]), yaw, tally)
+    if found is None:
+        text = f"leg {robot.leg_names[leg]} can't go to {where}: {told(tally)}"
+        return no_plan(ground, state, Status.NO_PATH, text, tally)
+    plan = plan_of(found.samples, [leg], state, found.end)
+    return LeggedResult(
+        Status.FOUND,
+        plan,
+        "",
+        found.tally.checks(),
+        tally.most_refused(),
+        unchecked(robot),
+        provenance(ground, state),
+    )
+
+
+def start_refused(ground: Ground, state: LeggedState) -> LeggedResult | None:
+    """The answer where a state can't be begun from; None where it can. Raises InvalidInput for another robot's."""
+    if state.robot != ground.robot.name or len(state.soles) != len(ground.robot.legs):
+        raise InvalidInput(f"the state is one of {state.robot}, not of {ground.robot.name}")
+    answer = ground.check.margins(state.q, state.T_site_base, all_standing(state))
+    if not isinstance(answer, Refusal):
+        return None
+    text = f"it can't begin: {answer.name} {answer.margin:+.4g}, {answer.where}"
+    return no_plan(ground, state, Status.START_INVALID, text, Tally())
+
+
+def no_plan(ground: Ground, state: LeggedState, status: Status, reason: str, tally: Tally) -> LeggedResult:
+    """An answer that is no, with what refused it."""
+    return LeggedResult(
+        status, None, reason, (), tally.most_refused(), unchecked(ground.robot), provenance(ground, state)
+    )
+
+
+def told(tally: Tally) -> str:
+    """What refused tries, how often, and by how much at least."""
+    parts = []
+    for name, count in tally.most_refused():
+        margin, where = tally.nearest[name]
+        size = "" if np.isnan(margin) else f" (at best {margin:+.4g}: {where})"
+        parts.append(f"{name} refused {count} poses{size}")
+    return "; ".join(parts) or "no pose of the chassis keeps the weight over the other feet"
+
+
+def unchecked(robot: LeggedRobot) -> tuple[str, ...]:
+    """What the description leaves nobody to judge."""
+    limits = zip(robot.joint_names, robot.efforts, strict=True)
+    found = [f"effort of {name}: no limit is said" for name, most in limits if np.isinf(most)]
+    bodies = robot.body_names
+    found += [f"{name}: no collision shape" for name, shapes in zip(bodies, robot.shapes, strict=True) if not shapes]
+    found += [f"{bodies[a]} and {bodies[b]} touch as they are built" for a, b in sorted(robot.touching)]
+    return tuple(found)
+
+
+def provenance(ground: Ground, state: LeggedState) -> Provenance:
+    """What an answer was made from."""
+    parents = {"robot": ground.robot.digest, "terrain": ground.dem.digest, "state": state.digest}
+    return Provenance(parents=parents, settings=ground.settings)

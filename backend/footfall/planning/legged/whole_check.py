@@ -1,0 +1,163 @@
+"""One check of a legged robot as a whole: every configuration on the way of a step or a walk goes through it."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.balance.legged_effort import effort_ratio
+from footfall.balance.support import margin
+from footfall.core.frames import apply
+from footfall.planning.legged.footing import rest_heights
+from footfall.planning.legged.over_ground import Surfaces
+from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.step.problem import Check
+from footfall.robot.legged.apart import Apart
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import Placed, placed
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+UNITS = {"limits": "rad", "disc": "m", "support": "m", "ground": "m", "foot": "m", "self": "m", "effort": ""}
+"""What is checked, in this order, and its unit; of a joint that slides the limits are in metres."""
+LIMIT_RESERVE = 1e-3
+"""Joints stay so far inside their limits [rad or m]."""
+DISC_OFF = 0.1
+"""A disc may lean so far that its rim is off the ball which stands for it by this share of its radius."""
+SCRAPE = 1e-4
+"""A foot that is lifted or let down straight may touch the ground; it is not deeper in it than this [m]."""
+
+
+class Feet(NamedTuple):
+    """standing: legs on the ground; contacts, normals: (legs, 3) of all legs, in site [m]."""
+
+    standing: Sequence[int]
+    contacts: Array
+    normals: Array
+
+
+class Refusal(NamedTuple):
+    """What refused a configuration: name of the check, margin (below zero, NaN: unknown), and where."""
+
+    name: str
+    margin: float
+    where: str
+
+
+class WholeCheck:
+    """The checks of one robot on one terrain; remembers the least margin that anything accepted had.
+
+    apart: at the clearances of the stance at ease.
+    """
+
+    def __init__(self, robot: LeggedRobot, dem: Dem, settings: LeggedSettings, apart: Apart) -> None:
+        self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
+        self.surfaces = Surfaces(robot)
+
+    def margins(self, q: Array, T_site_base: Array, feet: Feet) -> dict[str, tuple[float, str]] | Refusal:
+        """Margin and where it is least for each check, or the first refusal."""
+        found: dict[str, tuple[float, str]] = {}
+        if not np.isfinite(q).all():
+            leg = next(leg for leg in self.robot.legs if not np.isfinite(q[self.robot.slices[leg]]).all())
+            return Refusal("limits", float("nan"), f"leg {self.robot.leg_names[leg]} does not reach")
+        where = placed(self.robot, q)
+        judges = (self._limits, self._discs, self._support, self._ground, self._foot, self._self, self._effort)
+        for name, judge in zip(UNITS, judges, strict=True):
+            size, told = judge(q, T_site_base, feet, where)
+            if not size >= 0:
+                return Refusal(name, size, told)
+            found[name] = size, told
+        return found
+
+    def _limits(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        spare = np.minimum(q - self.robot.lower, self.robot.upper - q) - LIMIT_RESERVE
+        at = int(np.argmin(spare))
+        return float(spare[at]), self.robot.joint_names[at]
+
+    def _discs(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        """A disc touches where the ball around it does only while it stands upright."""
+        least, told = np.inf, "no disc"
+        for leg in feet.standing:
+            sole = self.robot.model.legs[leg].sole
+            if sole.kind != "wheel":
+                continue
+            body = self.robot.slices[leg].stop
+            R_site_foot = T_site_base[:3, :3] @ where.Ts_base_body[body, :3, :3] @ self.robot.foot_turns[leg]
+            lean = float(np.arcsin(np.clip(abs(feet.normals[leg] @ R_site_foot @ sole.axis), 0.0, 1.0)))
+            off = sole.radius * (1 - np.cos(lean))
+            spare = DISC_OFF * sole.radius - off
+            if spare < least:
+                least, told = spare, self.robot.leg_names[leg]
+        return float(least), told
+
+    def _support(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        com = apply(T_site_base, where.com)
+        conservative = self.settings.conservative and len(feet.standing) == len(self.robot.legs)
+        spare = margin(feet.contacts[list(feet.standing)], com[:2], conservative)
+        return spare - self.settings.least_margin * self.robot.length, f"{len(feet.standing)} feet"
+
+    def _ground(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        lowest = self.surfaces.lowest(self.dem, where, T_site_base)
+        name = "no body" if lowest.body < 0 else self.robot.body_names[lowest.body]
+        at = f"{name} at ({lowest.place[0]:.2f}, {lowest.place[1]:.2f}) m"
+        return min(lowest.height, 2 * self.surfaces.clearance) - self.surfaces.clearance, at
+
+    def _foot(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        """Feet in the air are not in the ground."""
+        least, told = np.inf, "none in the air"
+        for leg in self.robot.legs:
+            if leg in feet.standing:
+                continue
+            center = apply(T_site_base, where.soles[leg])
+            over = float(center[2] - rest_heights(self.dem, center[None, :2], float(self.robot.radii[leg]))[0])
+            if not over + SCRAPE >= least:
+                least, told = over + SCRAPE, self.robot.leg_names[leg]
+        return least, told
+
+    def _self(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        if not len(self.apart.pairs):
+            return np.inf, "no pair"
+        spare = self.apart.distances(where.Ts_base_body) - self.apart.least
+        at = int(np.argmin(spare))
+        return float(spare[at]), self.apart.told(at)
+
+    def _effort(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
+        standing = list(feet.standing)
+        ratio = effort_ratio(self.robot, q, T_site_base, standing, feet.contacts[standing], feet.normals[standing])
+        return self.settings.most_effort - ratio, "nothing holds it" if np.isinf(ratio) else "largest share of a limit"
+
+
+class Tally:
+    """The least margin of each check over many configurations that held, what refused others, how often, and by how
+    little at best."""
+
+    def __init__(self) -> None:
+        self.least: dict[str, tuple[float, str]] = {}
+        self.refused: dict[str, int] = {}
+        self.nearest: dict[str, tuple[float, str]] = {}
+
+    def take(self, margins: dict[str, tuple[float, str]], when: str) -> None:
+        for name, (size, where) in margins.items():
+            if name not in self.least or size < self.least[name][0]:
+                self.least[name] = size, f"{when}: {where}"
+
+    def merge(self, other: "Tally") -> None:
+        for name, (size, where) in other.least.items():
+            if name not in self.least or size < self.least[name][0]:
+                self.least[name] = size, where
+
+    def refuse(self, refusal: Refusal) -> None:
+        self.refused[refusal.name] = self.refused.get(refusal.name, 0) + 1
+        if refusal.name not in self.nearest or refusal.margin > self.nearest[refusal.name][0]:
+            self.nearest[refusal.name] = refusal.margin, refusal.where
+
+    def checks(self) -> tuple[Check, ...]:
+        return tuple(
+            Check(name, True, size if np.isfinite(size) else float("nan"), UNITS[name], where)
+            for name, (size, where) in self.least.items()
+        )
+
+    def most_refused(self) -> tuple[tuple[str, int], ...]:
+        return tuple(sorted(self.refused.items(), key=lambda one: (-one[1], one[0])))

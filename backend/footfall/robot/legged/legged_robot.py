@@ -1,0 +1,209 @@
+"""A legged robot that everything computes with: its legs as limbs, one pin model, bodies with their shapes.
+
+Only the joints of legs move; whatever else has joints (an arm, a head) is held still and counts to what carries it.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
+
+from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
+from footfall.core.frames import apply, inverse
+from footfall.core.mesh import Mesh
+from footfall.robot.legged.groups import part_lengths
+from footfall.robot.legged.legged_model import LegChain, LeggedModel
+from footfall.robot.legged.tree import TreeJoint
+from footfall.robot.limb.limb import limb_of
+from footfall.robot.limb.numeric import NumericLimb
+
+Array = NDArray[np.float64]
+
+CLEARANCE_SHARE = 0.02
+"""Clearances where nobody says otherwise, as a share of the longest leg."""
+FEWEST_JOINTS, MOST_JOINTS = 3, 6
+"""Of a leg that can walk: fewer can't place a foot everywhere; the torque program takes no more."""
+CLEARANCES = ("other_leg", "own_leg", "base", "ground")
+
+
+class LeggedRobot:
+    """Immutable after construction; pickles as what it was made of.
+
+    joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
+    slices: where each leg's joints are in a posture. lower, upper: (joints,), of joints that turn further those of one turn. efforts: (joints,) [N·m or N], inf where
+    the description does not say. parents: for each body the body that carries it, −1 for the base, which is body 0;
+    body 1 + j is what joint j moves. shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them. radii:
+    (legs,) of soles [m]. foot_turns: for each leg (3, 3) of its foot link on its last body. length: of the longest leg [m]. clearances: least distances by CLEARANCES [m]. touching: pairs
+    of bodies that touch as they are built.
+    """
+
+    def __init__(
+        self,
+        model: LeggedModel,
+        postures: Mapping[str, Mapping[str, float]] | None = None,
+        clearances: Mapping[str, float] | None = None,
+        always: tuple[tuple[str, str], ...] = (),
+    ) -> None:
+        self._made_of = model, postures, clearances, always
+        tree = model.tree
+        joints = [joint for leg in model.legs for joint in _walking(model, leg)]
+        self.model, self.name = model, tree.name
+        self.legs = range(len(model.legs))
+        self.joint_names = tuple(joint.name for joint in joints)
+        ends = np.cumsum([0] + [len(leg.joints) for leg in model.legs])
+        self.slices = tuple(slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False))
+        self.lower, self.upper = (np.array([_limits(one)[end] for one in joints]) for end in (0, 1))
+        self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
+        self.radii = np.array([leg.sole.radius for leg in model.legs])
+        self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
+        own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
+        self.clearances = own | dict(clearances or {})
+        self.postures = {name: self._posture(posture) for name, posture in (postures or {}).items()}
+        carrier, Ts_root_link = self._carriers(joints)
+        index = {model.base: 0} | {joint.child: 1 + j for j, joint in enumerate(joints)}
+        self.parents = tuple([-1] + [index[carrier[joint.parent]] for joint in joints])
+        self.pin_model = self._pin_model(joints, carrier, Ts_root_link)
+        self.gravity_models = tuple(_with_gravity(self.pin_model, axis) for axis in np.eye(3))
+        self.mass = float(sum(inertia.mass for inertia in self.pin_model.inertias))
+        self.shapes = self._shapes(index, carrier, Ts_root_link)
+        self.corners = tuple(_corners(shapes) for shapes in self.shapes)
+        self.body_names = tuple([model.base] + [joint.child for joint in joints])
+        self.touching = frozenset(
+            (min(pair), max(pair)) for a, b in always if len(pair := {index[carrier[a]], index[carrier[b]]}) == 2
+        )
+        self.foot_turns = tuple(
+            (inverse(Ts_root_link[carrier[leg.foot]]) @ Ts_root_link[leg.foot])[:3, :3] for leg in model.legs
+        )
+        self.foot_frames = tuple(self.pin_model.getFrameId(f"sole {leg.name}") for leg in model.legs)
+        self.limbs = tuple(NumericLimb(limb_of(self.pin_model, f"sole {leg.name}", "point")) for leg in model.legs)
+
+    def __reduce__(self) -> tuple:
+        return LeggedRobot, self._made_of
+
+    def __repr__(self) -> str:
+        return f"LeggedRobot({self.name!r}, legs={len(self.legs)})"
+
+    @property
+    def leg_names(self) -> tuple[str, ...]:
+        return tuple(leg.name for leg in self.model.legs)
+
+    @property
+    def digest(self) -> str:
+        """Content name of the description."""
+        return self.model.digest
+
+    def require_posture(self, posture: ArrayLike) -> Array:
+        """The posture as float64 (joints,); raises InvalidInput unless it has that many finite numbers."""
+        q = np.asarray(posture, float)
+        if q.shape != (len(self.joint_names),) or not np.isfinite(q).all():
+            raise InvalidInput(f"a posture of {self.name} needs {len(self.joint_names)} finite numbers")
+        return q
+
+    def require_leg(self, leg: int) -> int:
+        """The leg number; raises InvalidInput unless the robot has that leg."""
+        if leg not in self.legs:
+            raise InvalidInput(f"{self.name} has legs 0 to {len(self.legs) - 1}", leg=str(leg))
+        return int(leg)
+
+    def posture(self, name: str) -> Array:
+        """Angles of a named posture (joints,); raises NotFound naming those that exist."""
+        if name not in self.postures:
+            known = ", ".join(self.postures) or "none"
+            raise NotFound(f"{self.name} has no posture {name!r}; it has {known}")
+        return self.postures[name].copy()
+
+    def _posture(self, posture: Mapping[str, float]) -> Array:
+        return np.array([float(posture.get(name, 0.0)) for name in self.joint_names])
+
+    def _carriers(self, joints: list[TreeJoint]) -> tuple[dict[str, str], dict[str, Array]]:
+        """Link → first link of the body that carries it; link → (4, 4) in the root with all legs at zero."""
+        tree = self.model.tree
+        walking = {joint.name for joint in joints}
+        carrier = {tree.root: tree.root}
+        for joint in tree.joints:
+            carrier[joint.child] = joint.child if joint.name in walking else carrier[joint.parent]
+        held = {name: angle for name, angle in tree.neutral().items() if name not in walking}
+        return carrier, tree.poses(held)
+
+    def _pin_model(
+        self, joints: list[TreeJoint], carrier: Mapping[str, str], Ts_root_link: Mapping[str, Array]
+    ) -> pin.Model:
+        pinned, ids = pin.Model(), {self.model.base: 0}
+        pinned.name = self.name
+        for joint in joints:
+            on = carrier[joint.parent]
+            T_on_joint = inverse(Ts_root_link[on]) @ Ts_root_link[joint.child]
+            slides = joint.kind == "prismatic"
+            kind = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
+            low, high = _limits(joint)
+            bounds = (np.array([one]) for one in (1e9, 1e9, low, high))
+            ids[joint.child] = pinned.addJoint(ids[on], kind(joint.axis), pin.SE3(T_on_joint), joint.name, *bounds)
+        for link in self.model.tree.links:
+            body = carrier[link.name]
+            T_body_link = inverse(Ts_root_link[body]) @ Ts_root_link[link.name]
+            if link.mass > 0:
+                # statics ask for mass and centre alone, and strangers' inertias need not be sound
+                inertia = pin.Inertia(link.mass, link.center, np.zeros((3, 3)))
+                pinned.appendBodyToJoint(ids[body], inertia, pin.SE3(T_body_link))
+        for leg in self.model.legs:
+            body = carrier[leg.foot]
+            T_body_sole = inverse(Ts_root_link[body]) @ Ts_root_link[leg.foot]
+            T_body_sole[:3, 3] = apply(T_body_sole, leg.sole.center)
+            place = pin.SE3(T_body_sole)
+            pinned.addFrame(pin.Frame(f"sole {leg.name}", ids[body], place, pin.FrameType.OP_FRAME))
+        return pinned
+
+    def _shapes(
+        self, index: Mapping[str, int], carrier: Mapping[str, str], Ts_root_link: Mapping[str, Array]
+    ) -> tuple[tuple[Mesh, ...], ...]:
+        found: list[list[Mesh]] = [[] for _ in index]
+        for link in self.model.tree.links:
+            body = carrier[link.name]
+            T_body_link = inverse(Ts_root_link[body]) @ Ts_root_link[link.name]
+            found[index[body]] += [Mesh(apply(T_body_link, one.points), one.mesh.triangles) for one in link.shapes]
+        return tuple(map(tuple, found))
+
+
+def _walking(model: LeggedModel, leg: LegChain) -> list[TreeJoint]:
+    """Joints of a leg; raises InvalidRobot where the leg can't walk, saying why."""
+    joints = [model.tree.joint(name) for name in leg.joints]
+    mimics = next((joint.name for joint in joints if joint.mimic), None)
+    if mimics is not None:
+        raise InvalidRobot(f"leg {leg.name}: {mimics} follows another joint, and legs that walk need free ones")
+    if not FEWEST_JOINTS <= len(joints) <= MOST_JOINTS:
+        raise InvalidRobot(
+            f"leg {leg.name} has {len(joints)} joints, and one that walks needs {FEWEST_JOINTS} to {MOST_JOINTS}"
+        )
+    if leg.sole.kind == "flat":
+        raise InvalidRobot(f"leg {leg.name} has a flat sole; robots that walk have balls, points or discs for feet")
+    return joints
+
+
+def _limits(joint: TreeJoint) -> tuple[float, float]:
+    """Lower and upper limit, at most half a turn to each side of the middle posture.
+
+    Raises InvalidRobot where they are no interval.
+    """
+    if joint.kind == "continuous":
+        return -np.pi, np.pi
+    if not (np.isfinite([joint.lower, joint.upper]).all() and joint.lower < joint.upper):
+        raise InvalidRobot(f"joint {joint.name} has no limits, lower below upper; walking needs them")
+    if joint.kind == "prismatic":
+        return joint.lower, joint.upper
+    return max(joint.lower, joint.neutral - np.pi), min(joint.upper, joint.neutral + np.pi)
+
+
+def _with_gravity(model: pin.Model, gravity: Array) -> pin.Model:
+    copy = model.copy()
+    copy.gravity = pin.Motion(gravity, np.zeros(3))
+    return copy
+
+
+def _corners(shapes: tuple[Mesh, ...]) -> Array:
+    """Corners of the convex hull of all of them, (n, 3) [m]; (0, 3) for none."""
+    if not shapes:
+        return np.zeros((0, 3))
+    points = np.concatenate([mesh.vertices for mesh in shapes])
+    return points[ConvexHull(points).vertices]

@@ -1,0 +1,54 @@
+"""Where the bodies, soles and the centre of mass of a legged robot are at a posture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from footfall.core.frames import transform
+from footfall.robot.legged.legged_robot import LeggedRobot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Ts_base_body: (bodies, 4, 4), body 0 the base. soles: (legs, 3) centres of soles; com: (3,), both in base [m]."""
+
+    Ts_base_body: Array
+    soles: Array
+    com: Array
+
+
+def placed(robot: LeggedRobot, posture: ArrayLike) -> Placed:
+    """Forward kinematics by pin. Raises InvalidInput for a posture of another robot."""
+    q = robot.require_posture(posture)
+    frames = robot.pin_model.createData()
+    pin.framesForwardKinematics(robot.pin_model, frames, q)
+    Ts = np.array([np.eye(4)] + [T.homogeneous for T in list(frames.oMi)[1:]])
+    soles = np.array([frames.oMf[frame].translation for frame in robot.foot_frames])
+    return Placed(Ts, soles, np.array(pin.centerOfMass(robot.pin_model, frames, q)))
+
+
+def legs_to(robot: LeggedRobot, T_site_base: Array, soles: ArrayLike, near: Array) -> Array:
+    """The posture (joints,) that puts soles' centres (legs, 3) [m] in site where they are asked for.
+
+    Each leg goes there the way from ``near`` (joints,) leads; where it leads nowhere its angles are NaN.
+    """
+    points = (np.asarray(soles, float) - T_site_base[:3, 3]) @ T_site_base[:3, :3]
+    q = np.full_like(near, np.nan)
+    for leg in robot.legs:
+        part = robot.slices[leg]
+        if np.isfinite(near[part]).all():
+            q[part] = robot.limbs[leg].solve_from(points[leg][None], near[part][None])[0]
+    return q
+
+
+def chassis_pose(x: float, y: float, z: float, yaw: float, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """T_site_base (4, 4) at a place [m] with a heading [rad] and its z axis along ``up`` (3,)."""
+    axis = np.asarray(up, float) / np.linalg.norm(up)
+    ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    side = np.cross(axis, ahead)
+    side /= np.linalg.norm(side)
+    return transform(np.stack([np.cross(side, axis), side, axis], axis=1), (x, y, z))
