@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperCommand
 
 from footfall import terminal
-from footfall.balance.tether import Tether
+from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
 from footfall.planning.execution.settings import HELD, MODES, ExecutionSettings
@@ -86,7 +86,7 @@ def plan_walk(
     tether_at: Annotated[
         tuple[float, float, float],
         typer.Option(help="Where the tether leaves the chassis, in base [m].", metavar="X Y Z"),
-    ] = (-1.05, 0.615, -0.1),
+    ] = EDGE,
     tether_force: Annotated[float, typer.Option(help="The most that its drum pulls with [N].")] = 12_000.0,
     tether_length: Annotated[float, typer.Option(help="The most that its drum pays out [m].")] = 30.0,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,

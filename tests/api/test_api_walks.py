@@ -1,5 +1,6 @@
 """Walks over REST: ordered, read, cancelled, refused, described."""
 
+import numpy as np
 import pytest
 
 from tests.support.jobs import finished, result
@@ -8,6 +9,7 @@ from tests.support.waiting import until
 
 SESSION = "/sessions/current"
 WALKS = f"{SESSION}/walks"
+ANCHOR = [-3.2, 1.9, 2.0]
 NEAR = {"x": 0.4, "y": 0.1, "yaw": 0.0}
 
 
@@ -36,6 +38,53 @@ def test_a_walk_is_ordered_and_read(standing):
     assert again["digest"] == made["digest"]
 
 
+def test_a_walk_on_a_tether_is_ordered_and_tells_what_its_drum_does(standing):
+    order = {"goal": NEAR, "settings": {"seed": 1, "smoothing": {"rounds": 0}}, "tether": {"anchor": ANCHOR}}
+    made = result(standing, finished(standing, standing.post(WALKS, json=order)))
+    assert (made["status"], made["reason"]) == ("found", "")
+    tethered = made["plan"]["tethered"]
+    tether, count = tethered["tether"], len(made["plan"]["waypoints"])
+    assert (tether["anchor"], tether["attachment"], tether["most_force"]) == (ANCHOR, [-1.05, 0.615, -0.1], 12000.0)
+    assert len(tethered["lengths"]) == len(tethered["pulls"]) == count
+    T = np.array(made["plan"]["Ts_site_base"])
+    ends = T[:, :3, :3] @ tether["attachment"] + T[:, :3, 3]
+    np.testing.assert_allclose(tethered["lengths"], np.linalg.norm(ends - ANCHOR, axis=1), atol=1e-9)
+    assert {"tether", "tether length", "tether pull"} <= {one["name"] for one in made["checks"]}
+    assert made["plan"]["provenance"]["parents"]["tether"]
+    assert standing.get(SESSION).json()["up_to_date"]["walk"] == {"fits": True, "reason": ""}
+    again = result(standing, finished(standing, standing.post(f"{WALKS}/current/again")))
+    assert again["digest"] == made["digest"]
+
+
+@pytest.mark.parametrize(
+    ("tether", "status", "said"),
+    [
+        ({"anchor": [-3.2, 1.9, -0.5]}, "start_invalid", "below the ground"),
+        ({"anchor": [-30.0, 1.9, 2.0]}, "start_invalid", "26 m off the map"),
+        ({"anchor": ANCHOR, "free_length": 2.0}, "start_invalid", "is 2 m long, its anchor"),
+        ({"anchor": ANCHOR, "attachment": [1.05, -0.615, -0.1]}, "start_invalid", "goes through the chassis"),
+    ],
+)
+def test_a_tether_that_can_not_be_so_is_an_answer_with_its_size(standing, tether, status, said):
+    order = {"goal": NEAR, "settings": {"seed": 1}, "tether": tether}
+    made = result(standing, finished(standing, standing.post(WALKS, json=order)))
+    assert (made["status"], made["plan"]) == (status, None)
+    assert said in made["reason"]
+
+
+def test_a_rover_is_stood_on_a_tether(standing):
+    state = standing.get(SESSION).json()["state"]
+    report = standing.get(f"{SESSION}/state").json()
+    order = {"stand": {"x": 0.0, "y": 0.0, "tether": {"anchor": ANCHOR}}}
+    stood = standing.post(f"{SESSION}/state", json=order)
+    assert stood.status_code == 201, stood.text
+    assert standing.get(SESSION).json()["state"] == stood.json()["digest"] != state
+    far = {"stand": {"x": 0.0, "y": 0.0, "tether": {"anchor": ANCHOR, "clearance": 50.0}}}
+    assert "at most 1 m" in str(problem(standing.post(f"{SESSION}/state", json=far), 422, "invalid-input"))
+    kept = {name: report[name] for name in ("time", "posture", "T_site_base", "wheel_forces", "joint_torques", "mode")}
+    assert standing.post(f"{SESSION}/telemetry", json=kept).status_code == 201
+
+
 def test_no_walk_is_an_answer(standing):
     off = result(standing, finished(standing, standing.post(WALKS, json={"goal": {"x": 90.0, "y": 0.0}})))
     assert (off["status"], off["plan"]) == ("off_map", None)
@@ -58,6 +107,13 @@ def test_no_walk_is_an_answer(standing):
         ({"goal": NEAR, "settings": {"pinned": {"x": 1.0, "y": 1.0}}}, "validation", "pinned"),
         ({"goal": NEAR, "settings": {"pinned": [{"x": 1.0, "y": 1.0, "radius": 0}]}}, "invalid-input", "radius"),
         ({"goal": NEAR, "settings": {"hurry": 1}}, "validation", "hurry"),
+        ({"goal": NEAR, "tether": {}}, "validation", "anchor"),
+        ({"goal": NEAR, "tether": {"anchor": [1.0, 2.0]}}, "validation", "anchor"),
+        ({"goal": NEAR, "tether": {"anchor": [1.0, 2.0, None]}}, "validation", "anchor"),
+        ({"goal": NEAR, "tether": {"anchor": [1.0, 2.0, 1e300]}}, "validation", "anchor"),
+        ({"goal": NEAR, "tether": {"anchor": ANCHOR, "most_force": 0}}, "invalid-input", "most_force"),
+        ({"goal": NEAR, "tether": {"anchor": ANCHOR, "clearance": 5.0}}, "invalid-input", "at most 1 m"),
+        ({"goal": NEAR, "tether": {"anchor": ANCHOR, "knots": 3}}, "validation", "knots"),
     ],
 )
 def test_what_makes_no_sense_is_refused(standing, order, kind, said):
@@ -92,5 +148,7 @@ def test_walks_are_described(standing):
     operation = document["paths"]["/api/v1/sessions/{session}/walks"]["post"]
     assert (operation["operationId"], operation["tags"]) == ("plans_plan_walk", ["plans"])
     told = document["components"]["schemas"]
+    assert {"anchor", "attachment", "free_length", "most_force"} <= told["TetherModel"]["properties"].keys()
+    assert told["TetherModel"]["required"] == ["anchor"]
     assert {"support", "forbidden", "pinned", "seed"} <= told["WalkSettings"]["properties"].keys()
     assert {"status", "reason", "plan", "partial", "checks", "blocked"} <= told["WalkResultValue"]["properties"].keys()

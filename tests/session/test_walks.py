@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
+from footfall.planning.walk.smoothing import Smoothing
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.jobs.requests import WalkRequest
@@ -18,6 +20,8 @@ from footfall.session.replay.recompute import replay
 from tests.support.chassis_ground import wavy
 
 NEAR = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=1, forbidden=(Place(3.0, 3.0, leg=1),)))
+TETHER = Tether(np.array([-3.2, 1.9, 2.0]), np.array(EDGE))
+ON_TETHER = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=1, smoothing=Smoothing(rounds=0)), tether=TETHER)
 OFF = WalkRequest(WalkGoal(90.0, 0.0), WalkSettings())
 
 
@@ -46,6 +50,30 @@ def test_a_walk_is_asked_for_recorded_and_replayed_to_the_same_digest(live, stan
     report = replay(live.export_bundle())
     assert report.ok, report.problems
     assert [(one.kind, one.verdict) for one in report.products] == [("walk", "same")] * 2
+
+
+def test_a_walk_on_a_tether_is_recorded_with_it_replayed_and_planned_again_on_it(live):
+    found = walked(live, ON_TETHER)
+    assert found.status is Status.FOUND, found.reason
+    assert found.plan.tethered.tether.digest == TETHER.digest
+    assert found.provenance.parents["tether"] == TETHER.digest
+    assert live.get(live.events()[-1].payload["settings"]).digest == ON_TETHER.digest
+    again = live.get(live.replan_walk().finish())
+    assert again.digest == found.digest
+    under = walked(live, replace(ON_TETHER, tether=replace(TETHER, anchor=np.array([-3.2, 1.9, -1.0]))))
+    assert under.status is Status.START_INVALID
+    assert "below the ground" in under.reason
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+    assert [(one.kind, one.verdict) for one in report.products] == [("walk", "same")] * 3
+
+
+def test_commands_of_a_walk_on_a_tether_are_made_and_say_that_none_drives_its_drum(live):
+    found = walked(live, ON_TETHER)
+    sequence = live.get(live.command_foot_moves(found.digest, 0, 1, as_commanded=True))
+    [rule] = [one for one in sequence.rules if one.rule == "tether"]
+    assert not rule.holds
+    assert "no command drives its drum" in rule.text
 
 
 def test_a_replay_names_what_another_planner_makes_otherwise(live):

@@ -14,6 +14,7 @@ from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.bodies.walk_schemas import WalkOrder
+from footfall.balance.tether import Tether
 from footfall.core.value import Value
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
@@ -68,7 +69,8 @@ def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
 
 
 def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
-    return live.plan_walk(WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings))
+    goal, settings = WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings)
+    return live.plan_walk(goal, settings, settings_value(Tether, order.tether))
 
 
 def _plan_route(live: LiveSession, order: RouteOrder) -> Job:

@@ -37,6 +37,8 @@ class Tether(Value):
                 raise InvalidInput(f"the tether's {name} needs three finite numbers [m]")
         require_above_zero(most_force=self.most_force, free_length=self.free_length, speed=self.speed)
         require_not_negative(clearance=self.clearance, bare=self.bare)
+        if self.clearance > MOST_CLEARANCE:
+            raise InvalidInput(f"a tether's clearance is at most {MOST_CLEARANCE:g} m", clearance=self.clearance)
 
     def lengths(self, Ts_site_base: ArrayLike) -> Array:
         """From anchor to attachment with the chassis at poses (n, 4, 4), (n,) [m]."""
@@ -52,5 +54,10 @@ class Tether(Value):
         return at, (self.anchor - at) / length
 
 
+EDGE = (-1.05, 0.615, -0.1)
+"""Where a tether leaves ATHLETE's chassis unless told otherwise: the middle of its edge between legs 2 and 3, in base
+[m]."""
+MOST_CLEARANCE = 1.0
+"""More is not looked for around each of its points [m]."""
 SHORTEST = 0.01
 """A tether that is shorter has no direction that could be counted on [m]."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from footfall.balance.tether import Tether
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.execution.settings import HELD, ExecutionSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
@@ -94,12 +95,13 @@ class WalkingSession(PlannedSession):
         walking = self.walking()
         return None if walking is None else asdict(walking)
 
-    def plan_walk(self, goal: WalkGoal, settings: WalkSettings | None = None) -> Job:
+    def plan_walk(self, goal: WalkGoal, settings: WalkSettings | None = None, tether: Tether | None = None) -> Job:
         """Plan a walk to a goal from the state that is planned from; see :meth:`footfall.planning.walk.plan.plan_walk`.
 
-        Where telemetry shows that the rover gives way, its wheels are first taken out of the strain that they are in.
+        tether: that the rover hangs on. Where telemetry shows that the rover gives way, its wheels are first taken out
+        of the strain that they are in.
         """
-        return self.ask(WALK, self._walk_request(goal, settings or WalkSettings()))
+        return self.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether))
 
     def command_foot_moves(
         self,
@@ -142,13 +144,14 @@ class WalkingSession(PlannedSession):
         return self._workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
 
     def replan_walk(self, walk: str | None = None) -> Job:
-        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, same settings."""
+        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether."""
         digest = walk or present(self.state.newest(WALK), "there is no walk yet")
         made = self.state.products.get(digest)
         if made is None or made.kind != WALK.name or made.settings is None:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
         asked = self._shelf.typed(WalkRequest, made.settings)
-        return self._workshop.submit(WALK, self._standing_now(), self._walk_request(asked.goal, asked.settings))
+        request = self._walk_request(asked.goal, asked.settings, asked.tether)
+        return self._workshop.submit(WALK, self._standing_now(), request)
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
         """The rows of a sequence by foot moves, where it goes back to a walk; none where it does not."""
@@ -221,9 +224,9 @@ class WalkingSession(PlannedSession):
         """Whether it is known how the rover gives way."""
         return self.way_of_commands().mode != "rigid"
 
-    def _walk_request(self, goal: WalkGoal, settings: WalkSettings) -> WalkRequest:
+    def _walk_request(self, goal: WalkGoal, settings: WalkSettings, tether: Tether | None) -> WalkRequest:
         # only telemetry has wheels that are pressed in: a posture that was made up stands on the ground
-        return WalkRequest(goal, settings, unpressed=self._seen_to_give_way is True)
+        return WalkRequest(goal, settings, unpressed=self._seen_to_give_way is True, tether=tether)
 
     def _walk(self, digest: str | None) -> tuple[str, WalkPlan]:
         digest = digest or present(self.state.newest(WALK), "there is no walk yet")

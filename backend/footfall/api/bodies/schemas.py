@@ -6,6 +6,7 @@ from annotated_types import Len
 from pydantic import ConfigDict, Field
 
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
+from footfall.balance.tether import EDGE, Tether
 from footfall.maps.layers import MapSettings
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.stance.body_shift import BodyShift
@@ -44,6 +45,19 @@ BodyShiftModel = settings_model(BodyShift)
 BlendSettingsModel = settings_model(BlendSettings)
 
 
+class TetherModel(settings_model(Tether)):  # type: ignore[misc]
+    """A tether from an anchor in site to a drum on the chassis, which only pulls.
+
+    anchor: x, y, z in site [m]. attachment: where it leaves the drum, in base [m]; left out: the middle of ATHLETE's
+    edge between legs 2 and 3. most_force: of the drum [N]. free_length: that can be paid out [m]; speed: of paying
+    out and hauling in [m/s]. clearance: from ground and legs [m]; bare: how much of it next to the anchor may lie on
+    the ground [m].
+    """
+
+    anchor: Vector3
+    attachment: Vector3 = Field(default_factory=lambda: list(EDGE))
+
+
 class NewSession(Strictly):
     """``sample`` opens a copy of a sample session, ``name`` starts an empty one, ``session`` (id) opens an old one."""
 
@@ -71,6 +85,7 @@ class Stand(Strictly):
     y: Number = 0.0
     yaw: Number = 0.0
     posture: Name = "stand"
+    tether: TetherModel | None = Field(default=None, description="that it hangs on; the posture is then of no account")
 
 
 class FreezeState(Strictly):

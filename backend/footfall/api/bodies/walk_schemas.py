@@ -5,7 +5,7 @@ from typing import Annotated, TypedDict
 from pydantic import Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
-from footfall.api.bodies.schemas import Number, TerrainSettingsModel, _examples
+from footfall.api.bodies.schemas import Number, TerrainSettingsModel, TetherModel, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
@@ -26,7 +26,7 @@ class WalkGoalModel(settings_model(WalkGoal)):  # type: ignore[misc]
 
 
 class WalkOrder(Strictly):
-    """Walk to a goal from the state that is planned from."""
+    """Walk to a goal from the state that is planned from; tether: that the rover hangs on."""
 
     model_config = _examples(
         {"goal": {"x": 2.5, "y": 1.0}},
@@ -34,9 +34,11 @@ class WalkOrder(Strictly):
             "goal": {"x": 2.5, "y": 1.0, "yaw": 0.3},
             "settings": {"seed": 1, "forbidden": [{"x": 1.2, "y": 0.4, "radius": 0.3}]},
         },
+        {"goal": {"x": 2.5, "y": 1.0}, "tether": {"anchor": [-3.2, 0.0, 4.1], "free_length": 12.0}},
     )
     goal: WalkGoalModel
     settings: WalkSettingsModel | None = None  # type: ignore[valid-type]
+    tether: TetherModel | None = None
 
 
 FootMove = Annotated[int, Field(ge=0, le=10**5), FromNumber]

@@ -8,8 +8,10 @@ from fastapi import Request
 from footfall.api.access import OneSession, product
 from footfall.api.bodies.answers import Digested, TelemetryAnswer
 from footfall.api.bodies.schemas import FreezeState, StateReport
+from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routing import Routes
 from footfall.api.streams import telemetry_body
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -100,7 +102,10 @@ def freeze(live: OneSession, order: FreezeState) -> Digested:
     if order.stand is None:
         return {"digest": live.snapshot_state()}
     from footfall.planning.stance.stand import stand
+    from footfall.planning.walk.stand import hanging
 
     dem = product(live, "current", Dem, live.state.dem)
-    where = order.stand
+    where, tether = order.stand, settings_value(Tether, order.stand.tether)
+    if tether is not None:
+        return {"digest": live.set_state(hanging(live.robot, dem, where.x, where.y, where.yaw, tether))}
     return {"digest": live.set_state(stand(live.robot, dem, where.x, where.y, where.yaw, where.posture))}

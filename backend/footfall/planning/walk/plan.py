@@ -28,6 +28,7 @@ from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
 from footfall.planning.walk.start import start_of
+from footfall.planning.walk.tether_refused import through_chassis
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.travel_cost import TravelCost, travel_cost
 from footfall.planning.walk.world import World
@@ -35,7 +36,7 @@ from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.ground.unseen import without_holes_between
+from footfall.terrain.ground.unseen import Whole, without_holes_between
 
 Array = NDArray[np.float64]
 
@@ -147,7 +148,7 @@ class _Attempt:
             reason = f"the goal is {away:.1f} m away, a walk covers at most {FARTHEST:g} m; choose a nearer one"
             return self._no(Status.GOAL_INVALID, reason)
         low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
-        whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
+        whole = self._whole(low, high, start)
         if whole is None:
             return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
         places = self._places(low, high)
@@ -165,13 +166,16 @@ class _Attempt:
             if isinstance(through, NoWay):
                 return self._no(Status.NO_PATH, self._enclosed(through))
             low, high = through.min(axis=0) - BESIDE, through.max(axis=0) + BESIDE
-            whole = without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
+            whole = self._whole(low, high, start)
             if whole is None:
                 return self._no(Status.UNKNOWN_GROUND, NOTHING_KNOWN)
             places = self._places(low, high)
         hung = None if self.slope is None else self.slope.hung
         with self.watch.uncounted():
             world = World(self.robot, Nearby(whole.dem, whole.filled), self.settings, start.T_site_base, hung)
+        refusal = "" if hung is None else through_chassis(world, start)
+        if refusal:
+            return self._no(Status.START_INVALID, refusal)
         way = guide(whole.dem, begin, end, ease, through)
         self.watch.phase(0.05, "searching for foot moves")
         searches: list[Search] = []
@@ -189,6 +193,13 @@ class _Attempt:
                 checks = checks_of(plan, self.settings)
                 return WalkResult(Status.FOUND, plan, "", checks, self.goal, self.provenance, smoothed=report)
         return self._not_found(searches, Status.NO_PATH)
+
+    def _whole(self, low: Array, high: Array, start: At) -> Whole | None:
+        """The ground that is looked at between two corners (2,) [m] and under a tether; None where none is known."""
+        if self.slope is not None:
+            anchor = self.slope.hung.frame.tether(self.slope.hung.tether).anchor[:2]
+            low, high = np.minimum(low, anchor), np.maximum(high, anchor)
+        return without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
 
     def _places(self, low: Array, high: Array) -> Footfalls:
         """Where feet may be put between two corners (2,) [m]."""

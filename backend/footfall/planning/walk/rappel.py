@@ -20,6 +20,7 @@ from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.problem import BODY, Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.start import start_of
+from footfall.planning.walk.tether_refused import refused_before
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -52,10 +53,6 @@ def on_slope(
     here, there = np.asarray(start.T_site_base)[:2, 3], np.array([goal.x, goal.y])
     frame = slope_between(dem, here, there, AROUND)
     hung = Hung(frame, tether, goal)
-    needed = float(tether.lengths(np.asarray(start.T_site_base)[None])[0])
-    if needed > tether.free_length:
-        reason = f"the tether is {tether.free_length:g} m long, its anchor {needed:.2f} m away; choose a nearer anchor"
-        return Status.START_INVALID, reason
     if frame.off > MOST_OFF:
         reason = (
             f"the ground has edges that stand {frame.off:.3f} m out of what is planned with, {MOST_OFF:g} m is "
@@ -66,6 +63,9 @@ def on_slope(
     if not np.isfinite(at).all():
         reason = "the ground below the goal, along the slope's normal, is unknown; choose another goal"
         return Status.UNKNOWN_GROUND, reason
+    refusal = refused_before(robot, dem, start, goal, frame.to_site(at), settings.friction, tether)
+    if refusal is not None:
+        return refusal
     yaw = None if goal.yaw is None else hung.heading(goal.yaw)
     turned = WalkGoal(float(at[0]), float(at[1]), yaw, goal.within, goal.turned)
     own = replace(

@@ -49,7 +49,7 @@ def stand(
     would collide, or no contact forces hold it; NotFound for an unknown posture.
     """
     if tether is not None:
-        return _hanging(robot, dem, x, y, yaw, tether)
+        return hanging(robot, dem, x, y, yaw, tether)
     try:
         return stand_level(robot, dem, x, y, yaw, posture)
     except InvalidInput as refused:
@@ -67,8 +67,8 @@ def stand(
         return state
 
 
-def _hanging(robot: Robot, dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState:
-    """The state of a rover that hangs on a tether; raises InvalidInput where none is found."""
+def hanging(robot: Robot, dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState:
+    """The state of a rover that hangs on a tether at (x, y) [m]; raises InvalidInput where none is found."""
     here = np.array([x, y])
     found = search_stance(robot, dem, x, y, yaw, Hung(slope_between(dem, here, here, AROUND), tether))
     if found is None:

@@ -157,7 +157,8 @@ def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
     if settings.unpressed:
         state = unpressed(robot, state)
-    return plan_walk(robot, dem, state, settings.goal, settings=settings.settings, progress=progress)
+    goal, tether = settings.goal, settings.tether
+    return plan_walk(robot, dem, state, goal, settings=settings.settings, progress=progress, tether=tether)
 
 
 def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress) -> Value:

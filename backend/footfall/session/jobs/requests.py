@@ -5,6 +5,7 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
@@ -82,11 +83,15 @@ class BodyMoveRequest(Value):
 
 @value
 class WalkRequest(Value):
-    """A walk to a goal. unpressed: its wheels are first taken out of their springs' strain, as rigid plans want it."""
+    """A walk to a goal. unpressed: its wheels are first taken out of their springs' strain, as rigid plans want it.
+
+    tether: that the rover hangs on.
+    """
 
     goal: WalkGoal
     settings: WalkSettings
     unpressed: bool = field(default=False, metadata=LATER)
+    tether: Tether | None = field(default=None, metadata=LATER)
 
 
 @value
