@@ -48,7 +48,8 @@ def test_what_is_typed_where_its_field_has_gone_chooses_nothing(console: Page, q
     console.keyboard.type("04p")
     # keys count again where the operator points: by then those before had their time
     console.locator("#h-plan").click()
-    console.keyboard.press("5")
+    with console.expect_request("**/view"):
+        console.keyboard.press("5")
     until(lambda: leg(quiet) == 5, "leg 5")
     assert len(held(quiet)["jobs"]) == jobs
     assert asked == [{"leg": 5}]
