@@ -2,13 +2,15 @@
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
+from footfall.core.collector import leave_out_what_is_loaded, none_while_loading
 from tests.support.heavy import is_heavy
 from tests.support.run_record import RunRecord, may_be_asked_twice
 from tests.support.waiting import until
@@ -40,6 +42,15 @@ def pytest_report_header() -> str:
 def pytest_xdist_auto_num_workers() -> int:
     """For ``-n auto``: one more than cores, as tests wait for processes, the disk and a rover's moves."""
     return (os.cpu_count() or 1) + 1
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, Any, Any]:
+    """All tests and what they import stay to the end: no collection of garbage goes through them, here or later."""
+    with none_while_loading():
+        collected = yield
+    leave_out_what_is_loaded()
+    return collected
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
