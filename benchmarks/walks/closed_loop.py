@@ -53,7 +53,9 @@ class LinkedRover:
         self.watch = Watch(rover, {})
         self._inbox: queue.Queue[str] = queue.Queue()
         self._closing = threading.Event()
-        self._images = 0
+        self._images = self._told = 0
+        # telemetry is as old as the rover says, however slow the machine is
+        live.link._clock = lambda: PERIOD * self._told
         self._thread = threading.Thread(target=self._run, name="rover")
 
     def __enter__(self) -> Self:
@@ -77,6 +79,7 @@ class LinkedRover:
                 self._goes_on()
             else:
                 self._closing.wait(PERIOD)
+            self._told += 1
             self._live.take_telemetry(self._rover.frame())
 
     def _goes_on(self) -> None:

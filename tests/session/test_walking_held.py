@@ -1,5 +1,6 @@
 """Walks of a session are carried out with the chassis held in its pose, from predicted rest to predicted rest."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -171,6 +172,26 @@ def test_wheels_pressed_in_deeper_than_wheels_sink_are_taken_out_before_a_walk_i
     assert live.get(live.state.products[digest].parents["state"]).posture.tolist() == rover.state.posture.tolist()
     again = live.get(live.replan_walk().finish())
     assert again.digest == digest
+    report = replay(live.export_bundle())
+    assert report.ok, [one.text for one in report.products if not one.ok]
+
+
+def test_a_walk_goes_on_on_a_newer_map_where_its_feet_are_on_the_ground_and_on_no_other(live, rover, walk):
+    ground = live.get(live.state.dem)
+
+    def raised(by):
+        return live.load_terrain(replace(ground, heights=ground.heights + np.float32(by)))
+
+    raised(0.05)
+    with pytest.raises(
+        Conflict, match=r"the terrain has changed since the walk was planned: the ground is 0\.050 m above"
+    ):
+        live.command_foot_moves(None, 0)
+    newer = raised(0.002)
+    sequence = live.command_foot_moves(None, 0)
+    assert live.state.products[sequence].parents["dem"] == newer != walk.parents["dem"]
+    rover.carries_out_all()
+    assert live.walking().done == 1
     report = replay(live.export_bundle())
     assert report.ok, [one.text for one in report.products if not one.ok]
 

@@ -32,6 +32,7 @@ HEAVY = {
     "planning/test_step_searches.py",
     "planning/test_unsolvable.py",
     "planning/test_walk_plan.py",
+    "planning/test_way_on.py",
     "planning/test_whole_body.py",
     "robot/test_clearance.py",
     "robot/test_clearance_ground.py",
