@@ -201,11 +201,12 @@ def main() -> None:
     parser.add_argument("--metres", type=float, default=5.0)
     parser.add_argument("--look-every", type=int, default=1, help="foot moves between two looks")
     parser.add_argument("--scale", type=float, default=0.5, help="of the cameras' resolution")
+    parser.add_argument("--time-limit", type=float, default=60.0, help="of one plan [s]")
     parser.add_argument("--pairs", nargs="*", help="cameras that take images; all where none is named")
     asked = parser.parse_args()
     settings = LoopSettings(
         way_on=WayOnSettings(look_every=asked.look_every),
-        walk=WalkSettings(seed=1),
+        walk=WalkSettings(seed=1, time_limit=asked.time_limit),
         terrain=TerrainSettings(resolution=0.04, keep=True),
         pairs=None if asked.pairs is None else tuple(asked.pairs),
     )

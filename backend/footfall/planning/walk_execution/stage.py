@@ -15,16 +15,18 @@ Array = NDArray[np.float64]
 
 STRIDE = 0.1
 """Between two places that are looked at on the way to the goal [m]."""
-BESIDE = 0.3
-"""A foot may be put so far from where it would be at ease [m]."""
-_PLACES = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.0, 0.5, 1.0) for a in np.pi / 4 * np.arange(8)])
+BESIDE = 0.6
+"""A foot may be put so far from where it would be at ease [m]: farther than the shadow of a wheel reaches."""
+_PLACES = np.array(
+    [(r * np.cos(a), r * np.sin(a)) for r in (0.0, 0.25, 0.5, 0.75, 1.0) for a in np.pi / 4 * np.arange(8)]
+)
 
 
 def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: float) -> WalkGoal | None:
     """The goal, where it is within ``farthest`` [m] and its ground is known; else a place on the straight way to it.
 
-    That is the farthest place within where every foot of a rover at ease has known ground beside it; the chassis may
-    face any way there. None where there is no such place.
+    That is the farthest place within where every foot of a rover at ease has known ground beside it, and the ground
+    below the chassis is known; it may face any way there. None where there is no such place.
     """
     here = T_site_base[:2, 3]
     way = np.array([goal.x, goal.y]) - here
@@ -40,7 +42,9 @@ def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: 
 
 
 def stands_on_known(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> bool:
-    """Whether every foot of a rover at ease there has some known ground within BESIDE."""
+    """Whether the ground below the chassis there is known, and some within BESIDE of every foot of a rover at ease."""
+    if not np.isfinite(height_at(dem, x, y)):
+        return False
     feet = footprint(robot).at(x, y, yaw)
     places = feet[:, None] + BESIDE * _PLACES
     return bool(np.isfinite(height_at(dem, places[..., 0], places[..., 1])).any(axis=1).all())
