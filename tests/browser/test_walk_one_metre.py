@@ -1,19 +1,52 @@
 """One metre over the sample's rocks, from images on, by the one button that says what comes next, every act counted."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import cast
 
 import numpy as np
+import pytest
 from playwright.sync_api import Page, expect
 
+from benchmarks.soak.processes import RoverProcess
+from footfall.io.artifacts import encode
+from footfall.io.terrain_files import write_terrain
+from footfall.telemetry.link import PATH
+from footfall.terrain.dem import Dem
+from footfall_ui.rover_process import loaded_world
 from tests.support.page_steps import held, keep_pressed
-from tests.support.server import Running
+from tests.support.server import Running, running_server
 from tests.support.waiting import BOUND_MS, until
 
 Keep = Callable[[str], None]
 MOST_ACTS = 15
 METRES = 1.15
 """Asked for: a walk ends within 0.15 m of its goal."""
+HURRY = 5.0
+"""How much faster than the world the rover's time runs."""
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Running]:
+    """The rock-step sample, open, with a rover on the link whose time runs faster."""
+    folder = tmp_path / "rover"
+    folder.mkdir()
+    with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step")) as running:
+        live = running.sessions.current
+        assert live is not None
+        world, state = loaded_world(live), live.state.state
+        assert world is not None
+        assert state is not None
+        write_terrain(cast(Dem, live.get(world)), folder / "world.npz")
+        (folder / "state.npz").write_bytes(encode(live.get(state)))
+        rover = RoverProcess(folder, HURRY)
+        rover.start(f"ws{running.url.removeprefix('http')}{PATH}")
+        try:
+            until(lambda: live.frame, "the first telemetry")
+            yield running
+        finally:
+            rover.end()
 
 
 class Operator:

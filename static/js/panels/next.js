@@ -55,7 +55,7 @@ function draw() {
   here = nextThing(factsOf(known));
   const held = HELD.includes(here.button);
   const [shown, other] = held ? ["next-hold", "next-act"] : ["next-act", "next-hold"];
-  $(shown).textContent = here.text;
+  if ($(shown).textContent !== here.text) Object.assign($(shown), { textContent: here.text, ariaLabel: `Next: ${here.text}` }); // the panels have buttons of the same names
   $(shown).hidden = false;
   $(other).hidden = true;
   const why = against();
