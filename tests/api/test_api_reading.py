@@ -5,6 +5,7 @@ from contextlib import closing, contextmanager
 import pytest
 
 from footfall.api.access import BASE
+from footfall.maps.layers import MapStack
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.session.storage.databases import open_log
@@ -25,17 +26,20 @@ def stored(tmp_path_factory):
         other = sessions.open_sample("edited-export")
         live = sessions.open_sample("rock-step")
         state = live.state
+        maps = next(iter(state.maps.values()))
+        stack = live.get(maps)
+        assert isinstance(stack, MapStack)
         sequence = (*state.sequence_history, state.sequence)[0]
         known = {
             "session": live.id,
             "other": other.id,
             "pair": "nav0",
             "side": "left",
-            "layer": next(iter(live.get(next(iter(state.maps.values()))).layers)),
+            "layer": next(iter(stack.layers)),
             "sequence": f"{live.id}.{str(sequence)[:12]}",
             "job": "none",
             "name": "none.mcap",
-            "maps": next(iter(state.maps.values())),
+            "maps": maps,
             "plans": str(state.plan),
             "terrains": str(state.dem),
         }
@@ -66,7 +70,11 @@ def gets(document, known, session):
         for one in asked:
             if "enum" in one["schema"]:
                 values.setdefault(one["name"], one["schema"]["enum"][0])
-        yield template, template.format(**values), {one["name"]: 1.0 for one in asked if one["in"] == "query" and one.get("required")}
+        yield (
+            template,
+            template.format(**values),
+            {one["name"]: 1.0 for one in asked if one["in"] == "query" and one.get("required")},
+        )
 
 
 @contextmanager

@@ -5,6 +5,7 @@ import contextlib
 import io
 import json
 import stat
+import tracemalloc
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +27,7 @@ from footfall.io.event_log import rechain
 from footfall.io.exports import SUFFIXES
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.session.storage.verify import verify
+from footfall.terrain.dem import Dem
 
 
 @given(hnp.arrays(np.float32, hnp.array_shapes(max_dims=3, max_side=4)), st.text(max_size=8))
@@ -77,6 +79,30 @@ def test_too_large_an_artifact_is_refused(monkeypatch):
     monkeypatch.setattr(artifacts, "MAX_BYTES", 100)
     with pytest.raises(InvalidBundle, match="larger than"):
         decode(encode(MapSettings()))
+
+
+def test_to_read_a_large_artifact_takes_little_more_memory_than_it_has():
+    heights = np.full((2000, 2000), np.nan, np.float32)
+    heights[0, 0] = 1.0
+    large = Dem(heights, GridGeometry(0.0, 0.0, 0.02, 2000, 2000), "large", Provenance({}))
+    packed = encode(large)
+    tracemalloc.start()
+    try:
+        read = decode(packed, expect=large.digest)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert isinstance(read, Dem)
+    assert np.array_equal(read.heights, heights, equal_nan=True)
+    assert heights.nbytes <= most < 1.4 * heights.nbytes
+
+
+def test_an_entry_that_is_shorter_than_it_says_is_refused():
+    packed = bytearray(encode(MapSettings()))
+    length = packed.rindex(b"PK\x01\x02") + 24  # of the last entry, unpacked, in the list at the end
+    packed[length] += 1
+    with pytest.raises(InvalidBundle, match=r"shorter|Bad CRC"):
+        decode(bytes(packed))
 
 
 def test_a_value_that_gained_a_field_keeps_its_old_name():

@@ -194,6 +194,9 @@ def _lacks_array(item: Any, declared: Any) -> bool:
     return not (item is None and type(None) in _kinds(declared))
 
 
+_HASHED_AT_ONCE = 1 << 17
+"""Elements: a copy of each part is made, so not of a whole map."""
+
 _PLAIN = frozenset({str, int, float, bool, type(None)})
 
 
@@ -331,10 +334,13 @@ def digest_flat(structure: Any, arrays: list[np.ndarray]) -> str:
     for array in arrays:
         array = array.astype(array.dtype.newbyteorder("<"), copy=False)
         sha.update(f"{array.dtype.str}{array.shape}".encode())
-        if array.dtype.kind == "f" and np.isnan(array).any():
-            # NaN payloads differ between instructions; one NaN stands for all
-            array = np.where(np.isnan(array), np.array(np.nan, array.dtype), array)
-        sha.update(np.ascontiguousarray(array).tobytes())
+        flat = array.reshape(-1)
+        for begin in range(0, flat.size, _HASHED_AT_ONCE):
+            part = flat[begin : begin + _HASHED_AT_ONCE]
+            if part.dtype.kind == "f" and np.isnan(part).any():
+                # NaN payloads differ between instructions; one NaN stands for all
+                part = np.where(np.isnan(part), np.array(np.nan, part.dtype), part)
+            sha.update(part.tobytes())
     return sha.hexdigest()[:32]
 
 

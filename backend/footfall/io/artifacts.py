@@ -13,12 +13,17 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.core.value import Value, digest_flat, flatten, unflatten
 
 MAX_BYTES = 1 << 30
 """Largest accepted artifact, unpacked [bytes]."""
+
+_AT_ONCE = 1 << 20
+_LONGEST_HEAD = 10 + (1 << 16)
+"""Of an array in version 1.0 of its format [bytes]."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -263,22 +268,33 @@ def _read(data: bytes) -> tuple[Any, list[np.ndarray]]:
         names = ["structure.npy"] + [f"array_{i}.npy" for i in range(len(entries) - 1)]
         if sorted(entry.filename for entry in entries) != sorted(names):
             raise ValueError("it is no artifact of FootFall")
-        first, *arrays = [_array(archive.read(name)) for name in names]
+        first, *arrays = [_array(_unpacked(archive, name)) for name in names]
     return json.loads(first.tobytes().decode()), arrays
 
 
-def _array(body: bytes) -> np.ndarray:
+def _unpacked(archive: zipfile.ZipFile, name: str) -> NDArray[np.uint8]:
+    """The content of one entry, which is never in memory twice."""
+    body = np.empty(archive.getinfo(name).file_size, np.uint8)
+    left = memoryview(body)
+    with archive.open(name) as file:
+        while count := file.readinto(left[:_AT_ONCE]):
+            left = left[count:]
+    if len(left):
+        raise ValueError(f"{name} is shorter than the file says")
+    body.setflags(write=False)
+    return body
+
+
+def _array(body: NDArray[np.uint8]) -> np.ndarray:
     # Checked against the entry's true length before numpy allocates what the header claims.
-    stream = io.BytesIO(body)
+    stream = io.BytesIO(body[:_LONGEST_HEAD].tobytes())
     if np.lib.format.read_magic(stream) != (1, 0):
         raise ValueError("an array has an unknown format")
     shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
     count = int(np.prod(shape, dtype=object))
-    if dtype.hasobject or fortran or len(body) - stream.tell() != count * dtype.itemsize:
+    if dtype.hasobject or fortran or not dtype.itemsize or len(body) - stream.tell() != count * dtype.itemsize:
         raise ValueError("an array does not fit its header")
-    array = np.frombuffer(body, dtype, count, stream.tell()).reshape(shape)
-    array.setflags(write=False)
-    return array
+    return body[stream.tell() :].view(dtype).reshape(shape)
 
 
 def _import_homes(structure: Any) -> None:
