@@ -39,6 +39,32 @@ class Found:
     worst: dict[str, str] = field(default_factory=dict)
 
 
+def faults(found: Found) -> list[str]:
+    """What a walk may not do: feet that drift or are let down in the air or the ground, bodies that touch, a fall."""
+    judged = (
+        (found.drift > 2e-3, f"a foot that stands drifts {1e3 * found.drift:.1f} mm"),
+        (found.depth > 2e-3, f"a foot goes {1e3 * found.depth:.1f} mm into the ground"),
+        (found.off_ground > 2e-3, f"a foot is let down {1e3 * found.off_ground:.1f} mm off the ground"),
+        (found.beyond_limits > 1e-9, f"a joint is {found.beyond_limits:.3g} beyond its limit"),
+        (found.apart <= 0, f"bodies touch: {found.worst.get('apart')}"),
+        (found.over_ground <= 0, f"a body meets the ground: {found.worst.get('over_ground')}"),
+        (found.margin <= 0, f"the weight is {-1e3 * found.margin:.0f} mm outside the feet"),
+        (found.effort > 1, f"efforts reach {found.effort:.2f} of a limit {found.worst.get('effort')}"),
+    )
+    return [text for wrong, text in judged if wrong]
+
+
+def said(found: Found) -> str:
+    """In words: what is wrong, or the least margins."""
+    wrong = faults(found)
+    if wrong:
+        return "; ".join(wrong)
+    return (
+        f"holds: margin {1e3 * found.margin:.0f} mm, effort {found.effort:.0%}, "
+        f"bodies {1e3 * found.apart:.0f} mm apart, feet drift {1e3 * found.drift:.1f} mm"
+    )
+
+
 class Recheck:
     """A robot as pin reads its URDF; folders: in which its packages lie."""
 
@@ -47,10 +73,10 @@ class Recheck:
         self.model = pin.buildModelFromUrdf(str(urdf))
         self.data = self.model.createData()
         packages = [str(folder) for folder in folders]
-        self.shapes = pin.buildGeomFromUrdf(self.model, str(urdf), pin.GeometryType.COLLISION, packages)
+        self.shapes = pin.buildGeomFromUrdf(self.model, str(urdf), pin.GeometryType.COLLISION, package_dirs=packages)
         self.feet = [self.model.getFrameId(leg.foot) for leg in robot.model.legs]
         self.soles = np.array([leg.sole.center for leg in robot.model.legs])
-        first = {link: body for link, body in robot.model.tree.bodies().items()}
+        first = robot.model.tree.bodies()
         names = [self.model.frames[one.parentFrame].name for one in self.shapes.geometryObjects]
         joints = [one.parentJoint for one in self.shapes.geometryObjects]
         touching = {frozenset(robot.body_names[body] for body in pair) for pair in robot.touching}
@@ -60,6 +86,8 @@ class Recheck:
                 joined = joined or self.model.parents[joints[b]] == joints[a]
                 if not joined and frozenset((first[names[a]], first[names[b]])) not in touching:
                     self.shapes.addCollisionPair(pin.CollisionPair(a, b))
+        for one in self.shapes.geometryObjects:
+            one.geometry.computeLocalAABB()
         self.near_feet = {k for k, name in enumerate(names) if name in {leg.foot for leg in robot.model.legs}}
         self.shape_data = self.shapes.createData()
 
@@ -153,8 +181,11 @@ class Recheck:
         if share > found.effort:
             found.effort, found.worst["effort"] = share, f"at {k}"
 
-    def least_share(self, q, T, standing, contacts, normals) -> float:
-        """Least possible largest |effort| / limit, inf where no forces hold the robot: one linear program."""
+    def least_share(self, q, T, standing, contacts, normals, edges=None) -> float:
+        """Least possible largest |effort| / limit, inf where no forces hold the robot: one linear program.
+
+        edges: of the friction pyramids (k, sides, 3), where they are not to be those of this file.
+        """
         posture, R = self.full(q), T[:3, :3]
         self.model.gravity = pin.Motion(-GRAVITY * R[2], np.zeros(3))
         own = pin.computeGeneralizedGravity(self.model, self.data, posture)
@@ -163,11 +194,12 @@ class Recheck:
         pin.computeJointJacobians(self.model, self.data, posture)
         pin.updateFramePlacements(self.model, self.data)
         columns, wrench = [], []
-        for leg, point, normal in zip(standing, contacts, normals, strict=True):
+        pyramids = [_edges(normal) for normal in normals] if edges is None else edges
+        for leg, point, pyramid in zip(standing, contacts, pyramids, strict=True):
             J = pin.getFrameJacobian(self.model, self.data, self.feet[leg], pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
             arm = R.T @ (point - T[:3, 3]) - self.data.oMf[self.feet[leg]].translation
             J_point = J[:3] - pin.skew(arm) @ J[3:]
-            for edge in _edges(normal):
+            for edge in pyramid:
                 columns.append(-J_point.T @ (R.T @ edge))
                 wrench.append(np.concatenate([edge, np.cross(point - com, edge)]))
         names = [self.model.idx_vs[self.model.getJointId(name)] for name in self.robot.joint_names]
@@ -206,12 +238,11 @@ def _downs(plan: LeggedPlan) -> set[int]:
 
 def _contact(dem: Dem, center: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """The ground's point nearest to a ball's centre, looked for on a fine lattice, and the ground's normal there."""
-    size = max(1.5 * radius, 0.02)
+    size, best = max(1.5 * radius, 0.02), center
     for _ in range(3):
         steps = np.linspace(-size, size, 41)
-        x, y = np.meshgrid(steps, steps)
-        about = center if _ == 0 else best
-        points = np.stack([about[0] + x, about[1] + y, height_at(dem, about[0] + x, about[1] + y)], axis=-1)
+        x, y = best[0] + steps[:, None], best[1] + steps
+        points = np.stack(np.broadcast_arrays(x, y, height_at(dem, x, y)), axis=-1)
         best = points.reshape(-1, 3)[np.nanargmin(((points - center) ** 2).sum(axis=-1))]
         size /= 15
     reach = max(radius, 0.02, dem.geometry.resolution)

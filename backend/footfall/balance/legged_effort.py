@@ -33,7 +33,7 @@ def effort_ratio(
 ) -> float:
     """Least possible largest |effort| / limit over all joints; inf where no forces inside friction hold the robot.
 
-    standing: legs on the ground; contacts (k, 3) [m] and normals (k, 3) of theirs in site. Joints without a limit do not
+    standing: legs on the ground; contacts (k, 3) [m] and normals (k, 3) of theirs in site. Joints without a limit don't
     count. Raises InvalidInput for normals that don't point up.
     """
     q = robot.require_posture(posture)

@@ -38,8 +38,8 @@ SPARE = 0.1
 
 
 class Ease(NamedTuple):
-    """q: (joints,); soles: (legs, 3) their centres in base [m]; stroke: half of how far each foot gets [m]; apart: pairs
-    of bodies with the clearances that this stance allows."""
+    """q: (joints,); soles: (legs, 3) their centres in base [m]; stroke: half of how far each foot gets [m]; apart:
+    pairs of bodies with the clearances that this stance allows."""
 
     q: Array
     soles: Array
@@ -63,11 +63,16 @@ class _Choice(NamedTuple):
 
 @lru_cache(maxsize=8)
 def at_ease(robot: LeggedRobot) -> Ease:
-    """Raises InvalidRobot where no height of the chassis leaves every foot a stroke with the bodies apart."""
+    """Raises InvalidRobot where the posture named "stand", or without one every height of the chassis, leaves a foot
+    without a stroke or bodies touching."""
     apart = Apart(robot)
     if POSTURE in robot.postures:
         q = robot.posture(POSTURE)
         strokes = [float(_strokes(robot, leg, q[None, robot.slices[leg]])[0]) for leg in robot.legs]
+        if min(strokes) == 0:
+            leg = robot.leg_names[int(np.argmin(strokes))]
+            least = f"{STROKES[0] * robot.length:.3f} m to all sides or not {LIFTED * robot.length:.3f} m up"
+            raise InvalidRobot(f"{robot.name}: in its posture {POSTURE!r} the foot of leg {leg} does not get {least}")
         return _ease(robot, apart, q, min(strokes) * robot.length)
     plans = []
     for share in HEIGHTS:

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 class Guide(NamedTuple):
-    """start, change: (x, y, yaw) and what is added to it over ``length`` [m]; a turn counts by how far feet go in it."""
+    """start, change: (x, y, yaw) and what is added to it over ``length`` [m], a turn as the feet's way."""
 
     start: Array
     change: Array

@@ -63,7 +63,8 @@ class LeggedPlan(Value):
     """A checked motion of one foot move or many.
 
     waypoints: (n, joints), straight between; Ts_site_base: (n, 4, 4). phases: (n,) of PHASES: what ends there. legs:
-    (n,) the leg in the air on the way there, −1 for none. moves: (m,) which leg each foot move moves. start, end: states.
+    (n,) the leg in the air on the way there, −1 for none. moves: (m,) which leg each foot move moves. start, end: the
+    states before and after.
     """
 
     waypoints: NDArray[np.float64]
@@ -88,8 +89,10 @@ class LeggedPlan(Value):
 
 @value
 class LeggedResult(Value):
-    """The answer. reason: what failed, where, by how much; empty where a plan was found. refused: check → how often it
-    refused a try. partial: as far as a walk came that was not found. unchecked: what could not be judged, and why.
+    """The answer. reason: what failed, where, by how much; empty where a plan was found.
+
+    refused: check → how often it refused a try of the last foot move. partial: how far a walk came that was not found.
+    unchecked: what could not be judged, and why.
     """
 
     status: Status

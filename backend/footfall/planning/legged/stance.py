@@ -20,7 +20,7 @@ ASIDE = 0.12
 """How far from its place at ease a footfall may be, as a share of the longest leg."""
 RINGS, AROUND = 3, 8
 SLOPE_COST = 0.15
-"""Metres that a footfall may be nearer for each radian that its ground is steeper, as a share of the leg."""
+"""How much farther off, as a share of the leg, a footfall may be for each radian that its ground is less steep."""
 
 
 class Ground:
@@ -66,6 +66,7 @@ class Ground:
         return apply(chassis_pose(x, y, 0.0, yaw), self.ease.soles[leg])[:2]
 
     def state(self, q: Array, T_site_base: Array, soles: Array, contacts: Array, normals: Array) -> LeggedState:
+        """The robot standing so."""
         return LeggedState(self.robot.name, q, T_site_base, soles, contacts, normals)
 
 

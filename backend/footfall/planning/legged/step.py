@@ -3,6 +3,7 @@
 import numpy as np
 
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
 from footfall.core.value import Provenance
 from footfall.planning.legged.foot_move import foot_move, plan_of
 from footfall.planning.legged.footing import rest
@@ -11,7 +12,11 @@ from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.step.problem import Status
 from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
 from footfall.terrain.dem import Dem
+
+FEET_OFF = 2e-3
+"""How far the feet of a state may be from where it says, and from the ground [m]."""
 
 
 def plan_step(
@@ -65,11 +70,23 @@ def start_refused(ground: Ground, state: LeggedState) -> LeggedResult | None:
     """The answer where a state can't be begun from; None where it can. Raises InvalidInput for another robot's."""
     if state.robot != ground.robot.name or len(state.soles) != len(ground.robot.legs):
         raise InvalidInput(f"the state is one of {state.robot}, not of {ground.robot.name}")
-    answer = ground.check.margins(state.q, state.T_site_base, all_standing(state))
+    answer = _feet_off(ground, state) or ground.check.margins(state.q, state.T_site_base, all_standing(state))
     if not isinstance(answer, Refusal):
         return None
     text = f"it can't begin: {answer.name} {answer.margin:+.4g}, {answer.where}"
     return no_plan(ground, state, Status.START_INVALID, text, Tally())
+
+
+def _feet_off(ground: Ground, state: LeggedState) -> Refusal | None:
+    """What refuses a state whose feet are not where it says, or not on the ground."""
+    robot = ground.robot
+    soles = apply(state.T_site_base, placed(robot, state.q).soles)
+    resting = [rest(ground.dem, x, y, float(r)).center for (x, y, _), r in zip(state.soles, robot.radii, strict=True)]
+    off = np.maximum(np.linalg.norm(soles - state.soles, axis=1), np.linalg.norm(state.soles - resting, axis=1))
+    at = int(np.argmax(off))  # NaN counts as most
+    if off[at] <= FEET_OFF:
+        return None
+    return Refusal("feet", FEET_OFF - float(off[at]), f"leg {robot.leg_names[at]} is off the ground or its place")
 
 
 def no_plan(ground: Ground, state: LeggedState, status: Status, reason: str, tally: Tally) -> LeggedResult:

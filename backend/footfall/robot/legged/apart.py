@@ -43,7 +43,7 @@ class Apart:
         self.least = np.minimum(self.least, LEAST_SHARE * np.maximum(self.distances(Ts_base_body), 0.0))
 
     def distances(self, Ts_base_body: Array) -> Array:
-        """A lower bound of each pair's distance (n,) [m], exact where it is below the pair's clearance; 0: they touch."""
+        """A lower bound of each pair's distance (n,) [m], exact where it is below the pair's clearance; 0: touching."""
         centers = np.einsum("bij,bj->bi", Ts_base_body[:, :3, :3], self._centers) + Ts_base_body[:, :3, 3]
         a, b = self.pairs.T
         found = np.linalg.norm(centers[a] - centers[b], axis=1) - self._radii[a] - self._radii[b]

@@ -4,6 +4,7 @@ Only the joints of legs move; whatever else has joints (an arm, a head) is held 
 """
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
@@ -32,11 +33,12 @@ class LeggedRobot:
     """Immutable after construction; pickles as what it was made of.
 
     joint_names: leg after leg, each from the base to the foot; postures are angles in that order, (joints,) [rad or m].
-    slices: where each leg's joints are in a posture. lower, upper: (joints,), of joints that turn further those of one turn. efforts: (joints,) [N·m or N], inf where
-    the description does not say. parents: for each body the body that carries it, −1 for the base, which is body 0;
-    body 1 + j is what joint j moves. shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them. radii:
-    (legs,) of soles [m]. foot_turns: for each leg (3, 3) of its foot link on its last body. length: of the longest leg [m]. clearances: least distances by CLEARANCES [m]. touching: pairs
-    of bodies that touch as they are built.
+    slices: where each leg's joints are in a posture. lower, upper: (joints,), of joints that turn further than once
+    those of one turn. efforts: (joints,) [N·m or N], inf where the description does not say.
+    parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
+    shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
+    radii: (legs,) of soles [m]. foot_turns: for each leg (3, 3) of its foot link on its last body. length: of the
+    longest leg [m]. clearances: least distances by CLEARANCES [m]. touching: pairs of bodies that touch as built.
     """
 
     def __init__(
@@ -53,7 +55,7 @@ class LeggedRobot:
         self.legs = range(len(model.legs))
         self.joint_names = tuple(joint.name for joint in joints)
         ends = np.cumsum([0] + [len(leg.joints) for leg in model.legs])
-        self.slices = tuple(slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False))
+        self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self.lower, self.upper = (np.array([_limits(one)[end] for one in joints]) for end in (0, 1))
         self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])

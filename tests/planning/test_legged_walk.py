@@ -1,0 +1,263 @@
+"""Robots that others described stand, step and walk; every plan is judged by means it was not made with."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import pytest
+
+from footfall.core.errors import InvalidInput, InvalidRobot
+from footfall.core.frames import apply
+from footfall.io.urdf.read import read_urdf
+from footfall.planning.any_robot import plan_step, plan_walk, stand
+from footfall.planning.legged.at_ease import at_ease
+from footfall.planning.legged.foot_move import LEAP
+from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.step.problem import Status
+from footfall.robot.legged.find_legs import legged_model
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
+from footfall.robot.legged.touching import touching
+from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.generate import fractal, plane, slope, step
+from footfall.terrain.ground.surface import height_at
+from tests.support.legged_recheck import Recheck, faults
+from tests.support.robot_data import described
+from tests.support.walkers import ring
+
+REAL = ["A1", "Go2", "HyQ", "ANYmal B", "Solo-12"]
+UNHURRIED = LeggedSettings(time_limit=1e6)
+EVERY = 20
+
+
+@cache
+def robot_of(name: str | int) -> tuple[Path, LeggedRobot]:
+    """A real robot by its name, or a made one by the number of its legs."""
+    if isinstance(name, int):
+        path = Path(mkdtemp()) / "robot.urdf"
+        path.write_text(ring(name), encoding="utf-8")
+    else:
+        path = described(name)
+    model = legged_model(read_urdf(path))
+    return path, LeggedRobot(model, always=touching(model.tree, 40).always)
+
+
+@cache
+def ground_for(name: str | int, kind: str) -> Dem:
+    length = robot_of(name)[1].length
+    size = round(8 * length, 1)
+    made = {
+        "smooth": lambda: plane(size, 0.05),
+        "rough": lambda: fractal(size, 0.05, roughness=0.05 * length, seed=1),
+        "slope": lambda: slope(size, 0.05, 0.2, 0.7),
+    }
+    return made[kind]()
+
+
+def judged(name: str | int, dem: Dem, plan) -> list[str]:
+    path, robot = robot_of(name)
+    return faults(Recheck(path, robot, list(path.parents[2:5])).walk(dem, plan, EVERY))
+
+
+@pytest.mark.parametrize("name", [3, 4, 6, 8, *REAL])
+def test_a_stance_at_ease_leaves_every_foot_its_stroke(name):
+    _, robot = robot_of(name)
+    ease = at_ease(robot)
+    assert ease.stroke >= 0.06 * robot.length - 1e-9
+    ways = ease.stroke * np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)], float)
+    for leg in robot.legs:
+        near = np.repeat(ease.q[None, robot.slices[leg]], 4, axis=0)
+        there = robot.limbs[leg].solve_from(ease.soles[leg] + ways, near)
+        assert np.isfinite(there).all()
+    assert (ease.q > robot.lower).all()
+    assert (ease.q < robot.upper).all()
+
+
+def test_a_posture_named_stand_is_the_stance_at_ease():
+    model = robot_of(6)[1].model
+    names, q = robot_of(6)[1].joint_names, at_ease(robot_of(6)[1]).q.copy()
+    q[2::3] += 0.1
+    own = LeggedRobot(model, {"stand": dict(zip(names, q, strict=True))})
+    np.testing.assert_array_equal(at_ease(own).q, q)
+    np.testing.assert_allclose(stand(own, ground_for(6, "smooth")).q, q, atol=1e-6)
+    q[3:6] = 0.0, 0.0, 0.3  # a leg that is stretched out
+    with pytest.raises(InvalidRobot, match="in its posture 'stand' the foot of leg 1 does not get"):
+        at_ease(LeggedRobot(model, {"stand": dict(zip(names, q, strict=True))}))
+
+
+@pytest.mark.parametrize("kind", ["smooth", "rough", "slope"])
+@pytest.mark.parametrize("name", [3, 6, "A1", "HyQ"])
+def test_who_stands_has_all_feet_on_the_ground_and_the_weight_over_them(name, kind):
+    path, robot = robot_of(name)
+    dem = ground_for(name, kind)
+    state = stand(robot, dem, 0.1, -0.1, 0.6)
+    other = Recheck(path, robot, list(path.parents[2:5]))
+    soles = other.soles_at(state.q, state.T_site_base)
+    np.testing.assert_allclose(soles, state.soles, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(soles - state.contacts, axis=1), robot.radii, atol=1e-6)
+    share = other.least_share(state.q, state.T_site_base, list(robot.legs), state.contacts, state.normals)
+    assert share <= 0.9 + 1e-6
+    assert np.hypot(*(state.T_site_base[:2, 3] - (0.1, -0.1))) < 0.2 * robot.length
+
+
+@pytest.mark.parametrize("name", [4, 5, 6, "A1", "Go2", "HyQ", "ANYmal B", "Solo-12"])
+def test_a_walk_holds_before_judges_of_its_own(name):
+    _, robot = robot_of(name)
+    dem = ground_for(name, "rough")
+    goal = 0.7 * robot.length, 0.1 * robot.length
+    result = plan_walk(robot, dem, stand(robot, dem), goal, UNHURRIED)
+    assert result.status is Status.FOUND, result.reason
+    assert result.plan is not None
+    assert np.hypot(*(result.plan.end.T_site_base[:2, 3] - goal)) <= 0.15
+    assert len(result.plan.moves) >= len(robot.legs)
+    assert judged(name, dem, result.plan) == []
+
+
+@pytest.fixture(scope="module")
+def short_walk():
+    _, robot = robot_of(6)
+    dem = ground_for(6, "smooth")
+    state = stand(robot, dem)
+    result = plan_walk(robot, dem, state, (0.15, 0.0, 0.3), UNHURRIED)
+    assert result.plan is not None, result.reason
+    return robot, dem, state, result
+
+
+def test_a_walk_ends_where_and_as_it_was_asked_to(short_walk):
+    robot, _dem, _, result = short_walk
+    plan = result.plan
+    np.testing.assert_allclose(plan.end.T_site_base[:2, 3], (0.15, 0.0), atol=0.02)
+    assert np.arctan2(plan.end.T_site_base[1, 0], plan.end.T_site_base[0, 0]) == pytest.approx(0.3, abs=1e-6)
+    homes = apply(plan.end.T_site_base, at_ease(robot).soles)
+    assert np.linalg.norm(plan.end.soles - homes, axis=1).max() < 0.15 * robot.length
+
+
+def test_waypoints_are_without_gaps_and_in_the_order_of_a_foot_move(short_walk):
+    _robot, _, state, result = short_walk
+    plan = result.plan
+    assert np.abs(np.diff(plan.waypoints, axis=0)).max() <= LEAP
+    np.testing.assert_array_equal(plan.waypoints[0], state.q)
+    legs = [leg for k, leg in enumerate(plan.legs) if leg >= 0 and (k == 0 or plan.legs[k - 1] != leg)]
+    assert tuple(legs) == plan.moves
+    order = {
+        "body": {"body", "lift"},
+        "lift": {"lift", "swing"},
+        "swing": {"swing", "lower"},
+        "lower": {"lower", "body", "lift"},
+    }
+    for one, other in zip(plan.phases, plan.phases[1:], strict=False):
+        assert other in order[one]
+
+
+def test_the_same_request_gives_the_same_walk(short_walk):
+    robot, dem, state, result = short_walk
+    assert plan_walk(robot, dem, state, (0.15, 0.0, 0.3), UNHURRIED).digest == result.digest
+
+
+def test_the_judge_sees_a_foot_that_is_dragged_and_a_body_that_sinks(short_walk):
+    _, dem, _, result = short_walk
+    plan = result.plan
+    dragged = plan.waypoints.copy()
+    dragged[len(dragged) // 2 :, 1] += 0.02
+    assert any("drifts" in fault for fault in judged(6, dem, replace(plan, waypoints=dragged)))
+    sunk = plan.Ts_site_base.copy()
+    sunk[:, 2, 3] -= 0.3
+    told = judged(6, dem, replace(plan, Ts_site_base=sunk))
+    assert any("meets the ground" in fault for fault in told)
+    shifted = plan.Ts_site_base.copy()
+    shifted[:, 0, 3] += 0.5
+    assert any("outside the feet" in fault for fault in judged(6, dem, replace(plan, Ts_site_base=shifted)))
+
+
+def test_a_step_goes_where_it_was_asked_to_and_the_chassis_makes_room():
+    _, robot = robot_of("A1")
+    dem = ground_for("A1", "smooth")
+    state = stand(robot, dem)
+    target = state.soles[1, :2] + (0.05, 0.0)
+    result = plan_step(robot, dem, state, 1, tuple(target), settings=UNHURRIED)
+    assert result.plan is not None, result.reason
+    np.testing.assert_allclose(result.plan.end.soles[1, :2], target, atol=1e-6)
+    np.testing.assert_array_equal(np.delete(result.plan.end.soles, 1, axis=0), np.delete(state.soles, 1, axis=0))
+    assert result.plan.chassis_way > 0.01, "four feet carry the weight, three of them only after a shift"
+    assert judged("A1", dem, result.plan) == []
+
+
+def test_three_legs_stand_but_cannot_lift_one():
+    _, robot = robot_of(3)
+    dem = ground_for(3, "smooth")
+    result = plan_walk(robot, dem, stand(robot, dem), (0.2, 0.0), UNHURRIED)
+    assert result.status is Status.NO_PATH
+    assert "no pose of the chassis keeps the weight over the other feet" in result.reason
+
+
+def test_what_refuses_is_named_with_its_size():
+    _, robot = robot_of(6)
+    flat = ground_for(6, "smooth")
+    state = stand(robot, flat)
+    far = plan_walk(robot, flat, state, (50.0, 0.0), UNHURRIED)
+    assert (far.status, far.reason) == (Status.OFF_MAP, "the goal (50.00, 0.00) m is off the map")
+    out = plan_step(robot, flat, state, 0, (float(state.soles[0, 0]) + 0.6, 0.0), settings=UNHURRIED)
+    assert out.status is Status.NO_PATH
+    assert "limits refused" in out.reason
+    wall = step(4.0, 0.05, 1.0, 0.45)
+    stopped = plan_walk(robot, wall, stand(robot, wall), (1.2, 0.0), UNHURRIED)
+    assert stopped.status is Status.NO_PATH
+    assert stopped.partial is not None
+    assert "m from the goal, no foot can go on" in stopped.reason
+    assert judged(6, wall, stopped.partial) == []
+    with pytest.raises(InvalidInput, match="legs 0 to 5"):
+        plan_step(robot, flat, state, 6, (0.0, 0.0))
+    with pytest.raises(InvalidInput, match="a goal needs x and y"):
+        plan_walk(robot, flat, state, (1.0,))
+    with pytest.raises(InvalidInput, match="the state is one of ring"):
+        plan_walk(robot_of("A1")[1], flat, state, (0.1, 0.0))
+
+
+def test_unknown_ground_is_neither_stood_on_nor_stepped_on():
+    _, robot = robot_of(6)
+    level = ground_for(6, "smooth")
+    heights = np.array(level.heights)
+    heights[:, heights.shape[1] // 2 + 12 :] = np.nan  # from x = 0.6 m on
+    dem = from_heights(heights, 0.05, level.geometry.x0, level.geometry.y0)
+    state = stand(robot, dem)
+    told = plan_step(robot, dem, state, 0, (0.65, 0.1), settings=UNHURRIED)
+    assert told.status is Status.UNKNOWN_GROUND
+    assert plan_walk(robot, dem, state, (0.8, 0.0), UNHURRIED).status is Status.UNKNOWN_GROUND
+    with pytest.raises(InvalidInput, match="no ground is known"):
+        stand(robot, dem, 1.0, 0.0)
+
+
+def test_motors_that_are_too_weak_do_not_stand():
+    path = Path(mkdtemp()) / "robot.urdf"
+    path.write_text(ring(6, effort=1.5), encoding="utf-8")
+    weak = LeggedRobot(legged_model(read_urdf(path)))
+    with pytest.raises(InvalidInput, match="effort -"):
+        stand(weak, plane(4.0, 0.05))
+
+
+def test_a_state_in_the_air_is_no_start():
+    _, robot = robot_of(6)
+    dem = ground_for(6, "smooth")
+    state = stand(robot, dem)
+    lower = state.T_site_base.copy()
+    lower[2, 3] -= 0.35
+    result = plan_walk(robot, dem, replace(state, T_site_base=lower), (0.2, 0.0), UNHURRIED)
+    assert result.status is Status.START_INVALID
+    assert result.reason.startswith("it can't begin: feet -")
+
+
+def test_a_walk_over_rough_ground_keeps_every_swing_above_it():
+    _, robot = robot_of(4)
+    dem = ground_for(4, "rough")
+    result = plan_walk(robot, dem, stand(robot, dem), (0.2, 0.0), UNHURRIED)
+    assert result.plan is not None, result.reason
+    plan = result.plan
+    for k in range(len(plan.legs)):
+        leg = int(plan.legs[k])
+        if plan.phases[k] == "swing":
+            center = apply(plan.Ts_site_base[k], placed(robot, plan.waypoints[k]).soles[leg])
+            ground = float(height_at(dem, *center[:2]))
+            assert center[2] - robot.radii[leg] - ground >= 0.05 * robot.length
