@@ -30,7 +30,7 @@ from tests.support.walkers import ring
 HEXAPOD = "Hexapod (made)"
 ROUGH = 0.05
 """Standard deviation of the rough ground's heights, as a share of the longest leg."""
-EVERY = 25
+EVERY = 60
 """Waypoints between two rechecks of forces and distances."""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation, Slerp
-from shapely.geometry import MultiPoint, Point
+from shapely.geometry import MultiPoint, Point, Polygon
 
 from footfall.balance.friction import FRICTION
 from footfall.planning.legged.problem import LeggedPlan
@@ -72,6 +72,11 @@ class Recheck:
         self.robot = robot
         self.model = pin.buildModelFromUrdf(str(urdf))
         self.data = self.model.createData()
+        self.middle = pin.neutral(self.model)
+        for name, angle in robot.model.tree.neutral().items():
+            at, wide = self._place(name)
+            self.middle[at : at + wide] = (angle,) if wide == 1 else (np.cos(angle), np.sin(angle))
+        self.places = [self._place(name) for name in robot.joint_names]
         packages = [str(folder) for folder in folders]
         self.shapes = pin.buildGeomFromUrdf(self.model, str(urdf), pin.GeometryType.COLLISION, package_dirs=packages)
         self.feet = [self.model.getFrameId(leg.foot) for leg in robot.model.legs]
@@ -93,16 +98,15 @@ class Recheck:
 
     def full(self, q: np.ndarray) -> np.ndarray:
         """The posture of pin's model: joints that are no leg's stay in the middle."""
-        posture = pin.neutral(self.model)
-        angles = dict(self.robot.model.tree.neutral()) | dict(zip(self.robot.joint_names, q, strict=True))
-        for name, angle in angles.items():
-            joint = self.model.getJointId(name)
-            at = self.model.idx_qs[joint]
-            if self.model.joints[joint].nq == 2:
-                posture[at : at + 2] = np.cos(angle), np.sin(angle)
-            else:
-                posture[at] = angle
+        posture = self.middle.copy()
+        for angle, (at, wide) in zip(q, self.places, strict=True):
+            posture[at : at + wide] = (angle,) if wide == 1 else (np.cos(angle), np.sin(angle))
         return posture
+
+    def _place(self, name: str) -> tuple[int, int]:
+        """Where a joint's angle is in pin's posture, and how many numbers it is: two of a continuous joint."""
+        joint = self.model.getJointId(name)
+        return self.model.idx_qs[joint], self.model.joints[joint].nq
 
     def soles_at(self, q: np.ndarray, T_site_base: np.ndarray) -> np.ndarray:
         """Centres of the soles in site, (legs, 3)."""
@@ -129,7 +133,7 @@ class Recheck:
                 self._forces(found, q, T, standing, contacts, normals, k)
             if k in downs:
                 stand[moving] = self.soles_at(plan.waypoints[k], plan.Ts_site_base[k])[moving]
-                contacts[moving], normals[moving] = _contact(dem, stand[moving], self.robot.radii[moving])
+                contacts[moving], normals[moving] = _contact(dem, stand[moving], float(self.robot.radii[moving]))
                 gap = float(np.linalg.norm(stand[moving] - contacts[moving])) - self.robot.radii[moving]
                 found.off_ground = max(found.off_ground, abs(gap))
         found.off_ground = max(found.off_ground, float(np.abs(stand - plan.end.soles).max()))
@@ -139,13 +143,11 @@ class Recheck:
         soles = self.soles_at(q, T)
         found.drift = max(found.drift, float(np.linalg.norm(soles - stand, axis=1)[standing].max()))
         low, high = self.model.lowerPositionLimit, self.model.upperPositionLimit
-        for name, angle in zip(self.robot.joint_names, q, strict=True):
-            joint = self.model.getJointId(name)
-            if self.model.joints[joint].nq == 1:
-                at = self.model.idx_qs[joint]
+        for angle, (at, wide) in zip(q, self.places, strict=True):
+            if wide == 1:
                 found.beyond_limits = max(found.beyond_limits, low[at] - angle, angle - high[at])
         if moving >= 0:
-            contact, _ = _contact(dem, soles[moving], self.robot.radii[moving])
+            contact, _ = _contact(dem, soles[moving], float(self.robot.radii[moving]))
             below = soles[moving][2] < float(height_at(dem, *soles[moving][:2]))
             away = float(np.linalg.norm(soles[moving] - contact)) * (-1 if below else 1)
             found.depth = max(found.depth, self.robot.radii[moving] - away)
@@ -174,7 +176,7 @@ class Recheck:
     def _forces(self, found, q, T, standing, contacts, normals, k):
         posture = self.full(q)
         com = T[:3, :3] @ pin.centerOfMass(self.model, self.data, posture) + T[:3, 3]
-        polygon = MultiPoint(contacts[standing, :2]).convex_hull
+        polygon = Polygon(MultiPoint(contacts[standing, :2]).convex_hull)
         spare = polygon.exterior.distance(Point(com[:2])) * (1 if polygon.contains(Point(com[:2])) else -1)
         found.margin = min(found.margin, spare)
         share = self.least_share(q, T, standing, contacts[standing], normals[standing])
@@ -240,11 +242,11 @@ def _contact(dem: Dem, center: np.ndarray, radius: float) -> tuple[np.ndarray, n
     """The ground's point nearest to a ball's centre, looked for on a fine lattice, and the ground's normal there."""
     size, best = max(1.5 * radius, 0.02), center
     for _ in range(3):
-        steps = np.linspace(-size, size, 41)
+        steps = np.linspace(-size, size, 21)
         x, y = best[0] + steps[:, None], best[1] + steps
         points = np.stack(np.broadcast_arrays(x, y, height_at(dem, x, y)), axis=-1)
         best = points.reshape(-1, 3)[np.nanargmin(((points - center) ** 2).sum(axis=-1))]
-        size /= 15
+        size /= 7
     reach = max(radius, 0.02, dem.geometry.resolution)
     sides = [
         height_at(dem, center[0] + dx, center[1] + dy) for dx, dy in ((reach, 0), (-reach, 0), (0, reach), (0, -reach))

@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from typing import Literal, overload
 
 from footfall.io.robot_files import load_robot as load_shipped
 from footfall.io.urdf.proposed import read_proposed
@@ -9,6 +10,10 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 
 
+@overload
+def load_robot(name_or_path: Literal["athlete"]) -> Robot: ...
+@overload
+def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot: ...
 def load_robot(name_or_path: str | Path) -> Robot | LeggedRobot:
     """A robot by its name ("athlete"), by the path of a description file, or by that of a robot.toml beside a URDF.
 

@@ -1,6 +1,8 @@
-"""Stances, steps and walks of any robot: which planners are asked follows from its class, here and nowhere else."""
+"""Stances, steps and walks of any robot: which planner is asked follows from the class of the robot, here alone."""
 
-from functools import singledispatch
+from collections.abc import Callable
+from functools import update_wrapper
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
 from footfall.planning.legged.stand import stand as stand_legged
 from footfall.planning.legged.step import plan_step as plan_legged_step
@@ -9,12 +11,34 @@ from footfall.planning.step.plan import plan_step as plan_rover_step
 from footfall.planning.walk.plan import plan_walk as plan_rover_walk
 from footfall.planning.walk.stand import stand as stand_rover
 from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.model import Robot
 
-stand = singledispatch(stand_rover)
-stand.register(LeggedRobot, stand_legged)
+OfRover = ParamSpec("OfRover")
+OfLegged = ParamSpec("OfLegged")
+ForRover = TypeVar("ForRover")
+ForLegged = TypeVar("ForLegged")
 
-plan_step = singledispatch(plan_rover_step)
-plan_step.register(LeggedRobot, plan_legged_step)
 
-plan_walk = singledispatch(plan_rover_walk)
-plan_walk.register(LeggedRobot, plan_legged_walk)
+class ByRobot(Generic[OfRover, ForRover, OfLegged, ForLegged]):
+    """One function for two kinds of robot; it presents itself as that of ATHLETE's build."""
+
+    def __init__(
+        self,
+        rover: Callable[Concatenate[Robot, OfRover], ForRover],
+        legged: Callable[Concatenate[LeggedRobot, OfLegged], ForLegged],
+    ) -> None:
+        update_wrapper(self, rover)
+        self._rover, self._legged = rover, legged
+
+    @overload
+    def __call__(self, robot: Robot, *args: OfRover.args, **kwargs: OfRover.kwargs) -> ForRover: ...
+    @overload
+    def __call__(self, robot: LeggedRobot, *args: OfLegged.args, **kwargs: OfLegged.kwargs) -> ForLegged: ...
+    def __call__(self, robot: Any, *args: Any, **kwargs: Any) -> Any:
+        chosen: Any = self._legged if isinstance(robot, LeggedRobot) else self._rover
+        return chosen(robot, *args, **kwargs)
+
+
+stand = ByRobot(stand_rover, stand_legged)
+plan_step = ByRobot(plan_rover_step, plan_legged_step)
+plan_walk = ByRobot(plan_rover_walk, plan_legged_walk)

@@ -154,7 +154,7 @@ def _reaches(robot: LeggedRobot, leg: int, ways: Array, q: Array) -> NDArray[np.
     start = robot.limbs[leg].feet(q)[:, :3, 3]
     there = robot.limbs[leg].solve_from((start[:, None] + ways).reshape(-1, 3), np.repeat(q, len(ways), axis=0))
     off = np.abs(there.reshape(len(q), len(ways), -1) - q[:, None])
-    return (off < np.pi / 2).all(axis=(1, 2))  # NaN is not
+    return np.asarray((off < np.pi / 2).all(axis=(1, 2)))  # NaN is not
 
 
 def _above(robot: LeggedRobot, leg: int, q: Array, ground: float) -> bool:

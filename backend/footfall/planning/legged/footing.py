@@ -57,4 +57,5 @@ def _lower_half(radius: float) -> tuple[Array, Array, Array]:
     steps = np.arange(-LATTICE, LATTICE + 1) * (radius / LATTICE)
     dx, dy = np.tile(steps, len(steps)), np.repeat(steps, len(steps))
     inside = dx**2 + dy**2 <= radius**2
-    return dx[inside], dy[inside], np.sqrt(np.maximum(radius**2 - dx[inside] ** 2 - dy[inside] ** 2, 0.0))
+    dx, dy = np.asarray(dx[inside], float), np.asarray(dy[inside], float)
+    return dx, dy, np.sqrt(np.maximum(radius**2 - dx**2 - dy**2, 0.0))

@@ -82,7 +82,7 @@ def _highest_around(dem: Dem, places: Array, reach: Array) -> float:
 
 def _points(mesh: Mesh, spacing: float) -> Array:
     """Points on a mesh's surface (n, 3), one in each cube of half of the spacing that it passes through."""
-    vertices, _ = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.triangles, spacing, max_iter=20)
-    cells = np.round(np.asarray(vertices) / (0.5 * spacing)).astype(np.int64)
-    _, kept = np.unique(cells, axis=0, return_index=True)
-    return np.asarray(vertices, float)[np.sort(kept)]
+    divided = trimesh.remesh.subdivide_to_size(mesh.vertices, mesh.triangles, spacing, max_iter=20)
+    points = np.asarray(divided[0], float)
+    _, kept = np.unique(np.round(points / (0.5 * spacing)).astype(np.int64), axis=0, return_index=True)
+    return points[np.sort(kept)]
