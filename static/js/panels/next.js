@@ -63,7 +63,7 @@ function draw() {
   $(shown).title = why || here.about;
   const told = why || here.about;
   if ($("next-about").textContent !== told) Object.assign($("next-about"), { textContent: told, className: why && here.button ? "doubt" : "hint" });
-  const verdict = VERDICTS[here.judge]?.(known) ?? failed() ?? ["", ""];
+  const verdict = failed() ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
   if ($("verdict").textContent !== verdict[1]) Object.assign($("verdict"), { className: verdict[0], textContent: verdict[1], title: verdict[1] });
   // who goes on by keyboard finds the next thing under the hand
   if (focused && !why && document.activeElement === document.body) $(shown).focus();
@@ -87,8 +87,8 @@ const VERDICTS = {
   },
 };
 
-// What was asked for last and did not come to be.
+// What was asked for last and did not come to be: commands that were refused, ground that could not be built.
 function failed() {
-  const job = [...known.jobs.values()].at(-1);
+  const job = [...known.jobs.values()].findLast(({ kind }) => AWAITED.includes(kind));
   return job?.state === "failed" ? ["no", job.error?.message ?? "no reason was given"] : undefined;
 }
