@@ -48,7 +48,7 @@ def test_no_is_an_answer_and_options_of_the_rover_are_refused(described):
 def test_what_robot_toml_says_is_what_the_robot_keeps(described):
     path = described / "robot.toml"
     assert is_legged(path)
-    assert isinstance(footfall.load_robot(described), LeggedRobot)
+    assert isinstance(footfall.load_robot(path), LeggedRobot)
     assert isinstance(footfall.load_robot("athlete"), Robot)
     changed = path.read_text().replace("ground = 0.0112", "ground = 0.03")
     changed = changed.replace("[postures.neutral]", "[postures.stand]")

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation, Slerp
-from shapely.geometry import MultiPoint, Point, Polygon
+from shapely.geometry import MultiPoint, Point
 
 from footfall.balance.friction import FRICTION
 from footfall.planning.legged.problem import LeggedPlan
@@ -152,6 +152,16 @@ class Recheck:
             away = float(np.linalg.norm(soles[moving] - contact)) * (-1 if below else 1)
             found.depth = max(found.depth, self.robot.radii[moving] - away)
 
+    @property
+    def mass(self) -> float:
+        return float(sum(inertia.mass for inertia in self.model.inertias))
+
+    def center_of_mass(self, posture: np.ndarray) -> np.ndarray:
+        """Of all bodies one by one, in base, (3,)."""
+        pin.forwardKinematics(self.model, self.data, posture)
+        weighed = [one.mass * T.act(one.lever) for one, T in zip(self.model.inertias, self.data.oMi, strict=True)]
+        return np.sum(weighed, axis=0) / self.mass
+
     def _distances(self, found, ground, q, T, k):
         pin.updateGeometryPlacements(self.model, self.data, self.shapes, self.shape_data, self.full(q))
         pin.computeDistances(self.shapes, self.shape_data)
@@ -175,9 +185,9 @@ class Recheck:
 
     def _forces(self, found, q, T, standing, contacts, normals, k):
         posture = self.full(q)
-        com = T[:3, :3] @ pin.centerOfMass(self.model, self.data, posture) + T[:3, 3]
-        polygon = Polygon(MultiPoint(contacts[standing, :2]).convex_hull)
-        spare = polygon.exterior.distance(Point(com[:2])) * (1 if polygon.contains(Point(com[:2])) else -1)
+        com = T[:3, :3] @ self.center_of_mass(posture) + T[:3, 3]
+        polygon = MultiPoint(contacts[standing, :2]).convex_hull
+        spare = polygon.boundary.distance(Point(com[:2])) * (1 if polygon.contains(Point(com[:2])) else -1)
         found.margin = min(found.margin, spare)
         share = self.least_share(q, T, standing, contacts[standing], normals[standing])
         if share > found.effort:
@@ -191,8 +201,8 @@ class Recheck:
         posture, R = self.full(q), T[:3, :3]
         self.model.gravity = pin.Motion(-GRAVITY * R[2], np.zeros(3))
         own = pin.computeGeneralizedGravity(self.model, self.data, posture)
-        com = R @ pin.centerOfMass(self.model, self.data, posture) + T[:3, 3]
-        mass = float(pin.computeTotalMass(self.model))
+        com = R @ self.center_of_mass(posture) + T[:3, 3]
+        mass = self.mass
         pin.computeJointJacobians(self.model, self.data, posture)
         pin.updateFramePlacements(self.model, self.data)
         columns, wrench = [], []

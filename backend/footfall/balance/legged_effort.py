@@ -19,6 +19,7 @@ from footfall.balance.torque_kernel import least_ratio
 from footfall.core.errors import FootFallError
 from footfall.core.frames import apply
 from footfall.robot.legged.legged_robot import MOST_JOINTS, LeggedRobot
+from footfall.robot.legged.posture import center_of_mass
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,8 @@ def _statics(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, A
     down = -GRAVITY * R_site_base[2]
     each = [pin.computeGeneralizedGravity(one, one.createData(), q) for one in robot.gravity_models]
     gravity = np.stack(each, axis=1) @ down
-    com = np.array(pin.centerOfMass(model, frames, q))
+    pin.forwardKinematics(model, frames, q)
+    com = center_of_mass(robot, q)
     axes = np.concatenate([_axes(robot, leg, frames) for leg in robot.legs])
     origins = np.array([T.translation for T in list(frames.oMi)[1:]])
     return gravity, axes, origins, com

@@ -102,7 +102,7 @@ def told(tally: Tally) -> str:
     for name, count in tally.most_refused():
         margin, where = tally.nearest[name]
         size = "" if np.isnan(margin) else f" (at best {margin:+.4g}: {where})"
-        parts.append(f"{name} refused {count} poses{size}")
+        parts.append(f"{name} refused {count} tries{size}")
     return "; ".join(parts) or "no pose of the chassis keeps the weight over the other feet"
 
 

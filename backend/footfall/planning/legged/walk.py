@@ -6,6 +6,7 @@ foot move that is refused is tried shorter, then with another leg; where all are
 
 import time
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,9 +101,10 @@ def _one_move(walk: _Walk, order: list[int], stride: float, tries: Tally) -> boo
         middle = walk.on_guide.copy()
         middle[leg] = (middle[leg] + s) / 2
         x, y, yaw = guide.at(float(middle.mean()))
-        for number, target in enumerate(ground.footfalls(leg, *ground.home(leg, *guide.at(s)))):
-            if number == FOOTFALLS:
-                break
+        targets = list(islice(ground.footfalls(leg, *ground.home(leg, *guide.at(s))), FOOTFALLS))
+        if not targets:
+            tries.refuse(Refusal("footfall", float("nan"), "no ground is known and not too steep"))
+        for target in targets:
             move = foot_move(ground, walk.state, leg, target, x, y, yaw, tries)
             if move is not None:
                 walk.take(leg, s, move)

@@ -28,7 +28,15 @@ def placed(robot: LeggedRobot, posture: ArrayLike) -> Placed:
     pin.framesForwardKinematics(robot.pin_model, frames, q)
     Ts = np.array([np.eye(4)] + [T.homogeneous for T in list(frames.oMi)[1:]])
     soles = np.array([frames.oMf[frame].translation for frame in robot.foot_frames])
-    return Placed(Ts, soles, np.array(pin.centerOfMass(robot.pin_model, frames, q)))
+    return Placed(Ts, soles, center_of_mass(robot, q))
+
+
+def center_of_mass(robot: LeggedRobot, q: Array) -> Array:
+    """Of the whole robot in base, (3,) [m]. Pin leaves out what is fixed to a model's base, so that is added."""
+    model = robot.pin_model
+    base = model.inertias[0]
+    moving = np.array(pin.centerOfMass(model, model.createData(), q))
+    return (base.mass * base.lever + (robot.mass - base.mass) * moving) / robot.mass
 
 
 def legs_to(robot: LeggedRobot, T_site_base: Array, soles: ArrayLike, near: Array) -> Array:
@@ -49,6 +57,6 @@ def chassis_pose(x: float, y: float, z: float, yaw: float, up: ArrayLike = (0.0,
     """T_site_base (4, 4) at a place [m] with a heading [rad] and its z axis along ``up`` (3,)."""
     axis = np.asarray(up, float) / np.linalg.norm(up)
     ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    side = np.cross(axis, ahead)
-    side /= np.linalg.norm(side)
-    return transform(np.stack([np.cross(side, axis), side, axis], axis=1), (x, y, z))
+    ahead[2] = -(ahead @ axis) / axis[2]  # across the axis, and seen from above still in the heading
+    ahead /= np.linalg.norm(ahead)
+    return transform(np.stack([ahead, np.cross(axis, ahead), axis], axis=1), (x, y, z))
