@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.robot.description import JOINTS
@@ -149,6 +150,7 @@ class Sequence(Value):
     Ts_site_base: (len(commands), 4, 4), or None where the chassis stays at T_site_base.
     at_rest: how the rover stood that ``predicted`` lets sag; None: it was taken as rigid, its joints where they are
     commanded. Only with it, commanded: set points after each command, (len(commands), legs × 6) [rad].
+    tether: that the rover hangs on.
     """
 
     robot: str
@@ -161,6 +163,7 @@ class Sequence(Value):
     Ts_site_base: NDArray[np.float64] | None = field(default=None, metadata=LATER)
     at_rest: AtRest | None = field(default=None, metadata=LATER)
     commanded: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+    tether: Tether | None = field(default=None, metadata=LATER)
 
     @property
     def valid(self) -> bool:
@@ -173,6 +176,13 @@ class Sequence(Value):
         if self.Ts_site_base is not None:
             return self.Ts_site_base
         return np.tile(self.T_site_base, (len(self.commands), 1, 1))
+
+    @property
+    def tether_lengths(self) -> NDArray[np.float64] | None:
+        """What is paid out of its tether before the first command and after each, (len(commands) + 1,) [m]."""
+        if self.tether is None:
+            return None
+        return self.tether.lengths(np.concatenate([self.T_site_base[None], self.poses]))
 
     def set_points_before(self, row: int) -> NDArray[np.float64]:
         """Set points of the joints when a command begins, (legs × 6,) [rad]."""

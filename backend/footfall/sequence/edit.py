@@ -13,6 +13,7 @@ from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance, Value, value
 from footfall.robot.model import Robot
 from footfall.sequence.commands import LEG_JOINTS, AtRest, Command, RuleResult, Sequence
+from footfall.sequence.drum import on_tether
 from footfall.sequence.motion import MOTION_RULES
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import target
@@ -102,7 +103,7 @@ def apply_edit(
     way = passages(robot, sequence.start, sequence.T_site_base, commands, dem)
     if dem is None:
         rules = (*_unchecked(sequence, edit, commands), *rules)
-    return Sequence(
+    made = Sequence(
         robot=sequence.robot,
         commands=commands,
         start=sequence.start,
@@ -112,6 +113,7 @@ def apply_edit(
         provenance=Provenance(parents, settings),
         Ts_site_base=poses(way),
     )
+    return on_tether(made, sequence.tether)
 
 
 def _yielding(

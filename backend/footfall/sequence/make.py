@@ -11,10 +11,11 @@ from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import WalkPlan
+from footfall.planning.walk.problem import Tethered, WalkPlan
 from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
-from footfall.sequence.commands import Command, RuleResult, Sequence, leg_move, posture_move
+from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
+from footfall.sequence.drum import on_tether, slow_enough
 from footfall.sequence.of_execution import sequence_of_execution
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.predict import needed_duration
@@ -39,8 +40,8 @@ def make_sequence(
     A step becomes LEG_MOVEs, a move of the chassis POSTURE_MOVEs, a walk both in turn, all as if the rover were rigid.
     An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
     motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a
-    walk on one fail a rule that says what it would have to pay out. Without ``settings`` the clearance and the balance
-    preference are the plan's own.
+    walk on one take as long as its drum does, and fail a rule that says what it would have to pay out. Without
+    ``settings`` the clearance and the balance preference are the plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
     rover is already.
@@ -54,7 +55,8 @@ def make_sequence(
     for part in parts:
         _require_fit(part, robot)
     limits = robot.speed_limits * settings.speed_fraction
-    commands = tuple(command for part in parts for command in _of_part(part, limits))
+    tethered = plan.tethered if isinstance(plan, WalkPlan) else None
+    commands = tuple(command for part in parts for command in _of_part(part, limits, tethered))
     T_site_base = plan.T_site_base if isinstance(plan, StepPlan) else plan.Ts_site_base[0]
     # where there is no terrain to tell: of a walk all stand whenever the chassis moves
     down = next((part.standing for part in parts if isinstance(part, BodyMovePlan)), None)
@@ -63,34 +65,26 @@ def make_sequence(
     if dem is not None:
         parents["dem"] = dem.digest
     way = passages(robot, start, T_site_base, commands, dem, down)
-    return Sequence(
+    sequence = Sequence(
         robot=robot.name,
         commands=commands,
         start=start,
         predicted=postures(way, start),
         T_site_base=T_site_base,
-        rules=(*check_rules(robot, commands, start, T_site_base, dem, settings), *_tether_rules(plan)),
+        rules=check_rules(robot, commands, start, T_site_base, dem, settings),
         provenance=Provenance(parents, settings),
         Ts_site_base=poses(way),
     )
+    return on_tether(sequence, None if tethered is None else tethered.tether)
 
 
-def _tether_rules(plan: StepPlan | BodyMovePlan | WalkPlan) -> tuple[RuleResult, ...]:
-    """That no command drives the drum of a walk's tether, and what it would have to do."""
-    if not isinstance(plan, WalkPlan) or plan.tethered is None:
-        return ()
-    lengths, speed = plan.tethered.lengths, plan.tethered.tether.speed
-    each = ", ".join(f"{one:.3f}" for one in plan.paid_out)
-    text = (
-        f"this walk hangs on a tether, and no command drives its drum: from {lengths[0]:.3f} m it has to pay out "
-        f"{each} m in its foot moves and after the last, at up to {speed:g} m/s, and to pull with up to "
-        f"{plan.tethered.pulls.max():.0f} N"
-    )
-    return (RuleResult("tether", -1, False, float("nan"), "", text),)
-
-
-def _of_part(part: Part, limits: Array) -> tuple[Command, ...]:
-    return _of_step(part, limits) if isinstance(part, StepPlan) else _of_body_move(part, limits)
+def _of_part(part: Part, limits: Array, tethered: Tethered | None) -> tuple[Command, ...]:
+    if isinstance(part, StepPlan):
+        return _of_step(part, limits)
+    commands = _of_body_move(part, limits)
+    if tethered is None:
+        return commands
+    return slow_enough(commands, tethered.tether.lengths(part.Ts_site_base), tethered.tether)
 
 
 def _of_step(plan: StepPlan, limits: Array) -> tuple[Command, ...]:

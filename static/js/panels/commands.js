@@ -157,7 +157,7 @@ function drawTable(summary, sequence) {
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
-  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row))]).filter(Boolean));
+  $("commands").tBodies[0].replaceChildren(...sequence.commands.flatMap((command, row) => [groupRow(sequence, row), tableRow(command, row, broken, states.get(row), toldTether(sequence, row))]).filter(Boolean));
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
@@ -184,7 +184,13 @@ const toldRest = (rest) => (rest
   ? `; predicted: torque ${fixed(100 * rest.torque, 0)} % at most (${rest.joint}), then ${fixed(Math.abs(1000 * rest.sag), 0)} mm ${rest.sag < 0 ? "higher" : "lower"} than planned`
   : "");
 
-function tableRow(command, row, broken, state) {
+// To which length the tether is to be paid out or hauled in meanwhile; nothing where it keeps its length.
+function toldTether({ tether_lengths: lengths }, row) {
+  if (!lengths || fixed(lengths[row]) === fixed(lengths[row + 1])) return "";
+  return `, tether to ${fixed(lengths[row + 1])} m`;
+}
+
+function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
     type: "number", min: "0", step: "any", value: command.duration.toFixed(3), ariaLabel: `Seconds of row ${row + 1}`,
@@ -200,7 +206,7 @@ function tableRow(command, row, broken, state) {
       type: "button", textContent: row + 1, ariaLabel: `Row ${row + 1}`, ariaPressed: String(row === chosenRow()),
       onclick: () => choose(row === chosenRow() ? null : row),
     })),
-    element("td", { textContent: command.force === null ? command.name : `${command.name} until ${command.force} N more` }),
+    element("td", { textContent: (command.force === null ? command.name : `${command.name} until ${command.force} N more`) + tether }),
     element("td", { textContent: command.leg ?? (command.joints ? "all" : "–") }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),

@@ -54,6 +54,7 @@ class SequenceAnswer(TypedDict):
     way: how the rover is commanded, and whether its sag is predicted.
     starts_from: what says from where they start: their plan, the file that they were read from, or the rover as it
     stood then (or was looked at in a what-if), where the file doesn't say.
+    tether_lengths: what is paid out of the tether before the first command and after each [m]; null: there is none.
     """
 
     id: Annotated[str, Field(description="stays over edits")]
@@ -69,6 +70,7 @@ class SequenceAnswer(TypedDict):
     commanded: Array | None
     T_site_base: Array
     Ts_site_base: Array
+    tether_lengths: Array | None
     rules: tuple[RuleResult, ...]
     parents: dict[str, str]
     starts_from: Literal["plan", "file", "rover"]

@@ -228,6 +228,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "commanded": sequence.commanded,
         "T_site_base": sequence.T_site_base,
         "Ts_site_base": sequence.poses,
+        "tether_lengths": sequence.tether_lengths,
         "rules": sequence.rules,
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
