@@ -13,6 +13,7 @@ from shapely.geometry import MultiPoint, Point
 import footfall
 from footfall.core.errors import InvalidInput
 from footfall.planning.gait import plan as gait_plan
+from footfall.planning.gait.failing import posture_over
 from footfall.planning.gait.problem import GAITS, RIPPLE, TRIPOD, WAVE, GaitSettings
 from footfall.planning.gait.rhythm import groups_of, rhythm
 from footfall.planning.gait.step import leg_lacks
@@ -25,8 +26,10 @@ from footfall.planning.walk.problem import BODY, SWING, WalkSettings
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import Stretch
 from footfall.planning.walk.recheck.walk import recheck_walk
+from footfall.planning.walk.start import start_of
 from footfall.planning.walk.world import World
 from footfall.robot.ik import wheel_pose_for_contact
+from footfall.robot.kinematics import wheel_pose
 from footfall.terrain.from_arrays import from_heights
 
 COARSE = RecheckSettings(way=0.01, turn=0.02, hold=0.2)
@@ -252,6 +255,34 @@ def test_a_foot_that_swings_meets_a_post(athlete, monkeypatch):
     assert failure.check_name.endswith("and the terrain in swing")
     assert failure.group == (1,)
     assert 0.0 < failure.lacks < 1.0
+
+
+def test_the_posture_that_fails_stands_on_the_feet_that_stay(athlete, place):
+    dem, state = place
+    result = footfall.plan_gait(athlete, dem, state, GOAL, TRIPOD, GaitSettings(most_torque=0.3))
+    failure = failure_of(result)
+    T, stance = failure.T_site_base, start_of(athlete, dem, state).stance
+    if result.partial is not None:
+        stance = result.partial.stances[-1]
+    stay = [leg for leg in athlete.legs if leg not in failure.group]
+    assert stay
+    for leg in stay:
+        wheel = T @ wheel_pose(athlete, failure.posture, leg)
+        np.testing.assert_allclose(wheel, stance.Ts_site_wheel[leg], atol=1e-6)
+
+
+def test_a_leg_that_does_not_reach_keeps_its_joints(athlete, place):
+    dem, state = place
+    at = start_of(athlete, dem, state)
+    world = World(athlete, Nearby(dem, np.isnan(dem.heights)), WalkSettings(), at.T_site_base)
+    T_site_base = np.array(at.T_site_base)
+    T_site_base[2, 3] -= 0.1
+    lower = posture_over(world, at, at.stance, T_site_base)
+    for leg in athlete.legs:
+        wheel = T_site_base @ wheel_pose(athlete, lower, leg)
+        np.testing.assert_allclose(wheel, at.stance.Ts_site_wheel[leg], atol=1e-6)
+    T_site_base[2, 3] += 9.0
+    np.testing.assert_array_equal(posture_over(world, at, at.stance, T_site_base), at.posture)
 
 
 def test_a_gait_is_as_strict_as_it_is_told_to_be(athlete, place, plans):

@@ -13,9 +13,10 @@ from pydantic import BaseModel
 from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
-from footfall.api.bodies.walk_schemas import WalkOrder
+from footfall.api.bodies.walk_schemas import GaitOrder, WalkOrder
 from footfall.balance.tether import Tether
 from footfall.core.value import Value
+from footfall.planning.gait.problem import GaitResult, GaitSettings
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
@@ -73,6 +74,10 @@ def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
     return live.plan_walk(goal, settings, settings_value(Tether, order.tether))
 
 
+def _plan_gait(live: LiveSession, order: GaitOrder) -> Job:
+    return live.plan_gait(WalkGoal(**order.goal.model_dump()), settings_value(GaitSettings, order.settings))
+
+
 def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
     settings = settings_value(RouteSettings, order.settings) or RouteSettings()
     return live.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
@@ -119,6 +124,16 @@ SERVED: dict[Kind, Served] = {
         order=WalkOrder,
         answer=WalkResult,
         ask=_plan_walk,
+    ),
+    kinds.GAIT: Asked(
+        route=f"POST {_SESSION}/gaits",
+        folder="gaits",
+        tag="plans",
+        verb="plan",
+        text="A gait to a goal, to be compared with a walk, as a job. Its result is a GaitResult even where it is no.",
+        order=GaitOrder,
+        answer=GaitResult,
+        ask=_plan_gait,
     ),
     kinds.ROUTE: Asked(
         route=f"POST {_SESSION}/routes",

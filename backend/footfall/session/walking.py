@@ -9,6 +9,7 @@ import numpy as np
 from footfall.balance.tether import Tether
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.execution.settings import HELD, ExecutionSettings
+from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.sequence.commands import Sequence
@@ -16,12 +17,12 @@ from footfall.sequence.foot_moves import Rows, foot_moves
 from footfall.sequence.rest import PredictedRest, predicted_rest
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.requests import FootMovesRequest, WalkRequest
+from footfall.session.jobs.requests import FootMovesRequest, GaitRequest, WalkRequest
 from footfall.session.log.fold import SessionState
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.planned import PlannedSession
 from footfall.session.products.executions import set_points_at
-from footfall.session.products.kinds import FOOT_MOVES, WALK
+from footfall.session.products.kinds import FOOT_MOVES, GAIT, WALK
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
 from footfall.session.recorded import present
@@ -102,6 +103,14 @@ class WalkingSession(PlannedSession):
         of the strain that they are in.
         """
         return self.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether))
+
+    def plan_gait(self, goal: WalkGoal, settings: GaitSettings | None = None) -> Job:
+        """Plan a gait to a goal from the state that is planned from; see :func:`footfall.planning.gait.plan.plan_gait`.
+
+        It is there to be compared with walks: no commands are made of it.
+        """
+        unpressed = self._seen_to_give_way is True
+        return self.ask(GAIT, GaitRequest(goal, settings or GaitSettings(), unpressed))
 
     def command_foot_moves(
         self,

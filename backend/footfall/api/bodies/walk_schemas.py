@@ -7,9 +7,11 @@ from pydantic import Field
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
 from footfall.api.bodies.schemas import Number, TerrainSettingsModel, TetherModel, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
+from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 
+GaitSettingsModel = settings_model(GaitSettings)
 WalkSettingsModel = settings_model(WalkSettings)
 WayOnSettingsModel = settings_model(WayOnSettings)
 
@@ -39,6 +41,14 @@ class WalkOrder(Strictly):
     goal: WalkGoalModel
     settings: WalkSettingsModel | None = None  # type: ignore[valid-type]
     tether: TetherModel | None = None
+
+
+class GaitOrder(Strictly):
+    """Go to a goal in a gait from the state that is planned from."""
+
+    model_config = _examples({"goal": {"x": 1.5, "y": 0.0}, "settings": {"gait": "tripod", "stride": 0.3}})
+    goal: WalkGoalModel
+    settings: GaitSettingsModel | None = None  # type: ignore[valid-type]
 
 
 FootMove = Annotated[int, Field(ge=0, le=10**5), FromNumber]

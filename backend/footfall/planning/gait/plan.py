@@ -1,7 +1,7 @@
 """Plan a gait from where the rover stands to a goal, and check all of it as a walk is checked, or say what fails."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.planning.gait.assemble import Rows
+from footfall.planning.gait.failing import posture_over
 from footfall.planning.gait.layout import Layout, laid_out, placed
 from footfall.planning.gait.problem import GaitFailure, GaitPlan, GaitResult, GaitSettings
 from footfall.planning.gait.rhythm import Rhythm, groups_of, rhythm
@@ -23,7 +24,7 @@ from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import Footprint, footprint
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.plan import BESIDE, FARTHEST, NOTHING_KNOWN
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import Stance, WalkGoal
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
@@ -59,6 +60,17 @@ def plan_gait(
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
     asked = goal if isinstance(goal, WalkGoal) else WalkGoal(*(float(one) for one in goal))
     return _Attempt(robot, dem, state, asked, settings, progress).run()
+
+
+@dataclass(frozen=True, eq=False)
+class _Ended:
+    """What ended a gait: the legs that were to move, and the stance and the chassis' pose that were to be taken."""
+
+    group: tuple[int, ...]
+    lack: Lack
+    walked: float
+    stance: Stance
+    T_site_base: Array
 
 
 class _Attempt:
@@ -105,7 +117,8 @@ class _Attempt:
         for moved in begun.moves:
             rows.moved(moved)
         if begun.lack is not None:
-            return self._failed(rows, begun.leg, begun.lack, 0.0, beat, layout, len(begun.moves))
+            ended = _Ended(begun.leg, begun.lack, 0.0, rows.at.stance, _pose(layout, 0))
+            return self._failed(world, rows, ended, beat, layout, len(begun.moves))
         for move in range(beat.moves):
             self.progress(move / beat.moves, f"foot move {move + 1} of {beat.moves}")
             group = beat.group(move)
@@ -113,12 +126,14 @@ class _Attempt:
             result = to if isinstance(to, Lack) else stepped(world, rows.at, group, to, _pose(layout, move))
             if isinstance(result, Lack):
                 walked = float(beat.ways[max(move - 1, 0)])
-                return self._failed(rows, group, result, walked, beat, layout, len(begun.moves))
+                stance = rows.at.stance if isinstance(to, Lack) else to
+                ended = _Ended(group, result, walked, stance, _pose(layout, move))
+                return self._failed(world, rows, ended, beat, layout, len(begun.moves))
             rows.stepped(result)
         closing = gone_to(world, rows.at, _pose(layout, beat.moves))
         if isinstance(closing, Lack):
-            walked = float(beat.ways[-2])
-            return self._failed(rows, (), closing, walked, beat, layout, len(begun.moves))
+            ended = _Ended((), closing, float(beat.ways[-2]), rows.at.stance, _pose(layout, beat.moves))
+            return self._failed(world, rows, ended, beat, layout, len(begun.moves))
         rows.closed(closing)
         plan = self._plan(rows, beat, layout, len(begun.moves))
         checks = checks_of(plan, world.settings)
@@ -145,22 +160,20 @@ class _Attempt:
         )
 
     def _failed(
-        self,
-        rows: Rows,
-        group: tuple[int, ...],
-        lack: Lack,
-        walked: float,
-        beat: Rhythm,
-        layout: Layout,
-        settling: int,
+        self, world: World, rows: Rows, ended: _Ended, beat: Rhythm, layout: Layout, settling: int
     ) -> GaitResult:
         x, y = (float(one) for one in rows.at.T_site_base[:2, 3])
+        lack, T_site_base = ended.lack, ended.T_site_base
         leg = None if lack.leg < 0 else lack.leg
-        failure = GaitFailure(len(rows.groups), group, leg, lack.check, lack.lacks, lack.unit, x, y)
+        posture = posture_over(world, rows.at, ended.stance, T_site_base)
+        told = lack.check, lack.lacks, lack.unit
+        failure = GaitFailure(len(rows.groups), ended.group, leg, *told, x, y, posture, T_site_base)
         partial = self._plan(rows, beat, layout, settling) if rows.groups else None
         checks = checks_of(partial, self.settings.as_walk()) if partial else ()
         reason = f"{failure.told}; {TRY}"
-        return GaitResult(Status.NO_PATH, None, partial, reason, failure, walked, checks, self.goal, self.provenance)
+        return GaitResult(
+            Status.NO_PATH, None, partial, reason, failure, ended.walked, checks, self.goal, self.provenance
+        )
 
     def _no(self, status: Status, reason: str) -> GaitResult:
         return GaitResult(status, None, None, reason, None, 0.0, (), self.goal, self.provenance)

@@ -8,6 +8,7 @@ of a gait has the phases of a foot move of a walk.
 """
 
 from collections.abc import Mapping
+from dataclasses import field
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
@@ -83,7 +84,8 @@ class GaitFailure(Value):
     """The check that ends a gait. move: number of the foot move, 0…; group: its legs, none after the last.
 
     leg: whose check it is, or None. lacks: positive, in ``unit``; NaN where it is not known, inf where nothing would
-    do. x, y: of the chassis there [m].
+    do. x, y: of the chassis before it [m]. posture: (legs × 6,) that was to be taken then [rad], over the feet as they
+    were to stand; T_site_base: (4, 4) with the chassis there.
     """
 
     move: int
@@ -94,6 +96,8 @@ class GaitFailure(Value):
     unit: str
     x: float
     y: float
+    posture: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+    T_site_base: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     @property
     def told(self) -> str:

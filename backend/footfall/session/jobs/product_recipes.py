@@ -20,6 +20,7 @@ from footfall.session.jobs.requests import (
     ExecutionRequest,
     ExportRequest,
     FootMovesRequest,
+    GaitRequest,
     ImportRequest,
     MapRequest,
     OutcomeRequest,
@@ -159,6 +160,17 @@ def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) 
         state = unpressed(robot, state)
     goal, tether = settings.goal, settings.tether
     return plan_walk(robot, dem, state, goal, settings=settings.settings, progress=progress, tether=tether)
+
+
+def gait(parents: Mapping[str, Any], settings: GaitRequest, progress: Progress) -> Value:
+    """robot, dem, state; GaitRequest → GaitResult."""
+    from footfall.planning.gait.plan import plan_gait
+    from footfall.planning.walk_execution.unpressed import unpressed
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    if settings.unpressed:
+        state = unpressed(robot, state)
+    return plan_gait(robot, dem, state, settings.goal, settings=settings.settings, progress=progress)
 
 
 def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress) -> Value:

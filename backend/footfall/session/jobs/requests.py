@@ -10,6 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.execution.settings import ExecutionSettings
+from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
@@ -92,6 +93,15 @@ class WalkRequest(Value):
     settings: WalkSettings
     unpressed: bool = field(default=False, metadata=LATER)
     tether: Tether | None = field(default=None, metadata=LATER)
+
+
+@value
+class GaitRequest(Value):
+    """A gait to a goal. unpressed: as of a :class:`WalkRequest`."""
+
+    goal: WalkGoal
+    settings: GaitSettings = GaitSettings()
+    unpressed: bool = False
 
 
 @value

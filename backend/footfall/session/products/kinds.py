@@ -254,6 +254,18 @@ WALK = entered(
         says_status=True,
     )
 )
+GAIT = entered(
+    Kind(
+        name="gait",
+        makes="GaitResult",
+        request="GaitRequest",
+        needs=GROUND,
+        recipe=f"{_RECIPES}:gait",
+        loads="footfall.planning.gait.plan",
+        watched=True,
+        says_status=True,
+    )
+)
 ROUTE = entered(
     Kind(
         name="route",

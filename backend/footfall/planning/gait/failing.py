@@ -1,0 +1,34 @@
+"""The posture at which a gait fails: that it was to take, whether or not its checks hold there."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.planning.walk.foot_move import At
+from footfall.planning.walk.legs_kernel import leg_at
+from footfall.planning.walk.problem import Stance
+from footfall.planning.walk.world import World
+
+Array = NDArray[np.float64]
+
+
+def posture_over(world: World, at: At, stance: Stance, T_site_base: Array) -> Array:
+    """Joints, (legs × 6,) [rad], with the chassis at T_site_base (4, 4) over the feet of a stance, without any reserve.
+
+    Joint limits don't count, as they may be what fails. A leg that does not reach keeps the joints that it has ``at``.
+    """
+    free = world.legs._replace(
+        reach_reserve=0.0,
+        joint_reserve=-np.inf,
+        wrist=-np.inf,
+        knee_roll=np.inf,
+        lower=np.full_like(world.legs.lower, -np.inf),
+        upper=np.full_like(world.legs.upper, np.inf),
+    )
+    T, posture = np.ascontiguousarray(T_site_base[:3]), np.array(at.posture)
+    for leg in world.robot.legs:
+        q = posture[6 * leg : 6 * leg + 6].copy()
+        wheel = np.ascontiguousarray(stance.Ts_site_wheel[leg, :3])
+        leg_at(T, wheel, int(stance.branches[leg]), leg, free, q)
+        if np.isfinite(q).all():
+            posture[6 * leg : 6 * leg + 6] = q
+    return posture
