@@ -1,16 +1,15 @@
 """Follows the current session and brings every drawn thing up to date, in one ordered thread."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
 
 import numpy as np
 import viser
 
 from footfall.core.frames import rotation
-from footfall.core.value import Value
 from footfall.planning.execution.problem import ExecutionResult
-from footfall.planning.step.problem import Footfall, PlanResult, StepPlan
-from footfall.planning.walk.problem import WalkResult
+from footfall.planning.gait.problem import GaitResult
+from footfall.planning.step.problem import PlanResult, StepPlan
+from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting, actor
@@ -23,12 +22,14 @@ from footfall.terrain.ground.surface import pick
 from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding
+from footfall_ui.scene.failing import FailingDrawing
 from footfall_ui.scene.footfall import FootfallDrawing
 from footfall_ui.scene.forces import ForcesDrawing
-from footfall_ui.scene.ghost import GhostDrawing, Motion, motion_of
+from footfall_ui.scene.ghost import GhostDrawing
 from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.look import Looking
+from footfall_ui.scene.of_session import accepted, played, read, rover_state, walk_here
 from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
 from footfall_ui.scene.redrawing import Redrawing
@@ -40,13 +41,12 @@ from footfall_ui.scene.support import SupportDrawing
 from footfall_ui.scene.swept import SweptDrawing
 from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
+from footfall_ui.scene.tether import TetherDrawing
 from footfall_ui.scene.torque import TorqueDrawing
 from footfall_ui.scene.wakeup import wake_in_loop
 from footfall_ui.scene.walk import WalkDrawing
 from footfall_ui.scene.what_if import WhatIfDrawing
 from footfall_ui.visitors import Visitors
-
-_V = TypeVar("_V", bound=Value)
 
 VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
 """Of the first view from the middle of the rover [m]."""
@@ -93,6 +93,8 @@ class Scene:
         self._what_if = WhatIfDrawing(server)
         self._sag = SagDrawing(server)
         self._walk = WalkDrawing(server)
+        self._tether = TetherDrawing(server)
+        self._failing = FailingDrawing(server)
         self._goal = GoalDrawing(server)
         self._route = RouteDrawing(server)
         self._tape = TapeDrawing(server)
@@ -112,6 +114,8 @@ class Scene:
             "suggestions": self._draw_suggestions,
             "plan": self._draw_plan,
             "walk": self._draw_walk,
+            "tether": self._draw_tether,
+            "failing": self._draw_failing,
             "goal": self._goal.draw,
             "route": self._route.draw,
             "collision": self._draw_collision,
@@ -164,7 +168,7 @@ class Scene:
         for copy in (self._rover, self._what_if, self._sag):
             if copy is not None:
                 copy.remove()
-        for drawing in (self._support, self._forces, self._collision):
+        for drawing in (self._support, self._forces, self._collision, self._failing):
             drawing.hide()
         self._robot = live.robot
         self._look_along(live.view.leg)
@@ -185,7 +189,7 @@ class Scene:
     def _draw_rover(self, live: LiveSession) -> None:
         if self._rover is None or self._robot is None:
             return
-        state = _rover_state(live)
+        state = rover_state(live)
         if state is None:
             self._rover.hide()
             return
@@ -193,7 +197,7 @@ class Scene:
         self._rover.highlight(leg_links(self._robot, live.view.leg), self._colliding(live))
 
     def _draw_torques(self, live: LiveSession) -> None:
-        state = _rover_state(live)
+        state = rover_state(live)
         if self._torques is None:
             return
         if state is None or not live.view.shown.torques:
@@ -202,18 +206,18 @@ class Scene:
             self._torques.show(state)
 
     def _draw_forces(self, live: LiveSession) -> None:
-        state = _rover_state(live)
+        state = rover_state(live)
         if state is None or self._robot is None or not live.view.shown.forces:
             self._forces.hide()
         else:
             self._forces.show(self._robot, state, live.view.leg)
 
     def _draw_support(self, live: LiveSession) -> None:
-        state = _rover_state(live)
+        state = rover_state(live)
         if state is None or self._robot is None or not live.view.shown.support:
             self._support.hide()
         else:
-            dem = _read(live, live.state.dem, Dem) if live.state.dem else None
+            dem = read(live, live.state.dem, Dem) if live.state.dem else None
             self._support.show(self._robot, state, dem, friction_of(live), live.view.shown.region)
 
     def _draw_cameras(self, live: LiveSession) -> None:
@@ -229,18 +233,18 @@ class Scene:
         if row is None or run is None or live.frame is None or self._robot is None or not live.view.shown.predicted:
             self._predicted.hide()
             return
-        sequence = _read(live, run.sequence, Sequence)
+        sequence = read(live, run.sequence, Sequence)
         self._predicted.show(self._robot, alongside(self._robot, sequence, row, live.frame.state))
 
     def _draw_look(self, live: LiveSession) -> None:
-        state, view = _rover_state(live), live.view
+        state, view = rover_state(live), live.view
         if state is not None and self._robot is not None:
             self._looking.look(view.look, view.looks, self._robot, state, view.leg)
 
     # -- the ground and what is chosen on it ---------------------------------------------------
 
     def _draw_ground(self, live: LiveSession) -> None:
-        dem = _read(live, live.state.dem, Dem) if live.state.dem else None
+        dem = read(live, live.state.dem, Dem) if live.state.dem else None
         # maps of an older terrain or posture are not shown: their green would be a wrong green
         self._terrain.show(dem, live.maps_shown(live.view.leg), live.view.layer)
 
@@ -248,7 +252,7 @@ class Scene:
         if live.state.dem is None:
             self._age.forget()
         elif live.view.shown.age:
-            self._age.show(_read(live, live.state.dem, Dem))
+            self._age.show(read(live, live.state.dem, Dem))
         else:
             self._age.hide()
 
@@ -259,7 +263,7 @@ class Scene:
         elif state.what_if is None or state.state is None or self._robot is None:
             self._what_if.hide()
         else:
-            self._what_if.show(self._robot, _read(live, state.state, RobotState))
+            self._what_if.show(self._robot, read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
         chosen = live.state.footfall
@@ -273,7 +277,7 @@ class Scene:
         point = np.array([answer["x"], answer["y"], answer["z"]])
         normal = np.array(answer["normal"]) if answer["normal"] else np.array([0.0, 0.0, 1.0])
         self._footfall.show(
-            point, normal, self._robot.wheel_radius, _accepted(live, chosen, answer), f"leg {chosen.leg}"
+            point, normal, self._robot.wheel_radius, accepted(live, chosen, answer), f"leg {chosen.leg}"
         )
 
     def _draw_suggestions(self, live: LiveSession) -> None:
@@ -291,42 +295,56 @@ class Scene:
     def _draw_plan(self, live: LiveSession) -> None:
         plan: StepPlan | None = None
         if live.state.plan is not None:
-            plan = _read(live, live.state.plan, PlanResult).plan
+            plan = read(live, live.state.plan, PlanResult).plan
         if plan is None or self._robot is None:
             self._path.hide()
             return
         self._path.show(self._robot, plan)
 
     def _draw_walk(self, live: LiveSession) -> None:
-        newest = live.state.newest(WALK)
-        result = None if newest is None else _read(live, newest, WalkResult)
-        # on other ground its footfalls would lie under it, or in the air
-        if result is None or result.provenance.parents["dem"] != live.state.dem:
+        result = walk_here(live)
+        if result is None:
             self._walk.hide()
         else:
             self._walk.show(result)
 
+    def _draw_tether(self, live: LiveSession) -> None:
+        result = walk_here(live)
+        plan = None if result is None else result.plan or result.partial
+        if not isinstance(plan, WalkPlan) or plan.tethered is None:
+            self._tether.hide()
+        else:
+            follows = live.view.show_ghost and live.played == live.state.newest(WALK)
+            self._tether.show(plan, plan.tethered, live.view.scrub if follows else 0.0)
+
+    def _draw_failing(self, live: LiveSession) -> None:
+        result = walk_here(live)
+        if isinstance(result, GaitResult) and self._robot is not None:
+            self._failing.show(self._robot, result)
+        else:
+            self._failing.hide()
+
     def _colliding(self, live: LiveSession) -> tuple[str, ...]:
         if live.state.plan is None or self._robot is None:
             return ()
-        return colliding(_read(live, live.state.plan, PlanResult), self._robot.description.meshes)
+        return colliding(read(live, live.state.plan, PlanResult), self._robot.description.meshes)
 
     def _draw_collision(self, live: LiveSession) -> None:
-        state, pair = _rover_state(live), self._colliding(live)
+        state, pair = rover_state(live), self._colliding(live)
         if state is None or not pair or self._robot is None:
             self._collision.hide()
         else:
             self._collision.show(self._robot, state, pair)
 
     def _draw_ghost(self, live: LiveSession) -> None:
-        motion = _played(live)
+        motion = played(live)
         if motion is None or self._robot is None or not live.view.show_ghost:
             self._ghost.hide()
         else:
             self._ghost.show(self._robot, motion, live.view.scrub)
 
     def _draw_swept(self, live: LiveSession) -> None:
-        motion = _played(live) if live.view.shown.swept else None
+        motion = played(live) if live.view.shown.swept else None
         if motion is None or live.played is None or self._robot is None:
             self._swept.hide()
         else:
@@ -334,7 +352,7 @@ class Scene:
 
     def _draw_sag(self, live: LiveSession) -> None:
         chosen = live.state.execution
-        done = None if chosen is None else _read(live, chosen, ExecutionResult).execution
+        done = None if chosen is None else read(live, chosen, ExecutionResult).execution
         if done is None or self._robot is None:
             self._sag.hide()
         else:
@@ -358,7 +376,7 @@ class Scene:
         live = self._live
         if live is None or live.state.dem is None:
             return
-        point = pick(_read(live, live.state.dem, Dem), origin, direction)
+        point = pick(read(live, live.state.dem, Dem), origin, direction)
         if point is None:
             return
         x, y, z = (float(one) for one in point)
@@ -369,31 +387,3 @@ class Scene:
             live.set_view(tape=live.view.measured((x, y, z)))
         else:
             live.choose_footfall(live.view.leg, x, y)
-
-
-def _rover_state(live: LiveSession) -> RobotState | None:
-    """What the rover says of itself; before it says anything, what is planned from."""
-    if live.frame is not None:
-        return live.frame.state
-    return None if live.state.state is None else _read(live, live.state.state, RobotState)
-
-
-def _played(live: LiveSession) -> Motion | None:
-    """What the ghost plays."""
-    return None if live.played is None else motion_of(live.get(live.played))
-
-
-def _accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:
-    """What the plan for this footfall says; without one, what the maps say."""
-    if live.state.plan is not None:
-        result = _read(live, live.state.plan, PlanResult)
-        if result.footfall.digest == chosen.digest and result.provenance.parents["dem"] == live.state.dem:
-            return result.plan is not None
-    return answer["acceptable"]
-
-
-def _read(live: LiveSession, digest: str, kind: type[_V]) -> _V:
-    found = live.get(digest)
-    if not isinstance(found, kind):
-        raise TypeError(f"{digest} is a {type(found).__name__}, not a {kind.__name__}")
-    return found

@@ -1,4 +1,4 @@
-"""A planned walk: a mark at each footfall, numbered in their order and with its leg, and the chassis' way as a line."""
+"""A planned walk or gait: a mark at each footfall, numbered in their order and with its leg, and the chassis' way."""
 
 from dataclasses import dataclass
 
@@ -6,6 +6,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from footfall.planning.gait.problem import GaitPlan, GaitResult
 from footfall.planning.walk.problem import WalkPlan, WalkResult, foot_moves_told
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
@@ -25,38 +26,44 @@ class Mark:
     text: str
 
 
-def footfall_marks(plan: WalkPlan) -> tuple[Mark, ...]:
-    """Where each foot move puts its foot, in their order."""
+def footfall_marks(plan: WalkPlan | GaitPlan) -> tuple[Mark, ...]:
+    """Where each foot move puts its feet, in their order."""
     up = np.array([0.0, 0.0, OVER_GROUND])
-    placed = zip(plan.legs, plan.stances[1:], strict=True)
+    placed = zip(plan.groups, plan.stances[1:], strict=True)
     return tuple(
-        Mark(stance.contacts[leg] + up, f"{number}: leg {leg}") for number, (leg, stance) in enumerate(placed, 1)
+        Mark(stance.contacts[leg] + up, f"{number}: leg {leg}")
+        for number, (group, stance) in enumerate(placed, 1)
+        for leg in group
     )
 
 
-def chassis_line(plan: WalkPlan) -> NDArray[np.float64]:
+def chassis_line(plan: WalkPlan | GaitPlan) -> NDArray[np.float64]:
     """The way of the chassis' origin, site frame (n, 2, 3) [m]; empty where it stays."""
     at = plan.Ts_site_base[:, :3, 3]
     segments = np.stack([at[:-1], at[1:]], axis=1)
     return segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
 
 
-def end_text(result: WalkResult) -> str:
+def end_text(result: WalkResult | GaitResult) -> str:
     """What is said where the chassis ends."""
-    if result.plan is not None:
-        return f"walk: {foot_moves_told(result.plan)}"
-    return "" if result.partial is None else f"✕ it comes this far: {foot_moves_told(result.partial)}"
+    plan = result.plan or result.partial
+    if plan is None:
+        return ""
+    told = foot_moves_told(plan) if isinstance(plan, WalkPlan) else f"{len(plan.groups)} steps of the gait"
+    if result.plan is None:
+        return f"✕ it comes this far: {told}"
+    return f"walk: {told}" if isinstance(plan, WalkPlan) else told
 
 
 class WalkDrawing:
-    """The walk that was found, or the one that comes nearest to the goal."""
+    """The walk or gait that was found, or what comes nearest to the goal."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""
 
-    def show(self, result: WalkResult) -> None:
+    def show(self, result: WalkResult | GaitResult) -> None:
         if self._of == result.digest:
             return
         self._of = ""

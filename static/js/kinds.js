@@ -21,6 +21,7 @@ export const KINDS = {
   shift: { title: "shift of the chassis", sign: "plan", made: () => "looked for a shift of the chassis" },
   body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
   walk: { area: "plan", sign: "plan", made: ({ status }) => `planned a walk: ${inWords(status)}` },
+  gait: { area: "plan", sign: "plan", made: ({ status }) => `planned a gait: ${inWords(status)}` },
   route: { area: "plan", sign: "plan", made: ({ status }) => `planned a route: ${inWords(status)}` },
   sequence: { title: "commands", area: "commands", sign: "sequence", made: () => "made commands" },
   foot_moves: { title: "commands of foot moves", area: "commands", sign: "sequence", made: () => "made commands of a walk" },

@@ -18,6 +18,7 @@ import * as commands from "./panels/commands.js";
 import * as conn from "./panels/conn.js";
 import * as execution from "./panels/execution.js";
 import * as footfall from "./panels/footfall.js";
+import * as gait from "./panels/gait.js";
 import * as gauge from "./panels/gauge.js";
 import * as ghost from "./panels/ghost.js";
 import * as goal from "./panels/goal.js";
@@ -39,13 +40,14 @@ import * as status from "./panels/status.js";
 import * as strip from "./panels/strip.js";
 import * as suggest from "./panels/suggest.js";
 import * as telemetry from "./panels/telemetry.js";
+import * as tether from "./panels/tether.js";
 import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
 import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

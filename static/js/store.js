@@ -12,6 +12,7 @@ export const known = {
   jobs: new Map(), // id → job, oldest first
   plan: null, // the current PlanResult
   walk: null, // the latest WalkResult
+  gait: null, // the latest GaitResult
   route: null, // the latest RouteResult
   sequence: null, // the current Sequence, with its ETag
 };

@@ -63,6 +63,8 @@ async function refreshProducts(summary) {
   else if (known.plan?.digest !== digest) known.plan = (await request("GET", `/sessions/current/plans/${digest}`)).body;
   if (!summary.walk) known.walk = null;
   else if (known.walk?.digest !== summary.walk) known.walk = (await request("GET", `/sessions/current/walks/${summary.walk}`)).body;
+  if (!summary.gait) known.gait = null;
+  else if (known.gait?.digest !== summary.gait) known.gait = (await request("GET", `/sessions/current/gaits/${summary.gait}`)).body;
   if (!summary.route) known.route = null;
   else if (known.route?.digest !== summary.route) known.route = (await request("GET", `/sessions/current/routes/${summary.route}`)).body;
   if (!summary.sequence) known.sequence = null;

@@ -7,6 +7,7 @@ import { $, attempt, element, fixed } from "../dom.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import { sagSettings } from "./execution.js";
+import { paidOut, showTether, tether, tetherInWords } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
 let places = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
@@ -53,11 +54,15 @@ function say(wanted) {
 
 const plan = () => attempt(async () => {
   $("panel-walk").open = true;
+  showTether();
   if (!$("walk-form").reportValidity()) return;
   const heading = $("walk-yaw").value;
   const goal = { x: Number($("walk-x").value), y: Number($("walk-y").value), yaw: heading === "" ? null : (Number(heading) * Math.PI) / 180 };
+  const gait = $("walk-gait").value;
+  if (gait && tether()) throw new Error("No gait hangs on a tether: plan a free walk, or take the tether off.");
   await freeze();
-  await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value), ...places } });
+  if (gait) await post("/sessions/current/gaits", { goal, settings: { gait } });
+  else await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value), ...places }, tether: tether() });
 });
 
 function draw({ summary, walk }) {
@@ -96,6 +101,7 @@ function show(answer) {
   const [className, textContent] = walkTold(answer);
   $("walk-answer").replaceChildren(
     element("p", { className, textContent }),
+    ...tethersOf(answer),
     ...(answer.smoothed ? [element("p", { id: "walk-smoothed", className: "hint", textContent: smoothedInWords(answer.smoothed) })] : []),
     ...(answer.partial ? [element("p", { className: "doubt", textContent: `It comes this far: ${inWords(answer.partial)}` })] : []),
     element("ul", {}, ...answer.checks.map((one) => element("li", {
@@ -105,6 +111,11 @@ function show(answer) {
     element("ol", { "aria-label": "Foot moves" }, ...footMoves(answer.plan ?? answer.partial)),
   );
   drawWalking(walking());
+}
+
+function tethersOf({ plan, partial }) {
+  const { tethered } = plan ?? partial ?? {};
+  return tethered ? [element("p", { id: "walk-tethered", className: "hint", textContent: tetherInWords(tethered) })] : [];
 }
 
 // What smoothing changed of the walk as it was found; the same on both sides is said once.
@@ -133,6 +144,7 @@ function blockedBy({ check_name, leg, x, y, count }) {
 // In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of the walk is said.
 function footMoves(plan) {
   const worst = { margin: Math.min(...(plan?.margins ?? [])), torque: Math.max(...(plan?.torques ?? [])) };
+  const out = plan?.tethered ? paidOut(plan) : [];
   return (plan?.legs ?? []).map((leg, number) => {
     const at = plan.stances[number + 1].contacts[leg];
     const rows = plan.moves.flatMap((move, row) => (move === number ? [row] : []));
@@ -141,12 +153,14 @@ function footMoves(plan) {
     return element("li", {},
       `leg ${leg} to (${fixed(at[0], 2)}, ${fixed(at[1], 2)}) m, `,
       figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin, "least"), ", ",
-      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque, "most"), " ",
+      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque, "most"),
+      number in out ? `, tether ${signed(out[number])} m ` : " ",
       mark("Forbid", `Forbid the place of foot move ${number + 1}`, () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
       mark("Pin", `Pin the place of foot move ${number + 1}`, () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
   });
 }
 
+const signed = (length) => `${length > 0 ? "+" : ""}${fixed(length, 2)}`;
 const place = ([x, y]) => ({ x, y });
 const figure = (text, worst, what) => element("span", { textContent: worst ? `${text} (${what})` : text, title: worst ? `The ${what} of the whole walk` : "" });
 const mark = (textContent, ariaLabel, onclick) => element("button", { type: "button", textContent, ariaLabel, onclick });

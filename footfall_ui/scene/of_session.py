@@ -1,0 +1,56 @@
+"""What drawings read of a session: its products as values, how the rover stands, what the ghost plays."""
+
+from typing import Any, TypeVar
+
+from footfall.core.value import Value
+from footfall.planning.gait.problem import GaitResult
+from footfall.planning.step.problem import Footfall, PlanResult
+from footfall.planning.walk.problem import WalkResult
+from footfall.session.live import LiveSession
+from footfall.session.products.kinds import GAIT, WALK
+from footfall.telemetry.state import RobotState
+from footfall_ui.scene.ghost import Motion, motion_of
+
+_V = TypeVar("_V", bound=Value)
+
+
+def read(live: LiveSession, digest: str, kind: type[_V]) -> _V:
+    """The product of that digest. Raises TypeError where it is of another class."""
+    found = live.get(digest)
+    if not isinstance(found, kind):
+        raise TypeError(f"{digest} is a {type(found).__name__}, not a {kind.__name__}")
+    return found
+
+
+def rover_state(live: LiveSession) -> RobotState | None:
+    """What the rover says of itself; before it says anything, what is planned from."""
+    if live.frame is not None:
+        return live.frame.state
+    return None if live.state.state is None else read(live, live.state.state, RobotState)
+
+
+def played(live: LiveSession) -> Motion | None:
+    """What the ghost plays."""
+    return None if live.played is None else motion_of(live.get(live.played))
+
+
+def walk_here(live: LiveSession) -> WalkResult | GaitResult | None:
+    """The walk or gait that was planned last; None on other ground, where its footfalls would lie under it, or in the
+    air.
+    """
+    for event in reversed(live.events()):
+        if event.type == "product" and event.payload["kind"] in (WALK.name, GAIT.name):
+            found = live.get(event.payload["digest"])
+            if isinstance(found, (WalkResult, GaitResult)) and found.provenance.parents["dem"] == live.state.dem:
+                return found
+            return None
+    return None
+
+
+def accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:
+    """What the plan for this footfall says; without one, what the maps say."""
+    if live.state.plan is not None:
+        result = read(live, live.state.plan, PlanResult)
+        if result.footfall.digest == chosen.digest and result.provenance.parents["dem"] == live.state.dem:
+            return result.plan is not None
+    return answer["acceptable"]
