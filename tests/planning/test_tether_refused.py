@@ -64,6 +64,15 @@ def test_where_nothing_speaks_against_it_the_walk_is_found(athlete, ground, stat
     assert anchor_refused(ground, state.T_site_base, low) == ""
 
 
+def test_the_ground_is_looked_at_up_to_an_anchor_that_is_far_away(athlete):
+    wide = wavy(half=16.0, resolution=0.2)
+    far = replace(TETHER, anchor=np.array([-13.0, 7.6, 4.0]))
+    found = answer(athlete, wide, footfall.stand(athlete, wide), far)
+    assert found.plan is not None, found.reason
+    assert found.plan.tethered is not None
+    assert found.plan.tethered.lengths.min() > 12.0
+
+
 def test_an_anchor_at_the_attachment_has_no_direction(athlete, ground, state):
     reason = anchor_refused(ground, state.T_site_base, replace(TETHER, anchor=apply(state.T_site_base, ATTACHMENT)))
     assert "has no direction" in reason
