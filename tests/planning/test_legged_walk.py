@@ -103,7 +103,7 @@ def test_who_stands_has_all_feet_on_the_ground_and_the_weight_over_them(name, ki
     assert np.hypot(*(state.T_site_base[:2, 3] - (0.1, -0.1))) < 0.2 * robot.length
 
 
-@pytest.mark.parametrize("name", [4, 5, 6, "A1", "Go2", "HyQ", "ANYmal B", "Solo-12"])
+@pytest.mark.parametrize("name", [4, 5, 6, "A1", "Go2", "HyQ", "ANYmal B"])
 def test_a_walk_holds_before_judges_of_its_own(name):
     _, robot = robot_of(name)
     dem = ground_for(name, "rough")
