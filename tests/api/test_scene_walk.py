@@ -168,6 +168,8 @@ def test_a_gait_that_fails_stands_in_red_until_a_walk_is_planned(tmp_path, monke
         assert there("/failing-text")
         assert there("/failing/base/shape")
         mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base/shape", "/failing"))
+        assert isinstance(mesh, viser.MeshHandle)
+        assert isinstance(frame, viser.FrameHandle)
         assert tuple(mesh.color) == COLOR
         np.testing.assert_allclose(frame.position, T[:3, 3], atol=1e-6)
         live.plan_walk(walk.goal).finish()

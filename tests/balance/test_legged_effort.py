@@ -31,7 +31,8 @@ def test_the_least_share_is_that_of_a_linear_program_on_another_model(name, tmp_
     held = 0
     for _ in range(12):
         q = np.clip(0.3 * middle + 0.2 * rng.uniform(-1, 1, len(middle)) * half, robot.lower, robot.upper)
-        T = transform(rotation_rpy(*rng.uniform(-0.15, 0.15, 2), rng.uniform(-3, 3)), rng.uniform(-5, 5, 3))
+        roll, pitch = rng.uniform(-0.15, 0.15, 2)
+        T = transform(rotation_rpy(roll, pitch, rng.uniform(-3, 3)), rng.uniform(-5, 5, 3))
         standing = sorted(rng.permutation(robot.legs)[: rng.integers(3, len(robot.legs) + 1)])
         normals = np.column_stack([rng.uniform(-0.2, 0.2, (len(standing), 2)), np.ones(len(standing))])
         contacts = (placed(robot, q).soles @ T[:3, :3].T + T[:3, 3])[standing]

@@ -20,6 +20,7 @@ from footfall.planning.gait.step import leg_lacks
 from footfall.planning.gait.way import way_to
 from footfall.planning.step.ground import Nearby
 from footfall.planning.step.problem import Status
+from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import BODY, SWING, WalkSettings
@@ -261,7 +262,11 @@ def test_the_posture_that_fails_stands_on_the_feet_that_stay(athlete, place):
     dem, state = place
     result = footfall.plan_gait(athlete, dem, state, GOAL, TRIPOD, GaitSettings(most_torque=0.3))
     failure = failure_of(result)
-    T, stance = failure.T_site_base, start_of(athlete, dem, state).stance
+    start = start_of(athlete, dem, state)
+    assert isinstance(start, At)
+    assert failure.T_site_base is not None
+    assert failure.posture is not None
+    T, stance = failure.T_site_base, start.stance
     if result.partial is not None:
         stance = result.partial.stances[-1]
     stay = [leg for leg in athlete.legs if leg not in failure.group]
@@ -274,6 +279,7 @@ def test_the_posture_that_fails_stands_on_the_feet_that_stay(athlete, place):
 def test_a_leg_that_does_not_reach_keeps_its_joints(athlete, place):
     dem, state = place
     at = start_of(athlete, dem, state)
+    assert isinstance(at, At)
     world = World(athlete, Nearby(dem, np.isnan(dem.heights)), WalkSettings(), at.T_site_base)
     T_site_base = np.array(at.T_site_base)
     T_site_base[2, 3] -= 0.1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shapely.geometry import MultiPoint, Point
+from shapely.geometry import MultiPoint, Point, Polygon
 
 from footfall.core.frames import apply, rotation, transform
 from footfall.planning.stance.stand import stand
@@ -158,6 +158,7 @@ def test_a_margin_under_its_limit_stops_by_the_polygon_of_the_feet(athlete, deci
     posture, T = start_of(walk, 0)
     com = apply(T, center_of_mass(athlete, posture))[:2]
     polygon = MultiPoint(walk.stances[0].contacts[:, :2]).convex_hull
+    assert isinstance(polygon, Polygon)
     inside = polygon.exterior.distance(Point(com))
     assert "centre of mass is" not in decides(0, limits=WayOnSettings(least_margin=inside - 0.01)).reason
     found = decides(0, limits=WayOnSettings(least_margin=inside + 0.01))

@@ -10,7 +10,7 @@ import json
 import zipfile
 import zlib
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -275,8 +275,8 @@ def _read(data: bytes) -> tuple[Any, list[np.ndarray]]:
 def _unpacked(archive: zipfile.ZipFile, name: str) -> NDArray[np.uint8]:
     """The content of one entry, which is never in memory twice."""
     body = np.empty(archive.getinfo(name).file_size, np.uint8)
-    left = memoryview(body)
-    with archive.open(name) as file:
+    left = body.data
+    with cast(zipfile.ZipExtFile, archive.open(name)) as file:
         while count := file.readinto(left[:_AT_ONCE]):
             left = left[count:]
     if len(left):
