@@ -27,9 +27,9 @@ const isMeant = ({ goal, walk }) => Boolean(walk && goal) && Math.hypot(walk.goa
 
 const isOnItsWay = (facts) => facts.walking !== null && facts.walking.next !== null && (facts.goal === null || isMeant(facts));
 
-function underWay({ waiting, mode, why, aborted }, { part }) {
+function underWay({ waiting, why, aborted }, { part }) {
   if (!waiting || aborted) return wait(aborted ? "The present row ends" : `Under way: ${part || "commands"}`, "It goes on while the rover stands as it was to. Hold and Abort are under Commands.", "run");
-  return mode === "steps" ? thing("run-next", "Next row", "", "run") : thing("run-resume", "Go on", why, "run");
+  return why === "step by step" ? thing("run-next", "Next row", "", "run") : thing("run-resume", "Go on", why, "run");
 }
 
 // The next foot move of a walk that was found, or all that are left.

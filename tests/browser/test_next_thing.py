@@ -18,7 +18,7 @@ HELD = {"send", "run-next", "run-resume"}
 """What makes the rover move."""
 IDLE = {"state": "idle", "waiting": False, "mode": "whole", "why": "", "aborted": False}
 OUT = {**IDLE, "state": "sending"}
-HELD_BACK = {**OUT, "waiting": True, "why": "held between foot moves"}
+HELD_BACK = {**OUT, "waiting": True, "mode": "steps", "why": "held by Ann"}
 GOAL, ELSEWHERE = [1.0, 0.0], [3.0, 0.5]
 NOTHING = {
     "stopped": False,
@@ -65,7 +65,7 @@ def judged() -> list[tuple[dict, dict]]:
     walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
     choices = {
         "stopped": [False, True],
-        "gate": [IDLE, OUT, HELD_BACK, {**HELD_BACK, "mode": "steps"}, {**OUT, "aborted": True}],
+        "gate": [IDLE, OUT, HELD_BACK, {**HELD_BACK, "why": "step by step"}, {**OUT, "aborted": True}],
         "making": ["", "walk"],
         "armed": [0, 7],
         "picking": [False, True],

@@ -12,6 +12,8 @@ from playwright.sync_api import Page, expect
 from benchmarks.soak.processes import RoverProcess
 from footfall.io.artifacts import encode
 from footfall.io.terrain_files import write_terrain
+from footfall.session import commanding
+from footfall.session.gate import checks, machine
 from footfall.telemetry.link import PATH
 from footfall.terrain.dem import Dem
 from footfall_ui.rover_process import loaded_world
@@ -47,6 +49,15 @@ def served(tmp_path: Path) -> Iterator[Running]:
             yield running
         finally:
             rover.end()
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is armed stays so, and telemetry is fresh, for as long as a slow machine may take."""
+    for module in (machine, commanding):
+        monkeypatch.setattr(module, "ARMED_FOR", 3600.0)
+    for module in (checks, commanding):
+        monkeypatch.setattr(module, "STALE_AFTER", 1e9)
 
 
 class Operator:

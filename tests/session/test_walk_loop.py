@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from footfall.core.errors import Conflict
+from footfall.core.errors import CommandRefused, Conflict
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.session.access.identity import Identity, Role
 from footfall.session.replay.recompute import replay
 from footfall.session.walk_loop import LoopSettings
 from footfall.telemetry.state import TelemetryFrame
@@ -162,6 +163,83 @@ def test_it_leaves_the_rover_to_whoever_takes_over(live, rover, act, outcome, re
     assert len(rover.sent) == 2
     with pytest.raises(Conflict, match="has ended"):
         loop.go_on()
+
+
+@pytest.fixture
+def making(live, monkeypatch):
+    """Stops the loop where it has just made commands: waits for ``reached``, and goes on with ``go_on``."""
+    reached, go_on, make = threading.Event(), threading.Event(), live.command_foot_moves
+
+    def made(*asked):
+        sequence = make(*asked)
+        reached.set()
+        assert go_on.wait(BOUND)
+        return sequence
+
+    monkeypatch.setattr(live, "command_foot_moves", made)
+    yield reached, go_on
+    go_on.set()
+
+
+def stopped_for_a_moment(live):
+    live.stop("a dust devil")
+    live.take_stop_acknowledgement()
+    live.clear_stop()
+
+
+def test_held_while_commands_are_made_it_sends_none_until_it_goes_on(live, rover, making):
+    reached, go_on = making
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    loop.hold()
+    go_on.set()
+    number = rover.number
+    until(lambda: rover.number > number + 10, "more telemetry")
+    assert (loop.state, rover.sent, live.gate["state"]) == ("held", [], "idle")
+    loop.go_on()
+    assert ended(loop)[0] == "arrived"
+
+
+@pytest.mark.parametrize(
+    ("act", "outcome", "reason"),
+    [
+        (lambda live, loop: loop.cancel(), "cancelled", "ended by the operator"),
+        (lambda live, loop: stopped_for_a_moment(live), "stopped", "was stopped"),
+    ],
+    ids=["cancelled", "stopped and cleared"],
+)
+def test_what_ends_it_while_commands_are_made_lets_none_go(live, rover, making, act, outcome, reason):
+    reached, go_on = making
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    act(live, loop)
+    go_on.set()
+    found = ended(loop)
+    assert (found[0], reason in found[1]) == (outcome, True), found
+    assert rover.sent == []
+
+
+def test_of_a_walk_that_has_ended_nothing_is_cancelled(live, rover):
+    loop = live.walk_to(WalkGoal(0.0, 0.0), UNSEEN)
+    ended(loop)
+    with pytest.raises(Conflict, match="has ended"):
+        loop.cancel()
+
+
+def test_without_the_conn_it_is_neither_held_nor_ended(live, rover, making):
+    reached, go_on = making
+    other = Identity("another", Role.COMMANDER, page="elsewhere")
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    live.conn_act("take", other)
+    for act in (loop.hold, loop.cancel):
+        with pytest.raises(CommandRefused, match="another"):
+            act()
+    assert loop.state == "going"
+    go_on.set()
+    found = ended(loop)
+    assert (found[0], "another" in found[1]) == ("stopped", True), found
+    assert rover.sent == []
 
 
 def test_a_rover_that_is_not_where_its_walk_has_it_plans_anew(live, rover):

@@ -20,6 +20,7 @@ from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
 from footfall.session.products.remembered import on_map
+from footfall.session.storage.interface import StoreRefused
 from footfall.terrain.settings import TerrainSettings
 
 if TYPE_CHECKING:
@@ -67,6 +68,10 @@ class WalkLoop:
         self._seen = -1
         self.decided: Counter[str] = Counter()
         self._news, self._free, self._over = threading.Event(), threading.Event(), threading.Event()
+        # nothing is sent while somebody holds or ends it, and nobody is told of a hold while something is being sent
+        self._sending = threading.Lock()
+        self._sent: int | None = None
+        self._epoch = live.epoch
         self._cancelled = False
         self._free.set()
         self._unlisten = live.listen(lambda _: self._news.set())
@@ -83,27 +88,39 @@ class WalkLoop:
 
     def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""
-        self._require_going()
-        self._free.clear()
-        self.state = "held"
-        if self._live.gate["state"] == "sending" and not self._live.gate["waiting"]:
-            self._live.hold_run(who)
+        with self._sending:
+            self._require_going()
+            if self._is_sending():
+                self._live.hold_run(who)
+            else:
+                self._live.require_may_leave(who)
+            self._free.clear()
+            self.state = "held"
 
     def go_on(self, who: Identity = LOCAL) -> None:
         """Go on after :meth:`hold`. Raises CommandRefused, naming the check, where the gate does not let it."""
-        self._require_going()
-        if self._live.gate["waiting"]:
-            self._live.resume_run(who)
-        self.state = "going"
-        self._free.set()
+        with self._sending:
+            self._require_going()
+            if self._is_sending():
+                self._live.resume_run(who)
+            else:
+                self._live.require_may_leave(who)
+            self.state = "going"
+            self._free.set()
+            self._news.set()
 
     def cancel(self, who: Identity = LOCAL) -> None:
-        """End it and leave the rover to whoever asks: a row that is out is carried out, nothing more is sent."""
-        self._cancelled = True
-        self._free.set()
-        self._news.set()
-        if self._live.gate["run"] is not None:
-            self._live.abort_run(who)
+        """End it and leave the rover to whoever asks: a row that is out is carried out, nothing more is sent.
+
+        Raises CommandRefused where another has the conn.
+        """
+        with self._sending:
+            self._require_going()
+            if self._is_sending():
+                self._live.abort_run(who)
+            else:
+                self._live.require_may_leave(who)
+            self._leave()
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait for the end; whether it came within ``timeout`` [s]."""
@@ -111,46 +128,63 @@ class WalkLoop:
 
     def close(self) -> None:
         """End it with the session, whatever it does; harmless when done twice."""
+        with self._sending:
+            self._leave()
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def _leave(self) -> None:
         self._cancelled = True
         self._free.set()
         self._news.set()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
+
+    def _is_sending(self) -> bool:
+        """Whether a run that this loop began is under way, and not one of somebody else."""
+        return self._sent is not None and self._live.gate["run"] == self._sent
 
     def _require_going(self) -> None:
         if self.state == "ended":
             raise Conflict(f"the walk has ended: {self.reason}", outcome=self.outcome)
+        if self._cancelled:
+            raise Conflict("the walk has ended: it was cancelled", outcome="cancelled")
 
     # -- the loop ------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        with acting(self._who):
+            try:
+                self._end(*self._walked())
+            except _Cancelled:
+                self._end("cancelled", "ended by the operator")
+            except FootFallError as error:
+                self._end("stopped", error.message)
+            except StoreRefused as error:
+                self._end("stopped", error.told.message)
+            except Exception as error:
+                log.exception("the walk to %s ended by a fault", self.goal)
+                self._end("stopped", f"a fault of the software: {type(error).__name__}: {error}")
+
+    def _walked(self) -> tuple[str, str]:
+        """Outcome and reason."""
         limits = self._settings.way_on
         so_far, walk, number = SoFar(), None, 0
-        try:
-            with acting(self._who):
-                while True:
-                    decision = self._decide(so_far, walk, number, limits)
-                    if decision.act is Act.LOOK:
-                        so_far = self._look(so_far)
-                    elif decision.act is Act.REPLAN:
-                        walk, number, so_far = self._plan(so_far)
-                    elif decision.act is Act.GO:
-                        number, so_far = self._go(number, limits.foot_moves, so_far)
-                    else:
-                        return self._end("arrived" if decision.act is Act.ARRIVED else "stopped", decision.reason)
-        except _Cancelled:
-            self._end("cancelled", "ended by the operator")
-        except FootFallError as error:
-            self._end("stopped", error.message)
-        except Exception as error:
-            log.exception("the walk to %s ended by a fault", self.goal)
-            self._end("stopped", f"a fault of the software: {type(error).__name__}: {error}")
+        while True:
+            decision = self._decide(so_far, walk, number, limits)
+            if decision.act is Act.LOOK:
+                so_far = self._look(so_far)
+            elif decision.act is Act.REPLAN:
+                walk, number, so_far = self._plan(so_far)
+            elif decision.act is Act.GO:
+                number, so_far = self._go(number, limits.foot_moves, so_far)
+            else:
+                return "arrived" if decision.act is Act.ARRIVED else "stopped", decision.reason
 
     def _decide(self, so_far: SoFar, walk: WalkPlan | None, number: int, limits: WayOnSettings) -> WayOn:
         from footfall.planning.walk_execution.way_on import way_on
 
-        state = self._at_rest()
+        # held for hours, the rover may stand elsewhere by now
         self._until(self._free.is_set)
+        state = self._at_rest()
         decision = way_on(self._live.robot, self._dem, state, self.goal, walk, number, so_far, limits)
         self.act, self.reason = decision.act.value, decision.reason
         self.decided[self.act] += 1
@@ -188,16 +222,16 @@ class WalkLoop:
         live, before = self._live, self._live.state.runs
         try:
             sequence = live.command_foot_moves(self._walk, number, count)
-            # making them may have taken longer than telemetry is good for
-            self._until(lambda: (age := live.link.age) is not None and age <= STALE_AFTER / 2)
-            live.send(live.arm(sequence, self._who)["token"], sequence, self._who)
-        except CommandRefused as error:
-            if error.details.get("check") not in MAY_BE_REPLANNED:
-                raise
-            return number, replace(so_far, refused=error.message)
         except FootFallError as error:
             return number, replace(so_far, refused=error.message)
-        self._until(lambda: (run := live.state.run) is not None and run.number > before and run.state == "ended")
+        refused = None
+        while refused is None:
+            # making them may have taken longer than telemetry is good for
+            self._until(lambda: self._free.is_set() and self._is_fresh(STALE_AFTER / 2))
+            refused = self._send(sequence)
+        if refused:
+            return number, replace(so_far, refused=refused)
+        self._until(lambda: self._is_carried_out(before))
         ended, frame = live.state.run, live.frame
         self._seen = -1 if frame is None else frame.number
         if ended is None or ended.outcome != "done":
@@ -206,6 +240,26 @@ class WalkLoop:
         moved = len(live.foot_moves_in(sequence))
         self.foot_moves += moved
         return number + moved, replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, refused="")
+
+    def _send(self, sequence: str) -> str | None:
+        """Why the gate refused what another plan may pass, "" where it was sent, None where it was held meanwhile.
+
+        Raises what ends the walk: a stop, another refusal, a conn that was given up.
+        """
+        live, who = self._live, self._who
+        with self._sending:
+            if self._cancelled or not self._free.is_set():
+                return None
+            self._require_safe()
+            if self._sent is not None and not live.holds_conn(who):
+                raise Conflict("the conn was given up or passed on; take it, and begin the walk anew")
+            try:
+                self._sent = live.send(live.arm(sequence, who)["token"], sequence, who)["run"]
+            except CommandRefused as error:
+                if error.details.get("check") not in MAY_BE_REPLANNED:
+                    raise
+                return error.message
+            return ""
 
     # -- what it waits for ---------------------------------------------------------------------
 
@@ -222,13 +276,28 @@ class WalkLoop:
 
         def rests() -> bool:
             frame = self._live.frame
-            return frame is not None and frame.number != self._seen and frame.state.mode == "idle"
+            rested = frame is not None and frame.number != self._seen and frame.state.mode == "idle"
+            return rested and self._is_fresh(STALE_AFTER)
 
         self._until(rests)
         frame = self._live.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry")
         return on_map(frame.state, self._dem)
+
+    def _is_fresh(self, within: float) -> bool:
+        age = self._live.link.age
+        return age is not None and age <= within
+
+    def _is_carried_out(self, before: int) -> bool:
+        """Whether a run that came after number ``before`` has ended. One that waits by itself holds the walk."""
+        with self._sending:
+            gate = self._live.gate
+            if self._is_sending() and gate["waiting"] and self._free.is_set() and not self._cancelled:
+                self.state, self.reason = "held", gate["why"]
+                self._free.clear()
+        run = self._live.state.run
+        return run is not None and run.number > before and run.state == "ended"
 
     def _finish(self, job: Job) -> str:
         try:
@@ -257,12 +326,17 @@ class WalkLoop:
             raise Conflict("the rover reports a fault")
         if not live.link.connected:
             raise Conflict("the rover is not connected")
+        if live.epoch != self._epoch:
+            raise Conflict("the rover was stopped, or was connected anew, meanwhile")
 
     def _end(self, outcome: str, reason: str) -> None:
         self._unlisten()
-        self.state, self.outcome, self.reason = "ended", outcome, reason
-        self._live.record_decision("end", f"{outcome}: {reason}")
-        self._over.set()
+        with self._sending:
+            self.state, self.outcome, self.reason = "ended", outcome, reason
+        try:
+            self._live.record_decision("end", f"{outcome}: {reason}")
+        finally:
+            self._over.set()
 
 
 class _Cancelled(Exception):

@@ -73,7 +73,7 @@ def read_walk_loop(live: OneSession) -> WalkLoopAnswer:
     return _told(live)
 
 
-@router.post("/sessions/{session}/walk-loop/{act}", name="act")
+@router.post("/sessions/{session}/walk-loop/{act}")
 def act_on_walk_loop(live: OneSession, act: Act, who: Actor) -> WalkLoopAnswer:
     """Hold it, let it go on, or end it. 409 where it has ended."""
     loop = live.walk_loop
