@@ -64,6 +64,14 @@ def test_where_nothing_speaks_against_it_the_walk_is_found(athlete, ground, stat
     assert anchor_refused(ground, state.T_site_base, low) == ""
 
 
+def test_an_anchor_on_ground_that_nobody_knows_is_refused(ground, state):
+    heights = np.array(ground.heights)
+    x, y = np.moveaxis(ground.geometry.centers(), -1, 0)
+    heights[np.hypot(x + 3.2, y - 1.9) < 0.3] = np.nan
+    told = anchor_refused(replace(ground, heights=heights), state.T_site_base, TETHER)
+    assert "nothing is known of the ground" in told
+
+
 def test_the_ground_is_looked_at_up_to_an_anchor_that_is_far_away(athlete):
     wide = wavy(half=16.0, resolution=0.2)
     far = replace(TETHER, anchor=np.array([-13.0, 7.6, 4.0]))

@@ -60,6 +60,11 @@ def foot_move(
         if isinstance(ahead, Refusal):
             tally.refuse(ahead)
             continue
+        # step by step the legs may have come to other angles than at once
+        apart = _leaps(ahead[-1].q, began.q)
+        if apart is not None:
+            tally.refuse(apart)
+            continue
         soles, contacts, normals = (part.copy() for part in (state.soles, state.contacts, state.normals))
         soles[leg], contacts[leg], normals[leg] = target
         end = ground.state(way[-1].q, T, soles, contacts, normals)

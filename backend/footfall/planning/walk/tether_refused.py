@@ -46,6 +46,8 @@ def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
     if not length > SHORTEST:
         return f"{told} is where the tether leaves the chassis, so that it has no direction; choose one farther away"
     ground = float(height_at(dem, x, y))
+    if not np.isfinite(ground):
+        return f"{told} lies where nothing is known of the ground; choose one over known ground"
     if ground - z > SUNK:
         return f"{told} is {ground - z:.2f} m below the ground, which is {ground:.2f} m high there; raise it"
     deep, at = _deepest(dem, apply(T_site_base, tether.attachment), tether, length)
