@@ -146,15 +146,8 @@ class RoverProcess:
             command += ["--state", str(folder / "state.npz")]
         # not among the arguments, which everybody on this computer can read
         surroundings = {**os.environ, **({} if self._token is None else {TOKEN_VARIABLE: self._token})}
-        self._process = self._started(command, surroundings)
-        self._words = deque(maxlen=MOST_WORDS)
-        self._listening = threading.Thread(target=_listen, args=(self._process, live.id, self._words), daemon=True)
-        self._listening.start()
-        self.fault = ""
-
-    def _started(self, command: list[str], surroundings: dict[str, str]) -> "subprocess.Popen[bytes]":
         # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
-        return subprocess.Popen(
+        self._process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -162,6 +155,10 @@ class RoverProcess:
             start_new_session=True,
             env=surroundings,
         )
+        self._words = deque(maxlen=MOST_WORDS)
+        self._listening = threading.Thread(target=_listen, args=(self._process, live.id, self._words), daemon=True)
+        self._listening.start()
+        self.fault = ""
 
     def _last_words(self) -> str:
         self._listening.join(1.0)
