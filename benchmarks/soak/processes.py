@@ -66,12 +66,14 @@ class ServerProcess:
 
     def workers(self) -> list[int]:
         """Numbers of its worker processes."""
-        found = []
+        children, found = [], []
         for task in Path(f"/proc/{self.pid}/task").iterdir():
-            for child in (task / "children").read_text().split():
-                with contextlib.suppress(OSError):  # it has ended meanwhile
-                    if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                        found.append(int(child))
+            with contextlib.suppress(OSError):  # the thread has ended meanwhile
+                children += (task / "children").read_text().split()
+        for child in children:
+            with contextlib.suppress(OSError):  # it has ended meanwhile
+                if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
+                    found.append(int(child))
         return sorted(found)
 
     def end(self, number: int = signal.SIGTERM) -> None:
