@@ -28,7 +28,7 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     dem = wavy(half=6.0)
     live.load_terrain(dem, "made for the test")
     live.set_state(stand(live.robot, dem))
-    console.locator("#panel-walk summary").click()
+    console.locator("#panel-walk > summary").click()
     console.locator("#walk-x").fill("3")
     console.locator("#walk-y").fill("1")
     press(console, "Plan route")

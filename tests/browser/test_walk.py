@@ -22,7 +22,7 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     dem = wavy(half=4.0)
     live.load_terrain(dem, "made for the test")
     live.set_state(stand(live.robot, dem))
-    console.locator("#panel-walk summary").click()
+    console.locator("#panel-walk > summary").click()
     place = held(quiet)["footfall"]
     press(console, "Goal at the footfall")
     expect(console.locator("#walk-x")).to_have_value(f"{place['x']:.3f}")

@@ -42,7 +42,7 @@ def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep
     assert held(served)["terrain"]["name"].startswith("images")
     begin = at(served)
     hand = Hand(page)
-    hand.press("#panel-walk summary")
+    hand.press("#panel-walk > summary")
     hand.fill("#walk-ahead", "1")
     hand.press("#plan-walk")
     until(lambda: held(served)["walking"], "the walk")
