@@ -1,5 +1,6 @@
 // The page's composition: fetch what the session holds, follow its stream, let the panels draw.
 
+import { loadAnew } from "./anew.js";
 import { get } from "./api.js";
 import { toast } from "./dom.js";
 import { startEvents } from "./events.js";
@@ -77,7 +78,7 @@ async function startOrRetry() {
     do {
       await new Promise((done) => setTimeout(done, RETRY));
     } while (!(await isServed()));
-    location.reload();
+    loadAnew();
   }
 }
 

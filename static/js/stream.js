@@ -1,5 +1,6 @@
 // Follows the session: one line of events, and a fresh summary after everything that changed it.
 
+import { loadAnew } from "./anew.js";
 import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
@@ -31,7 +32,7 @@ async function fetchAll() {
     newer = {};
     const { body: summary } = await request("GET", "/sessions/current", undefined, {}, PATIENCE);
     if (known.summary && summary.id !== known.summary.id) {
-      location.reload(); // another session: every panel starts anew
+      loadAnew(); // another session: every panel starts anew
       return;
     }
     known.heardAt = performance.now();

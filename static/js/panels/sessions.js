@@ -2,6 +2,7 @@
 
 import { ROOT, get, once, post, request } from "../api.js";
 import { act } from "../acts.js";
+import { loadAnew } from "../anew.js";
 import { $, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
 import { changed, known, subscribe } from "../store.js";
@@ -29,7 +30,7 @@ export function start() {
 
 const open = (which) => attempt(async () => {
   await post("/sessions", which, once());
-  location.reload(); // every panel starts anew on the session that is now current
+  loadAnew(); // every panel starts anew on the session that is now current
 });
 
 const bringIn = () => attempt(async () => {
@@ -40,7 +41,7 @@ const bringIn = () => attempt(async () => {
   $("sessions-note").textContent = `Reading ${file.name}…`;
   try {
     await post("/recordings", form, once());
-    location.reload();
+    loadAnew();
   } finally {
     $("import-session").value = "";
     $("sessions-note").textContent = "";
