@@ -89,7 +89,8 @@ def opened(chromium: Browser, served: Running, query: str) -> Iterator[Page]:
     page.goto(f"{served.url}/?{query}")
     page.get_by_text("Stepping over a rock", exact=True).wait_for()
     yield page
-    context.close()
+    with else_after(BOUND / 4, kill_browsers):  # while its page is loaded anew, Chromium may close it never
+        context.close()
     assert not faults
 
 
