@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
-from scipy.stats.qmc import Halton
 
 Array = NDArray[np.float64]
 
@@ -64,6 +63,8 @@ def search(
     short: shifts (n, 6) → sums of their shortcomings (n,). scale: (6,), the cost is the norm of scale · shift.
     bounds: (6,), largest size of each. starts: (k, 6), tried first. tick: called between rounds.
     """
+    from scipy.stats.qmc import Halton  # scipy.stats takes half a second to load, and few processes search
+
     points = ndtri(np.clip(Halton(6, scramble=False).random(FIRST + 1 + NEXT * ROUNDS)[1:], 1e-9, 1 - 1e-9))
     spread = 0.45 * bounds
     tried = _ranked(short, scale, np.clip(np.concatenate([starts, spread * points[:FIRST]]), -bounds, bounds), None)
