@@ -335,3 +335,19 @@ def test_misuse(athlete, place):
         footfall.plan_gait(athlete, dem, replace(state, robot="other"), GOAL)
     far = footfall.plan_gait(athlete, dem, state, (99.0, 0.0))
     assert (far.status, far.plan, far.partial) == (Status.GOAL_INVALID, None, None)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"stride": 0.04}, "at least 0.05 m"),
+        ({"stride": 1e-9}, "at least 0.05 m"),
+        ({"stride": math.inf}, "finite"),
+        ({"tolerance": 1.01}, "at most 1 m"),
+        ({"tolerance": 1e6}, "at most 1 m"),
+        ({"tolerance": math.nan}, "finite"),
+    ],
+)
+def test_no_gait_has_more_steps_or_places_than_can_be_looked_at(change, said):
+    with pytest.raises(InvalidInput, match=said):
+        GaitSettings(**change)

@@ -30,6 +30,11 @@ GAITS: Mapping[str, str] = {
 }
 """In words."""
 
+SHORTEST = 0.05
+"""Least stride [m]: with less there are more steps than can be looked at."""
+MOST_TOLERANCE = 1.0
+"""Places farther from an ideal footfall than a leg is long are not looked at [m]."""
+
 
 @value
 class GaitSettings(Value):
@@ -60,6 +65,12 @@ class GaitSettings(Value):
             raise InvalidInput(f"gait is one of {', '.join(GAITS)}", gait=self.gait)
         require_above_zero(stride=self.stride)
         require_not_negative(tolerance=self.tolerance)
+        if self.stride < SHORTEST:
+            raise InvalidInput(f"the stride of a gait is at least {SHORTEST:g} m", stride=self.stride)
+        if self.tolerance > MOST_TOLERANCE:
+            raise InvalidInput(
+                f"a foot is put at most {MOST_TOLERANCE:g} m from its ideal footfall", tolerance=self.tolerance
+            )
         self.as_walk()
 
     def as_walk(self) -> WalkSettings:
