@@ -351,3 +351,11 @@ def test_misuse(athlete, place):
 def test_no_gait_has_more_steps_or_places_than_can_be_looked_at(change, said):
     with pytest.raises(InvalidInput, match=said):
         GaitSettings(**change)
+
+
+@pytest.mark.parametrize("goal", [(0.5,), (0.5, 0.0, 0.0, 4.0)])
+def test_a_goal_of_numbers_has_two_or_three(athlete, place, goal):
+    """A fourth one would be what the goal allows."""
+    dem, state = place
+    with pytest.raises(InvalidInput, match="x and y"):
+        footfall.plan_gait(athlete, dem, state, goal)

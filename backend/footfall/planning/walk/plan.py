@@ -83,7 +83,7 @@ def plan_walk(
         raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
     if settings.smoothing.posture is not None:
         robot.posture(settings.smoothing.posture)
-    asked = goal if isinstance(goal, WalkGoal) else _goal(goal)
+    asked = goal if isinstance(goal, WalkGoal) else goal_of(goal)
     if tether is not None:
         return _rappel(robot, dem, state, asked, settings, tether, progress)
     provenance = Provenance({"dem": dem.digest, "state": state.digest, "robot": robot.digest}, settings, settings.seed)
@@ -111,7 +111,8 @@ def _rappel(
     return in_site(robot, asked, attempt.run(), settings.friction)
 
 
-def _goal(numbers: tuple[float, ...]) -> WalkGoal:
+def goal_of(numbers: tuple[float, ...]) -> WalkGoal:
+    """The goal x, y [m] and, if it matters, yaw [rad]. Raises InvalidInput for more numbers, or fewer."""
     if len(numbers) not in (2, 3):
         raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(numbers))
     return WalkGoal(*(float(number) for number in numbers))
