@@ -119,6 +119,28 @@ def test_a_robot_pickles_as_what_it_was_made_of(tmp_path):
     assert again.digest == robot.digest
 
 
+def test_all_that_decides_what_is_planned_is_in_the_digest(tmp_path):
+    _, plain = made(tmp_path, 4)
+    model, joint = plain.model, plain.joint_names[0]
+    bodies = (plain.body_names[1], plain.body_names[4])
+    changes = [
+        LeggedRobot(model, {"stand": {joint: 0.0}}),
+        LeggedRobot(model, {"stand": {joint: 0.1}}),
+        LeggedRobot(model, None, {"ground": 0.5}),
+        LeggedRobot(model, None, {"own_leg": 0.5}),
+        LeggedRobot(model, None, None, (bodies,)),
+    ]
+    assert len({robot.digest for robot in [plain, *changes]}) == 1 + len(changes)
+    one, other = {"ground": 0.5, "base": 0.4}, {"base": 0.4, "ground": 0.5}
+    assert LeggedRobot(model, None, one, (bodies,)).digest == LeggedRobot(model, None, other, (bodies[::-1],)).digest
+
+
+def test_a_misspelled_joint_of_a_posture_is_not_taken_for_zero(tmp_path):
+    _, robot = made(tmp_path, 4)
+    with pytest.raises(InvalidRobot, match="posture stand: the URDF has no joint 'l0_yew'"):
+        LeggedRobot(robot.model, {"stand": {"l0_yew": 0.3}})
+
+
 def test_joints_that_turn_further_than_once_are_taken_for_one_turn():
     _, robot = real("ANYmal B")
     assert (robot.upper - robot.lower <= 2 * np.pi + 1e-12).all()

@@ -14,6 +14,7 @@ from scipy.spatial import ConvexHull
 from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
+from footfall.core.value import digest
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint
@@ -62,7 +63,7 @@ class LeggedRobot:
         self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
         own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
         self.clearances = own | dict(clearances or {})
-        self.postures = {name: self._posture(posture) for name, posture in (postures or {}).items()}
+        self.postures = {name: self._posture(name, posture) for name, posture in (postures or {}).items()}
         carrier, Ts_root_link = self._carriers(joints)
         index = {model.base: 0} | {joint.child: 1 + j for j, joint in enumerate(joints)}
         self.parents = tuple([-1] + [index[carrier[joint.parent]] for joint in joints])
@@ -93,8 +94,9 @@ class LeggedRobot:
 
     @property
     def digest(self) -> str:
-        """Content name of the description."""
-        return self.model.digest
+        """Content name of the description: clearances and what may touch decide what is planned with it, too."""
+        of = (sorted(one.items(), key=lambda named: named[0]) for one in (self.postures, self.clearances))
+        return digest((self.model.digest, *of, sorted(self.touching)))
 
     def require_posture(self, posture: ArrayLike) -> Array:
         """The posture as float64 (joints,); raises InvalidInput unless it has that many finite numbers."""
@@ -116,7 +118,11 @@ class LeggedRobot:
             raise NotFound(f"{self.name} has no posture {name!r}; it has {known}")
         return self.postures[name].copy()
 
-    def _posture(self, posture: Mapping[str, float]) -> Array:
+    def _posture(self, name: str, posture: Mapping[str, float]) -> Array:
+        """Its angles (joints,); raises InvalidRobot for a joint that the robot does not have: it may be misspelled."""
+        unknown = sorted(set(posture) - {joint.name for joint in self.model.tree.joints})
+        if unknown:
+            raise InvalidRobot(f"posture {name}: the URDF has no joint {unknown[0]!r}", joints=unknown)
         return np.array([float(posture.get(name, 0.0)) for name in self.joint_names])
 
     def _carriers(self, joints: list[TreeJoint]) -> tuple[dict[str, str], dict[str, Array]]:
