@@ -173,7 +173,7 @@ def test_a_part_of_the_walk_keeps_its_tether_and_no_command_drives_the_drum(athl
 def test_a_walk_on_even_ground_needs_no_turning(athlete):
     """The frame is that of the site there, and the tether hangs beside: polygons and goal are as without it."""
     dem = plane((14.0, 10.0), 0.1)
-    frame = slope_between(dem, np.zeros(2), np.ones(2), 2.0)
+    frame = slope_between(dem, np.zeros(2), np.ones(2), 2.0, np.zeros(3))
     assert frame.steep == 0.0
     assert frame.ground is dem
     assert np.array_equal(frame.R_site_slope, np.eye(3))
@@ -186,7 +186,7 @@ def test_headings_and_places_turn_there_and_back(downhill, steep, yaw):
     x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
     heights = -np.tan(steep) * (np.cos(downhill) * x + np.sin(downhill) * y)
     ground = Dem(heights.astype(np.float32), dem.geometry, "plane", dem.provenance)
-    found = slope_between(ground, np.zeros(2), np.zeros(2), 3.0)
+    found = slope_between(ground, np.zeros(2), np.zeros(2), 3.0, np.zeros(3))
     assert found.steep == pytest.approx(steep, abs=1e-4)
     assert np.cos(found.downhill - downhill) == pytest.approx(1.0, abs=1e-6)
     R = found.R_site_slope
@@ -221,6 +221,22 @@ def test_turned_ground_is_the_sites(slope):
     # vertical in site; across the slope it is half of that
     assert np.percentile(np.abs(off), 95) < 0.02
     assert frame.off < 0.02
+
+
+def test_of_a_large_map_only_what_a_walk_may_need_is_turned():
+    """A slope of 300 m in cells of 0.25 m turns into more cells of 5 cm than a map may have."""
+    dem = plane((300.0, 300.0), 0.25)
+    x, _ = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    ground = Dem((-np.tan(0.8) * x).astype(np.float32), dem.geometry, "plane", dem.provenance)
+    here, there, anchor = np.array([40.0, 10.0]), np.array([42.0, 11.0]), np.array([37.0, 10.0, -30.0])
+    frame = slope_between(ground, here, there, 3.0, anchor)
+    assert frame.steep == pytest.approx(0.8, abs=1e-4)
+    assert frame.ground.heights.size < 4_000_000
+    for x, y in (here, there, anchor[:2], here + 15.0, there - 15.0):
+        at = frame.to_slope(np.array([x, y, float(height_at(ground, x, y))]))
+        assert float(height_at(frame.ground, at[0], at[1])) == pytest.approx(at[2], abs=0.02)
+    # far from all known ground there is none to turn, and the answer is that of the whole map
+    assert slope_between(ground, here + 900.0, here + 901.0, 3.0, here + 900.0).ground is ground
 
 
 def test_a_tethered_walk_says_what_it_must():

@@ -51,7 +51,7 @@ def on_slope(
     if isinstance(start, str):
         return Status.START_INVALID, start
     here, there = np.asarray(start.T_site_base)[:2, 3], np.array([goal.x, goal.y])
-    frame = slope_between(dem, here, there, AROUND)
+    frame = slope_between(dem, here, there, AROUND, tether.anchor)
     hung = Hung(frame, tether, goal)
     if frame.off > MOST_OFF:
         reason = (

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
 from footfall.core.frames import transform
+from footfall.core.grid import GridGeometry
 from footfall.core.mesh import Mesh
 from footfall.planning.walk.problem import Place, Stance
 from footfall.telemetry.state import RobotState
@@ -31,6 +32,8 @@ _LOOKED_AT = 4000
 """Places at which turned ground is compared with that of the site, at most."""
 _LEAST_UP = 0.5
 """A site's triangle that leans more from the slope's normal than this cosine allows is not compared: it is a step."""
+_BESIDE = 25.0
+"""Ground so far beside all places that a walk is asked about is turned [m]: ways lead around up to 10 m beside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +138,14 @@ class SlopeFrame:
         return replace(place, x=float(x), y=float(y))
 
 
-def slope_between(dem: Dem, here: Array, there: Array, around: float) -> SlopeFrame:
+def slope_between(dem: Dem, here: Array, there: Array, around: float, anchor: Array) -> SlopeFrame:
     """The frame of the plane through the ground from ``here`` to ``there`` (2,) and ``around`` [m]; least squares.
 
-    It is that of the site where the plane is nearly level.
+    It is that of the site where the plane is nearly level. anchor: (2 or 3,) of the tether [m]; of a map that is larger
+    by far than what lies between, that is turned.
     """
+    places = np.array([here, there, anchor[:2]])
+    dem = _between(dem, places.min(axis=0) - _BESIDE, places.max(axis=0) + _BESIDE)
     grid = dem.geometry
     low, high = np.minimum(here, there) - around, np.maximum(here, there) + around
     x, y = np.meshgrid(grid.xs, grid.ys)
@@ -150,3 +156,16 @@ def slope_between(dem: Dem, here: Array, there: Array, around: float) -> SlopeFr
     (east, north, _), *_ = np.linalg.lstsq(columns, dem.heights[inside].astype(float), rcond=None)
     steep = math.atan(math.hypot(east, north))
     return SlopeFrame(steep, math.atan2(-north, -east), dem) if steep > LEVEL else SlopeFrame(0.0, 0.0, dem)
+
+
+def _between(dem: Dem, low: Array, high: Array) -> Dem:
+    """The ground between two corners (2,) [m]; all of it where it lies between them, or nothing known does."""
+    grid = dem.geometry
+    row, col = (np.flatnonzero((at >= low[axis]) & (at <= high[axis])) for at, axis in ((grid.ys, 1), (grid.xs, 0)))
+    if (len(row), len(col)) == grid.shape or not len(row) or not len(col):
+        return dem
+    heights = dem.heights[row[0] : row[-1] + 1, col[0] : col[-1] + 1]
+    if not np.isfinite(heights).any():
+        return dem
+    part = GridGeometry(float(grid.xs[col[0]]), float(grid.ys[row[0]]), grid.resolution, len(row), len(col))
+    return Dem(heights.copy(), part, dem.name, dem.provenance)

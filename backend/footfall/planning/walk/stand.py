@@ -70,7 +70,7 @@ def stand(
 def hanging(robot: Robot, dem: Dem, x: float, y: float, yaw: float, tether: Tether) -> RobotState:
     """The state of a rover that hangs on a tether at (x, y) [m]; raises InvalidInput where none is found."""
     here = np.array([x, y])
-    found = search_stance(robot, dem, x, y, yaw, Hung(slope_between(dem, here, here, AROUND), tether))
+    found = search_stance(robot, dem, x, y, yaw, Hung(slope_between(dem, here, here, AROUND, tether.anchor), tether))
     if found is None:
         raise InvalidInput(f"{robot.name} can't stand at ({x:g}, {y:g}) on its tether: no stance was found", x=x, y=y)
     q, T_site_base = found
