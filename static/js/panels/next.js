@@ -4,6 +4,7 @@
 import { act, actOfButton, perform } from "../acts.js";
 import { $, fixed, toast } from "../dom.js";
 import { nextThing } from "../nextthing.js";
+import { ruleTold } from "../rules.js";
 import { changed, known, subscribe } from "../store.js";
 import { armedFor } from "./commands.js";
 import { goalTold, picks } from "./goal.js";
@@ -75,7 +76,7 @@ const VERDICTS = {
   walk: ({ walk, summary }) => (summary.up_to_date.walk?.fits === false ? ["doubt", `Out of date: ${summary.up_to_date.walk.reason}`] : walkTold(walk)),
   sequence({ sequence }) {
     const broken = sequence.rules.find((rule) => !rule.holds);
-    if (broken) return ["no", `${broken.row === null ? "" : `row ${broken.row + 1}: `}${broken.text}`];
+    if (broken) return ["no", ruleTold(broken)];
     return [sequence.way.doubt ? "doubt" : "yes", `${sequence.commands.length} commands, ${fixed(sequence.duration, 0)} s, every rule holds. ${sequence.way.text}`];
   },
   run({ summary: { run, gate } }) {
