@@ -2,6 +2,8 @@
 
 import os
 import shutil
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -133,3 +135,26 @@ def test_nothing_that_goes_on_is_closed(anew, monkeypatch):
         for name in names()[10:13]:
             sessions.get(name)
         assert {live.id for live in sessions.opened()} == {"s00", "s11", "s12"}
+
+
+def test_who_looks_at_a_session_does_not_wait_for_another_one_that_is_read(anew, monkeypatch):
+    begun, may_go_on = threading.Event(), threading.Event()
+
+    class LongLog(looked.LookedStore):
+        def __init__(self, folder):
+            if folder.name == "s23":
+                begun.set()
+                assert may_go_on.wait(60)
+            super().__init__(folder)
+
+    monkeypatch.setattr(looked, "LookedStore", LongLog)
+    with anew() as sessions, ThreadPoolExecutor(3) as threads:
+        first, second = (threads.submit(sessions.look, "s23") for _ in range(2))
+        try:
+            assert begun.wait(60)
+            assert threads.submit(sessions.look, "s01").result(60).id == "s01"
+        finally:
+            may_go_on.set()
+        # both that asked for it have the one that was read
+        assert first.result(60) is second.result(60)
+        assert first.result(60).id == "s23"

@@ -4,6 +4,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 from footfall.io.bundles import EVENTS
 from footfall.session.live import LiveSession
@@ -21,18 +22,25 @@ class Looked:
         self._read = read
         self._guard = threading.Lock()
         self._kept: OrderedDict[Path, tuple[bytes, LiveSession]] = OrderedDict()
+        self._reading: WeakValueDictionary[Path, threading.Lock] = WeakValueDictionary()
 
     def at(self, folder: Path) -> LiveSession:
         """The session in ``folder`` as it is on the disk now. Raises InvalidBundle, StoreRefused."""
         with self._guard:
+            reading = self._reading.setdefault(folder, threading.Lock())
+        with reading:
             # the mark first: what is written meanwhile is seen by who comes next
             mark = _mark(folder)
-            kept = self._kept.pop(folder, None)
+            with self._guard:
+                kept = self._kept.get(folder)
             if kept is None or not mark or kept[0] != mark:
+                # a long log takes seconds, which who looks at another session does not wait
                 kept = mark, self._read(LookedStore(folder))
-            self._kept[folder] = kept
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
+            with self._guard:
+                self._kept[folder] = kept
+                self._kept.move_to_end(folder)
+                while len(self._kept) > KEPT:
+                    self._kept.popitem(last=False)
             return kept[1]
 
 
