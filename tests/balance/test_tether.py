@@ -7,7 +7,7 @@ from scipy.optimize import linprog
 
 from footfall.balance.cones import generators
 from footfall.balance.held import held_tables, postures_held
-from footfall.balance.held_kernel import held_ratio, held_within, least_held_ratio
+from footfall.balance.held_kernel import held_by_some_forces, held_ratio, held_within, least_held_ratio
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.balance.torques import torque_check
@@ -157,6 +157,36 @@ def test_the_compiled_checks_agree_with_the_exact_one(athlete, rng):
         held, refused = held + answer, refused + (not answer)
     assert held > 20
     assert refused > 20
+
+
+def slack(com, contacts, unit, settings, tether, T_site_base, weight):
+    """The least pull [N] with which any forces inside friction balance a weight [N], by HiGHS; inf where none do."""
+    feet = generators(unit, settings.friction, settings.sides)
+    rays = np.concatenate([feet.reshape(-1, 3), np.zeros((1, 3))])
+    at, rays[-1] = tether.pull(T_site_base)
+    places = np.concatenate([np.repeat(contacts, feet.shape[1], axis=0), at[None]])
+    wrench = np.vstack([rays.T, np.cross(places - com, rays).T])
+    up = np.concatenate([settings.R_level_site[2], np.zeros(3)])
+    found = linprog(np.append(np.zeros(len(rays) - 1), 1.0), A_eq=wrench, b_eq=up, bounds=(0.0, None), method="highs")
+    assert found.status in (0, 2)
+    return weight * found.x[-1] if found.status == 0 else np.inf
+
+
+def test_a_drum_that_is_too_weak_is_not_counted_on_whatever_motors_bear(athlete, rng):
+    """Where no motor is asked, some forces hold exactly where the least pull that would do is the drum's."""
+    seen = set()
+    for q, T, standing, normals, tether in zip(*hanging(athlete, rng, 60, 75.0), strict=True):
+        unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+        args = placed(athlete, q, T, standing, unit)
+        com, weight = apply(T, center_of_mass(athlete, q)), athlete.mass * SETTINGS.gravity
+        least = slack(com, args[2][standing], unit[standing], SETTINGS, tether, T, weight)
+        for share in (0.5, 0.98, 1.02, 2.0):
+            most = share * least if 1.0 < least < np.inf else tether.most_force
+            drum = Tether(tether.anchor, tether.attachment, most)
+            holds = held_by_some_forces(*args, held_tables(athlete, SETTINGS, drum))
+            assert holds == (least <= most), (least, most)
+            seen.add((holds, 1.0 < least < np.inf))
+    assert seen >= {(True, True), (False, True), (False, False)}
 
 
 def test_a_tether_only_helps_and_never_pushes(athlete, rng):

@@ -129,6 +129,28 @@ def least_held_ratio(
 
 
 @njit()
+def held_by_some_forces(
+    poses: Array,
+    T_site_base: Array,
+    contacts: Array,
+    normals: Array,
+    standing: NDArray[np.bool_],
+    tables: HeldTables,
+) -> bool:
+    """Whether any forces inside friction hold the rover, whatever its motors bear; arguments as of :func:`held_ratio`.
+
+    A tether pulls with no more than its drum can. An unsolved program: False.
+    """
+    room = _room(standing.size)
+    feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
+    if feet == 0:
+        return False
+    room.effect[:feet] = 0.0
+    room.constant[:feet] = 0.0
+    return _least(tables, room, feet, weight) <= 1.0
+
+
+@njit()
 def held_within(
     poses: Array,
     T_site_base: Array,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.balance.held_kernel import HeldTables, held_ratio, least_held_ratio
+from footfall.balance.held_kernel import HeldTables, held_by_some_forces, held_ratio, least_held_ratio
 from footfall.compiled import njit
 from footfall.planning.scene.rover_kernel import CLEAR, RoverTables, center_of_mass, first_too_near, place_rover
 from footfall.planning.scene.tether_kernel import TetherTables, tether_spare
@@ -61,7 +61,7 @@ def torque_of(
             # what motors bear without it is not asked, as with a support polygon
             if held_ratio(poses, T, contacts, normals, left, checks.held)[0] < np.inf:
                 continue
-            if not least_held_ratio(poses, T, contacts, normals, left, checks.held) < np.inf:
+            if not held_by_some_forces(poses, T, contacts, normals, left, checks.held):
                 return np.inf
     return ratio
 

@@ -1,0 +1,41 @@
+"""What a conservative support asks of a rover on a tether: any foot may be lost, and the drum is no stronger for it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from footfall.balance.held import held_tables
+from footfall.balance.held_kernel import least_held_ratio
+from footfall.core.frames import apply, transform
+from footfall.planning.step.ground import Nearby
+from footfall.planning.walk.body_kernel import torque_of
+from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk.transition_kernel import REQUIRED, Balance
+from footfall.planning.walk.world import World
+from footfall.robot.kinematics import center_of_mass
+from footfall.terrain.ground.unseen import without_holes_between
+from tests.balance.test_held import placed
+from tests.balance.test_tether import SETTINGS, hanging, slack
+from tests.support.chassis_ground import wavy
+
+
+def test_required_support_counts_on_no_more_than_the_drum_can(athlete, rng):
+    """Without any one foot some forces hold it with a pull that the drum has, however strong the motors are."""
+    whole = without_holes_between(wavy(), np.full(2, -2.0), np.full(2, 2.0), np.empty((0, 3)))
+    assert whole is not None
+    world = World(athlete, Nearby(whole.dem, whole.filled), WalkSettings(), transform(translation=(0.0, 0.0, 1.5)))
+    checks = world.first.checks._replace(most_torque=1.0, balance=Balance(REQUIRED, 0.0))
+    weight, legs, seen = athlete.mass * SETTINGS.gravity, np.arange(6), set()
+    for q, T, _, normals, tether in zip(*hanging(athlete, rng, 60, 75.0), strict=True):
+        unit, every = normals / np.linalg.norm(normals, axis=1, keepdims=True), np.ones(6, bool)
+        poses, _, contacts, *_ = placed(athlete, q, T, every, unit)
+        com, left = apply(T, center_of_mass(athlete, q)), [legs != leg for leg in legs]
+        least = max(slack(com, contacts[one], unit[one], SETTINGS, tether, T, weight) for one in left)
+        for share in (0.98, 1.02):
+            drum = replace(tether, most_force=share * least if 1.0 < least < np.inf else tether.most_force)
+            held = held_tables(athlete, SETTINGS, drum)
+            alone = least_held_ratio(poses, T, contacts, unit, every, held)
+            found = torque_of(poses, T, contacts, unit, every, checks._replace(held=held))
+            assert (found <= 1.0) == (alone <= 1.0 and least <= drum.most_force), (alone, least, drum.most_force)
+            seen.add((bool(alone <= 1.0), bool(least <= drum.most_force), bool(least < np.inf)))
+    assert seen >= {(True, True, True), (True, False, True)}
