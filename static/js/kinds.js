@@ -3,8 +3,13 @@
 // area: where the page shows it; sign: on the timeline, a key of its SIGNS; shown: below the session, where the timeline
 // reads what it was. A kind without a row goes by its name.
 
-// How planning of a step ended.
-export const statusTold = (status) => (status === "goal_invalid" ? "the leg cannot stand there" : inWords(status));
+const STATUSES = { no_path: "no way was found", time_limit: "the time limit has passed", off_map: "off the map", unknown_ground: "unknown ground" };
+
+// How planning ended; who: what was to go to the goal.
+export function statusTold(status, who = "the leg") {
+  if (status === "start_invalid") return `${who} cannot start from here`;
+  return status === "goal_invalid" ? `${who} cannot stand there` : STATUSES[status] ?? inWords(status);
+}
 
 const inWords = (status) => status.replaceAll("_", " ");
 
@@ -15,14 +20,14 @@ export const KINDS = {
   clear: { area: "ground", sign: "terrain", made: () => "cleared ground" },
   maps: { title: "colours", area: "ground", sign: "maps", made: ({ leg }) => `coloured the ground for leg ${leg}` },
   plan: { area: "plan", sign: "plan", shown: "plans", made: ({ leg, status }) => `planned the step of leg ${leg}: ${statusTold(status)}` },
-  after: { made: () => "goes on from the end of a plan" },
+  after: { title: "predicted stance", made: () => "goes on from the end of a plan" },
   what_if: { title: "what-if", made: () => "shifted the chassis in a what-if" },
-  execution: { title: "sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `commanded for sag: ${inWords(status)}` },
+  execution: { title: "prediction of sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `predicted the sag: ${inWords(status)}` },
   shift: { title: "shift of the chassis", sign: "plan", made: () => "looked for a shift of the chassis" },
   body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
-  walk: { area: "plan", sign: "plan", made: ({ status }) => `planned a walk: ${inWords(status)}` },
-  gait: { area: "plan", sign: "plan", made: ({ status }) => `planned a gait: ${inWords(status)}` },
-  route: { area: "plan", sign: "plan", made: ({ status }) => `planned a route: ${inWords(status)}` },
+  walk: { area: "plan", sign: "plan", made: ({ status }) => `planned a walk: ${statusTold(status, "the rover")}` },
+  gait: { area: "plan", sign: "plan", made: ({ status }) => `planned a gait: ${statusTold(status, "the rover")}` },
+  route: { area: "plan", sign: "plan", made: ({ status }) => `planned a route: ${statusTold(status, "the rover")}` },
   sequence: { title: "commands", area: "commands", sign: "sequence", made: () => "made commands" },
   foot_moves: { title: "commands of foot moves", area: "commands", sign: "sequence", made: () => "made commands of a walk" },
   outcome: { made: () => "compared the run with its prediction" },
@@ -32,4 +37,8 @@ export const KINDS = {
 };
 
 export const titleOf = (kind) => KINDS[kind]?.title ?? kind.replaceAll("_", " ");
+
+// At the beginning of a sentence.
+export const namedFirst = (kind) => titleOf(kind).replace(/^./, (letter) => letter.toUpperCase());
+
 export const madeOf = (payload) => KINDS[payload.kind]?.made(payload) ?? `made: ${payload.kind.replaceAll("_", " ")}`;

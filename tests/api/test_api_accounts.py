@@ -359,7 +359,7 @@ def test_without_accounts_the_server_says_so(tmp_path):
     with running_server(tmp_path) as running:
         me = httpx.get(running.api + "/me", trust_env=False).json()
         assert me["accounts"] is False
-        assert me["notice"] == "no accounts: anyone on this computer may command"
+        assert me["notice"] == "no login: anyone on this computer can command"
         assert (
             httpx.post(running.api + "/login", json={"name": "a", "password": "b"}, trust_env=False).status_code == 409
         )

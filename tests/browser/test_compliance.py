@@ -51,7 +51,7 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     expect(console.locator("#go-on-from")).to_have_text(
         "Going on starts from the predicted end of the plan, the rover taken as rigid."
     )
-    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
+    answer = commanded(console, quiet, lambda: press(console, "Predict sag"))
     assert answer["status"] == "found", answer["reason"]
     result = live.get(answer["digest"])
     assert isinstance(result, ExecutionResult)
@@ -131,7 +131,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     assert abs(held(quiet)["joint_scale"] - 0.8) < 1e-6
     console.locator("#sag-wheel_scale").fill("0.9")
     rover.tell()
-    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
+    answer = commanded(console, quiet, lambda: press(console, "Predict sag"))
     assert abs(answer["settings"]["compliance"]["joint_scale"] - 0.8) < 1e-6
     assert answer["settings"]["compliance"]["wheel_scale"] == 0.9
     console.locator("#h-plan").click()

@@ -75,8 +75,8 @@ def test_the_conn_is_seen_requested_granted_and_kept_over_a_reload(
     first.reload()
     expect(first.locator("#status-conn")).to_have_text("this page")
     press(second, "Request conn")
-    expect(first.locator("#status-conn")).to_contain_text("asks for it")
-    expect(first.locator("#toast")).to_contain_text("asks for the conn")
+    expect(first.locator("#status-conn")).to_contain_text("requests it")
+    expect(first.locator("#toast")).to_contain_text("requests the conn")
     look_at(first, "asked")
     press(first, "Grant")
     expect(first.locator("#toast")).to_be_hidden()  # it is answered

@@ -53,9 +53,9 @@ def test_the_palette_does_what_can_be_done_and_says_why_not(console: Page, quiet
     console.keyboard.press("Enter")
     until(lambda: held(quiet)["view"]["leg"] == 4, "leg 4")
     expect(console.locator("#footfall-x")).to_be_focused()
-    find_act(console, "make commands for sag")
+    find_act(console, "compensate for sag")
     expect(first).to_have_attribute("aria-disabled", "true")
-    expect(first).to_contain_text("command the present plan for sag first")
+    expect(first).to_contain_text("predict the sag of the present plan first")
     look("refused")
     console.keyboard.press("Enter")
     expect(console.locator("#palette")).to_be_visible()
@@ -69,8 +69,8 @@ def test_the_palette_does_what_can_be_done_and_says_why_not(console: Page, quiet
     # a key says the same as the palette and the button
     console.locator("#h-ground").click()
     console.keyboard.press("r")
-    expect(console.locator("#toast")).to_contain_text("command the present plan for sag first")
-    expect(console.locator("#make-execution")).to_have_attribute("title", re.compile("present plan for sag first"))
+    expect(console.locator("#toast")).to_contain_text("predict the sag of the present plan first")
+    expect(console.locator("#make-execution")).to_have_attribute("title", re.compile("sag of the present plan first"))
 
 
 def test_a_page_without_its_scene_goes_on(console: Page, quiet: Running, look: Keep) -> None:

@@ -28,7 +28,7 @@ def in_view(page: Page) -> None:
 
 
 def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: Running, plan: dict, look: Keep) -> None:
-    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    answer = commanded(page, served, lambda: press(page, "Predict sag"))
     assert answer["status"] == "found", answer["reason"]
     assert answer["settings"]["mode"] == "pose_held"
     assert answer["parents"]["plan"] == plan["plan"]["digest"]
@@ -70,7 +70,7 @@ def test_what_is_predicted_is_shown_and_made_into_commands(page: Page, served: R
         cells = row.locator("td").all_inner_texts()
         assert cells == [check["name"], f"{check['margin']:.3f} {check['unit']}", check["where"]]
 
-    sequence = sequenced(served, lambda: press(page, "Make commands for sag"))
+    sequence = sequenced(served, lambda: press(page, "Compensate for sag"))
     assert sequence["parents"]["execution"] == done["digest"]
     expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
     expect(page.locator("#sequence-text")).to_contain_text("Every rule holds.")
@@ -85,7 +85,7 @@ def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, p
     page.locator("#sag-least_clearance").fill("0.5")
     page.locator("#execution-mode").select_option("pose_held")
     expect(page.locator("#execution-mode-text")).to_contain_text("The standing legs are commanded too")
-    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    answer = commanded(page, served, lambda: press(page, "Predict sag"))
     assert (answer["status"], answer["settings"]["mode"]) == ("no_path", "pose_held")
     assert answer["settings"]["least_clearance"] == 0.5
     said = page.locator("#execution-answer")
@@ -102,7 +102,7 @@ def test_a_refusal_says_why_and_makes_no_commands(page: Page, served: Running, p
     look("refused")
     # what makes no sense is refused in words, and the answer stays
     page.locator("#sag-joint_scale").fill("0")
-    press(page, "Command for sag")
+    press(page, "Predict sag")
     expect(page.locator("#toast")).to_contain_text("joint_scale must be between")
     assert held(served)["execution"]["digest"] == answer["digest"]
 
@@ -116,7 +116,7 @@ def test_a_wheel_that_will_not_leave_the_ground_is_told(console: Page, quiet: Ru
     console.locator("#sag-joint_scale").fill("0.35")
     console.locator("#sag-most_lift").fill("0.1")
     console.locator("#execution-mode").select_option("as_commanded")
-    answer = commanded(console, quiet, lambda: press(console, "Command for sag"))
+    answer = commanded(console, quiet, lambda: press(console, "Predict sag"))
     assert answer["settings"]["compliance"]["joint_scale"] == 0.35
     lacking = -answer["figures"]["clearance"]
     assert lacking > 0

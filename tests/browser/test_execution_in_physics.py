@@ -15,10 +15,10 @@ def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, 
     planned(page, served, lambda: press(page, "Plan step"))
     page.locator("#execution-settings-box summary").click()
     page.locator("#sag-speed_fraction").fill("1")
-    answer = commanded(page, served, lambda: press(page, "Command for sag"))
+    answer = commanded(page, served, lambda: press(page, "Predict sag"))
     assert answer["status"] == "found", answer["reason"]
     expect(page.locator("#execution-measured")).to_be_hidden()
-    sequence = sequenced(served, lambda: press(page, "Make commands for sag"))
+    sequence = sequenced(served, lambda: press(page, "Compensate for sag"))
     expect(page.locator("#commands tbody tr")).to_have_count(len(sequence["commands"]))
     press(page, "Arm")
     expect(page.locator("#arm-state")).to_contain_text("armed for")

@@ -18,7 +18,7 @@ WALL = (2.6, 0.0, 0.9, 1.2)
 def gone(console: Page, served: Running) -> dict:
     """Plan the gait; the new answer."""
     before = held(served)["gait"]
-    press(console, "Plan walk")
+    press(console, "Plan gait")
     until(lambda: held(served)["gait"] != before, "the gait")
     return held(served, "/sessions/current/gaits/current")
 
@@ -59,5 +59,5 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
     console.locator("#tether-on").check()
     for field, text in (("tether-x", "-3"), ("tether-y", "2"), ("tether-z", "2")):
         console.locator(f"#{field}").fill(text)
-    press(console, "Plan walk")
+    press(console, "Plan gait")
     expect(console.locator("#toast")).to_contain_text("No gait hangs on a tether")

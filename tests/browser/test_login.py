@@ -85,8 +85,8 @@ def test_page_and_scene_keep_to_their_policies_and_say_that_there_are_no_account
         fresh.on("response", note)
         fresh.goto(f"{running.url}/?fixedDpr=0.5")
         user = fresh.locator("#status-user")
-        expect(user).to_have_text("No login: all can command")
-        expect(user).to_have_attribute("title", "no accounts: anyone on this computer may command")
+        expect(user).to_have_text("No login: anyone can command")
+        expect(user).to_have_attribute("title", "no login: anyone on this computer can command")
         assert user.evaluate("one => one.scrollHeight <= one.clientHeight"), "it is cut"
         fresh.frame_locator("#scene").locator("canvas").first.wait_for()
         fresh.wait_for_timeout(2000)  # workers and WebAssembly come after the canvas

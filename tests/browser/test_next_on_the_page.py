@@ -66,7 +66,7 @@ def test_what_was_refused_is_in_sight_with_its_reason(console: Page, quiet: Runn
     expect(button).to_have_text("Choose another goal", timeout=BOUND_MS)
     reason = held(quiet, f"{SESSION}/walks/current")["reason"]
     assert reason
-    expect(console.locator("#verdict")).to_have_text(re.compile(rf"^[a-z ]+: {re.escape(reason)}$"))
+    expect(console.locator("#verdict")).to_have_text(re.compile(rf"^No walk \([a-z ]+\): {re.escape(reason)}$"))
     expect(console.locator("#verdict")).to_have_class("no")
     expect(console.locator("#verdict")).to_be_in_viewport(ratio=1)
     look("refused")

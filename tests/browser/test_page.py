@@ -195,13 +195,13 @@ def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) 
     console.locator("#footfall-x").fill("3.2")
     console.locator("#footfall-y").fill("3.2")
     console.get_by_role("button", name="Choose", exact=True).click()
-    expect(console.locator("#footfall-answer")).to_contain_text("farther away than the leg is long")
+    expect(console.locator("#footfall-answer")).to_contain_text("out of reach")
     console.get_by_role("button", name="Plan step", exact=True).click()
     expect(console.locator("#plan-answer")).to_contain_text("No plan")
     reason = held(quiet)["plan"]["reason"]
     assert "leg" in reason
     expect(console.locator("#plan-answer")).to_contain_text(reason)
-    expect(console.locator("#job-said")).to_have_text(f"no plan: {reason}")
+    expect(console.locator("#job-said")).to_have_text(f"No plan: {reason}")
     expect(console.get_by_role("button", name="Make sequence")).to_be_disabled()
     look("refused")
 
@@ -265,14 +265,14 @@ def test_long_work_is_in_sight_wherever_and_can_be_cancelled(console: Page, quie
     console.keyboard.press("t")
     cancel = console.get_by_role("button", name="Cancel", exact=True)
     expect(cancel).to_be_visible()
-    expect(console.locator("#job-text")).to_contain_text("terrain: ")
+    expect(console.locator("#job-text")).to_contain_text("Terrain: ")
     look("running")
     console.keyboard.press("x")
     until(lambda: held(quiet)["jobs"][-1]["state"] in ("cancelled", "done"), "the end of the job")
     assert held(quiet)["jobs"][-1]["state"] == "cancelled"
     expect(cancel).to_be_hidden()
     assert held(quiet)["dem"] == before
-    expect(console.locator("#job-said")).to_have_text("terrain: cancelled")
+    expect(console.locator("#job-said")).to_have_text("Terrain cancelled")
     # how it ended leads to where it is told
     console.locator("#job-said").click()
     expect(console.locator("#h-ground")).to_be_focused()
@@ -281,7 +281,7 @@ def test_long_work_is_in_sight_wherever_and_can_be_cancelled(console: Page, quie
 def test_images_that_are_asked_for_are_waited_for_in_sight(page: Page, served: Running) -> None:
     before = held(served)["snapshot"]
     page.keyboard.press("i")
-    expect(page.locator("#job-text")).to_contain_text("images: waiting")
+    expect(page.locator("#job-text")).to_contain_text("Waiting for images: ")
     expect(page.locator("#job-cancel")).to_be_hidden()
     changed(served, "snapshot", before)
     expect(page.locator("#job-said")).to_have_text("Images received")

@@ -41,7 +41,7 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     plan = made["plan"]
     at = np.array(plan["Ts_site_base"])[:, :3, 3]
     way = np.linalg.norm(np.diff(at, axis=0), axis=1).sum()
-    expect(told.locator("p.yes")).to_contain_text(f"found: {len(plan['legs'])} foot move")
+    expect(told.locator("p.yes")).to_contain_text(f"Walk found: {len(plan['legs'])} foot move")
     expect(told.locator("p.yes")).to_contain_text(f"the chassis goes {way:.2f} m")
     expect(told.locator("ol li")).to_have_count(len(plan["legs"]))
     leg = plan["legs"][0]

@@ -210,7 +210,7 @@ def test_explain_names_every_layer_with_its_amount():
         ("support", np.nan, "refused, not known well enough: support; look there"),
         ("footing", footing.UNKNOWN, "refused, not known well enough: reach; look there"),
         ("height", 1.5, "too high or too low for the body: -30 cm over the hip (allowed -2.3 m to -50 cm); change"),
-        ("height", -5.0, "refused, out of the leg's range: 6.8 m from the hip (limit 5 m); move the body"),
+        ("height", -5.0, "refused, out of reach: 6.8 m from the hip (limit 5 m); move the body"),
         ("footing", footing.REACHABLE_UNSTABLE, "refused, not stable: stability margin 2 cm; shift the body"),
         (
             "reach_class",

@@ -2,7 +2,7 @@
 
 Footing has the colours of FootFall: green, orange, red. They are hard to tell apart for some, so each
 also has a mark in the legend, and they differ in lightness. Unknown ground has a grey-blue of its own in
-every layer, ground out of the leg's range a neutral grey. The ramp for amounts is viridis (S. van der
+every layer, ground out of reach a neutral grey. The ramp for amounts is viridis (S. van der
 Walt, N. Smith, 2015, CC0), the diverging one for margins purple to green (C. Brewer, ColorBrewer).
 """
 
@@ -49,7 +49,7 @@ FOOTING: dict[int, tuple[str, Rgb]] = {
     NO_SOLUTION: ("✕ no solution", NO_SOLUTION_RGB),
     UNSURE: ("◌ reachable, not cleared: plan to find out", UNSURE_RGB),
     NOT_LIFTED: ("⊘ the leg can't be lifted from where it stands", NOT_LIFTED_RGB),
-    OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
+    OUT_OF_RANGE: ("· out of reach", OUT_OF_RANGE_RGB),
     UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
 }
 """Class of the layers "footing" and "footing_friction" → text with its mark, colour."""
@@ -63,7 +63,7 @@ REACH: dict[int, tuple[str, Rgb]] = {
     reach_classes.NO_GEOMETRY: ("✕ no solution", NO_SOLUTION_RGB),
     reach_classes.UNSURE: ("◌ collisions not checked", UNSURE_RGB),
     reach_classes.NOT_LIFTED: ("⊘ the leg can't be lifted from where it stands", NOT_LIFTED_RGB),
-    reach_classes.OUT_OF_RANGE: ("· out of the leg's range", OUT_OF_RANGE_RGB),
+    reach_classes.OUT_OF_RANGE: ("· out of reach", OUT_OF_RANGE_RGB),
     reach_classes.UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
 }
 """Class of the layer "reach_class" → text with its mark, colour."""

@@ -43,7 +43,7 @@ wheel's footprint that carries), "limit_margin" [rad, to the nearest joint limit
 RANGE, UNKNOWN, POSTURE, COLLISION, UNSURE, UNSTABLE, ELEVATION, LIMIT, NO_LIFT_OFF = range(1, 10)
 REFUSALS: Mapping[int, tuple[str, str]] = MappingProxyType(
     {
-        RANGE: ("out of the leg's range", "move the body nearer, or choose another leg"),
+        RANGE: ("out of reach", "move the body nearer, or choose another leg"),
         UNKNOWN: ("not known well enough", "look there with the cameras, or allow unknown ground"),
         POSTURE: ("without a posture inside the joint limits", "change the body's height, tilt or place"),
         COLLISION: ("in collision", "change the body's height or place, or choose another leg"),

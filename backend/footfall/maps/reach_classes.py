@@ -23,7 +23,7 @@ from footfall.robot.obstacles import CHASSIS, LEG, PAYLOAD, SELF, TERRAIN
 
 CLASSES: Mapping[int, tuple[str, str]] = {
     UNKNOWN: ("unknown", "too little of the ground within a wheel's radius is known"),
-    OUT_OF_RANGE: ("out of range", "farther from the hip than the stretched leg"),
+    OUT_OF_RANGE: ("out of reach", "farther from the hip than the stretched leg"),
     NO_GEOMETRY: ("no solution", "thigh and shank can't bring the wheel there upright on the ground"),
     JOINT_LIMIT: ("joint limit", "every posture that gets there turns a joint past its limit"),
     FOOT_COLLISION: ("collision", "every posture tried there, the wheel upright, collides"),
@@ -45,7 +45,7 @@ OBSTACLES: Mapping[int, str] = {
 
 
 NO_HINDRANCE, HINDERED_JOINT, HINDERED_BY, NOT_PLACED, BEYOND, UNSEEN = 0, 1, 8, 253, 254, 255
-"""Codes of the layer "hindrance": none, the first joint, what is hit; no geometry, out of range, unknown."""
+"""Codes of the layer "hindrance": none, the first joint, what is hit; no geometry, out of reach, unknown."""
 
 
 def hindrances(reason: NDArray[np.uint8], blame: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -66,7 +66,7 @@ def hindrance_text(code: int) -> str:
         return f"{_spoken(JOINTS[code - HINDERED_JOINT][0])} at its limit"
     if HINDERED_BY <= code < NOT_PLACED:
         return f"hits {_obstacle(code - HINDERED_BY)}"
-    return {NO_HINDRANCE: "nothing", NOT_PLACED: "no solution", BEYOND: "out of range", UNSEEN: "unknown ground"}[code]
+    return {NO_HINDRANCE: "nothing", NOT_PLACED: "no solution", BEYOND: "out of reach", UNSEEN: "unknown ground"}[code]
 
 
 def _obstacle(blame: int) -> str:

@@ -35,7 +35,7 @@ _FOOTINGS: Mapping[int, str] = {
     footing.NO_SOLUTION: "no solution",
     footing.REACHABLE_UNSTABLE: "reachable but unstable",
     footing.REACHABLE_STABLE: "reachable and stable",
-    footing.OUT_OF_RANGE: "out of range",
+    footing.OUT_OF_RANGE: "out of reach",
     footing.COLLISION: "collision",
     footing.UNSURE: "unsure",
     footing.NOT_LIFTED: "leg can't be lifted",

@@ -22,7 +22,7 @@ function draw() {
   const left = ends ? ends - Date.now() / 1000 : Infinity;
   const ending = left < SOON ? `, login ends in ${age(Math.max(0, left))}` : "";
   $("status-user").dataset.state = !accounts || ending ? "warn" : "none";
-  $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : "No login: all can command"; // two lines of the bar
+  $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : "No login: anyone can command"; // two lines of the bar
   $("status-user").title = accounts ? $("status-user").textContent : notice;
   queueMicrotask(mark); // after the panels, which know nothing of roles
 }

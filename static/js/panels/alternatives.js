@@ -50,7 +50,7 @@ const goBack = () => attempt(async () => {
   await refresh();
 });
 
-const ENDS = { plan: "the plan", execution: "the answer to Command for sag", commands: "the commands" };
+const ENDS = { plan: "the plan", execution: "the prediction of sag", commands: "the commands" };
 
 // Which of what was made of a step it is, and whether the rover sags there.
 const endOf = ({ of, sags }) => `${ENDS[of]}, ${sags ? "the rover's sag in it" : "the rover taken as rigid"}`;

@@ -108,7 +108,7 @@ function notArmable() {
   if (known.summary?.commands_carried_out) return complete();
   if (!known.sequence.valid) return "A rule does not hold: see the list.";
   if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
-  if (known.summary?.gate?.state === "sending") return "A sequence is being sent already.";
+  if (known.summary?.gate?.state === "sending") return "Commands are being sent already.";
   return kept() || unsure();
 }
 

@@ -12,10 +12,10 @@ const HEARTBEAT = 15_000; // ms; the server waits for six of them
 let asked = ""; // the request that was told
 
 export function start() {
-  act({ text: "Take the conn", button: "conn-take", run: () => ask("take"), refusal: () => (holder() ? "Somebody holds it." : "") });
+  act({ text: "Take the conn", button: "conn-take", run: () => ask("take"), refusal: () => (holder() ? "Somebody holds the conn." : "") });
   act({ text: "Release the conn", button: "conn-release", run: () => ask("release"), refusal: notMine });
-  act({ text: "Request the conn", button: "conn-request", run: () => ask("request"), refusal: () => (!holder() || mine() ? "Nobody else holds it." : "") });
-  act({ text: "Grant the conn to who asks", button: "conn-grant", run: () => ask("grant"), refusal: unasked });
+  act({ text: "Request the conn", button: "conn-request", run: () => ask("request"), refusal: () => (!holder() || mine() ? "Nobody else holds the conn." : "") });
+  act({ text: "Grant the conn to who requests it", button: "conn-grant", run: () => ask("grant"), refusal: unasked });
   act({ text: "Keep the conn", button: "conn-deny", run: () => ask("deny"), refusal: unasked });
   setInterval(() => {
     if (mine()) post("/sessions/current/conn/heartbeat", {}).catch(() => {}); // what is lost shows in the next summary
@@ -26,7 +26,7 @@ export function start() {
 const holder = () => known.summary?.conn.holder ?? null;
 export const mine = () => Boolean(holder()) && holder().page === PAGE;
 const notMine = () => (mine() ? "" : "This page does not hold the conn.");
-const unasked = () => notMine() || (known.summary.conn.request ? "" : "Nobody asks for it.");
+const unasked = () => notMine() || (known.summary.conn.request ? "" : "Nobody requests the conn.");
 
 // Why this page may not steer what is being sent; "" where it may. What nobody holds is taken by the act itself.
 export const kept = () => (!holder() || mine() ? "" : `${name(holder())} holds the conn: request it first.`);
@@ -58,14 +58,14 @@ function draw({ summary }) {
   const status = $("status-conn");
   const past = alive() ? "" : `${age(silent())} ago: `; // who has it by now is not known
   status.dataset.state = past ? "stale" : asks ? "warn" : mine() ? "good" : "none";
-  const told = (short) => past + (!holder() ? "nobody" : asks ? `${name(request.by, short)} asks for it` : name(holder(), short));
+  const told = (short) => past + (!holder() ? "nobody" : asks ? `${name(request.by, short)} requests it` : name(holder(), short));
   status.textContent = told(true);
   status.title = told(false);
   $("conn-text").textContent = text(request);
   for (const [id, shown] of [["take", !holder()], ["release", mine()], ["request", holder() && !mine()], ["grant", asks], ["deny", asks]]) {
     $(`conn-${id}`).hidden = !shown;
   }
-  const asking = asks ? `${name(request.by)} asks for the conn: grant it or keep it in the Commands panel.` : "";
+  const asking = asks ? `${name(request.by)} requests the conn: grant it or keep it in the Commands panel.` : "";
   if (asking !== asked && asking) toast(asking);
   else if (asking !== asked) untoast(asked);
   asked = asking;
@@ -74,6 +74,6 @@ function draw({ summary }) {
 function text(request) {
   if (!alive()) return `Conn: not known, the server is silent for ${age(silent())}. Then: ${holder() ? name(holder()) : "nobody"}.`;
   if (!holder()) return "Conn: nobody. Arming takes it.";
-  const wait = request ? ` ${name(request.by)} asks for it and has it in ${Math.max(0, Math.ceil(request.granted_in))} s.` : "";
+  const wait = request ? ` ${name(request.by)} requests the conn; granted automatically in ${Math.max(0, Math.ceil(request.granted_in))} s.` : "";
   return `Conn: ${name(holder())}.${wait}`;
 }

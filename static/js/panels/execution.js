@@ -20,14 +20,14 @@ export function start() {
   $("execution-mode").addEventListener("change", describe);
   attempt(load);
   act({
-    key: "B", text: "Command the planned step for sag", button: "plan-execution", run: order,
-    refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan to command: plan the step first."),
+    key: "B", text: "Predict the sag of the planned step", button: "plan-execution", run: order,
+    refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan yet: plan the step first."),
   });
   act({
-    key: "R", text: "Make commands for sag", button: "make-execution", run: make,
-    refusal: () => (mayBeMade() ? "" : "There is nothing to make commands of: command the present plan for sag first."),
+    key: "R", text: "Compensate for sag", button: "make-execution", run: make,
+    refusal: () => (mayBeMade() ? "" : "There is no prediction that can be commanded: predict the sag of the present plan first."),
   });
-  act({ text: "Cancel commanding for sag", button: "execution-cancel", run: cancel, refusal: () => (runningJob() ? "" : "It is not running.") });
+  act({ text: "Cancel the prediction of sag", button: "execution-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No prediction is running.") });
   act({
     text: "Take over the measured stiffness of the joints", button: "take-over", run: takeOver,
     refusal: () => (mayBeTaken() ? "" : "There is no measured stiffness that is not taken over already."),
@@ -53,7 +53,7 @@ const SCALES = ["joint_scale", "wheel_scale"];
 const fields = () => [...$("execution-settings").querySelectorAll("input")];
 const nameOf = (field) => field.id.replace("sag-", "");
 
-// An empty field stands for what is delivered; of the joints' stiffness, for what was taken over. Sag is that under what balance is judged with.
+// An empty field stands for what is delivered; of the joints' stiffness, for what was taken over. Sag is that under the balance assumptions.
 export function sagSettings() {
   const chosen = { mode: $("execution-mode").value || "pose_held", compliance: { balance: balance() } };
   for (const field of fields()) {
@@ -173,7 +173,7 @@ function told(execution, figures, used) {
     ["Friction used", `${fixed(100 * figures.friction_use, 1)} % at most`],
     ["Chassis", `sags ${fixed(Math.max(...figures.sag))} m, tilts ${fixed(tilt(execution.Ts_site_base), 2)}° at most`],
     ["It takes", `${fixed(figures.seconds, 1)} s`],
-    ["Judged with", `μ ${friction}, ${gravity} m/s², ${payload === null ? "payload as described" : `payload ${payload} kg`}, `
+    ["Balance assumptions", `μ ${friction}, ${gravity} m/s², ${payload === null ? "payload as described" : `payload ${payload} kg`}, `
       + `joints ${fixed(used.compliance.joint_scale, 2)} × and wheels ${fixed(used.compliance.wheel_scale, 2)} × as stiff`],
   ];
 }

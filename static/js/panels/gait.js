@@ -1,6 +1,7 @@
 // Gait: what came of one, to be compared with the walk: its figures, or at which step which check fails by how much.
 
 import { $, element, fixed } from "../dom.js";
+import { statusTold } from "../kinds.js";
 import { subscribe } from "../store.js";
 
 let shown = ""; // digest of the gait that is shown
@@ -23,7 +24,7 @@ function told({ status, plan, partial, reason, provenance, walked }) {
   const name = `Gait ${provenance.settings?.gait ?? ""}`;
   if (plan) return [element("p", { className: "yes", textContent: `${name}: ${inWords(plan)}. To be looked at: it is not commanded.` })];
   return [
-    element("p", { className: "no", textContent: `${name}, ${status.replaceAll("_", " ")}: ${reason}` }),
+    element("p", { className: "no", textContent: `No ${name.toLowerCase().trim()} (${statusTold(status, "the rover")}): ${reason}` }),
     ...(partial ? [element("p", { className: "doubt", textContent: `It comes ${fixed(walked, 2)} m: ${inWords(partial)}` })] : []),
   ];
 }

@@ -27,7 +27,7 @@ let drawn = "";
 export function start() {
   act({ key: "A", text: "Take in hand: the footfall, then each point, then the chassis", run: next, refusal: () => lacking($("hand-footfall")) || (things().length ? "" : "There is nothing to move: choose a footfall first.") });
   act({ text: "Move the footfall by hand", button: "hand-footfall", run: () => take({ what: "footfall", index: 0 }), refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first.") });
-  act({ text: "Move the chassis by hand, in thought", button: "hand-chassis", run: () => take({ what: "chassis", index: 0 }), refusal: () => (known.summary?.state && known.summary.dem ? "" : "There is no terrain, or no state to plan from.") });
+  act({ text: "Preview a chassis move", button: "hand-chassis", run: () => take({ what: "chassis", index: 0 }), refusal: () => (known.summary?.state && known.summary.dem ? "" : "There is no terrain, or no state to plan from.") });
   act({ text: "Set what is in hand where it is", button: "hand-set", run: () => attempt(settled), refusal: notMine });
   act({ text: "Put back what is in hand", button: "hand-back", run: putBack, refusal: notMine });
   explainKey("Arrow keys", "Move what is in hand by a cell (Shift: ten); Page up, down: higher, lower");

@@ -12,12 +12,13 @@ import { isShown, reveal } from "../layout.js";
 import { loadPicture, pictureAt, retryPicture, shownPicture } from "../picture.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
+import { picks, setGoal } from "./goal.js";
 
 const VIEWS = { left: "Left", right: "Right", disparity: "Disparity", mask: "Rover mask" };
 const STEP = 8; // px of the image that an arrow key moves the cross; with Shift one
 const SEEN = { hidden: "hidden behind ground or the rover", outside: "outside of this image" };
 
-const WHAT_TO_DO = "Click on the ground in the image: it becomes the footfall of the leg.";
+const whatToDo = () => `Click on the ground in the image: it becomes the ${picks() ? "goal of the walk" : "footfall of the leg"}.`;
 
 let list = null; // GET images
 let listFor = 0;
@@ -28,6 +29,7 @@ let acceptedFor = null; // what the footfall was drawn as
 let at = null; // of the cross [u, v], while it is moved by keys
 let asked = 0;
 let goingThere = false;
+let picking = false; // whether a click sets the goal of the walk, as what stands there says
 
 export function start() {
   $("image-views").append(...Object.entries(VIEWS).map(([name, text]) => choice(`image-${name}`, text, () => show(pair, name))));
@@ -42,7 +44,7 @@ export function start() {
   act({ text: "Images wide or narrow", button: "image-wide", run: widen });
   act({ key: "D", text: "Images", run: goThere, quiet: true });
   for (const [name, text] of Object.entries(VIEWS)) act({ text: `Image: ${text.toLowerCase()}`, run: () => { reveal("images"); show(pair, name); } });
-  say(WHAT_TO_DO);
+  say(whatToDo());
   subscribe(draw);
 }
 
@@ -61,7 +63,7 @@ export function showPair(name) {
 
 function show(name, what) {
   [pair, view, at] = [name, what, null];
-  say(WHAT_TO_DO);
+  say(whatToDo());
   draw(known);
 }
 
@@ -100,6 +102,8 @@ function withArrows(group) {
 
 function draw({ summary }) {
   if (!summary || !isShown("images")) return;
+  if (picks() !== picking) say(whatToDo());
+  picking = picks();
   if (summary.heardAt !== listFor) readList(summary);
   $("images-box").hidden = !list?.snapshot;
   $("images-note").hidden = Boolean(list?.snapshot);
@@ -245,6 +249,10 @@ async function choose(place) {
     if (mine !== asked) return;
     if (!point) {
       say(reason[0].toUpperCase() + reason.slice(1), "no");
+      return;
+    }
+    if (picks()) {
+      if (await setGoal(point[0], point[1]) && mine === asked) say(`Goal of the walk set at (${point.slice(0, 2).map((one) => fixed(one)).join(", ")}) m.`, "yes");
       return;
     }
     const { leg } = known.summary.view;

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
 import { setGoal } from "./goal.js";
@@ -62,7 +63,7 @@ function draw({ summary, route }) {
 }
 
 function told({ plan, status, reason }) {
-  if (!plan) return element("p", { className: "no", textContent: `No route, ${status.replaceAll("_", " ")}: ${reason}` });
+  if (!plan) return element("p", { className: "no", textContent: `No route (${statusTold(status, "the rover")}): ${reason}` });
   const length = lengthOf(plan.points);
   return element("p", { className: "yes", textContent: `Route of ${fixed(length, 1)} m; it costs as much as ${fixed(plan.cost, 1)} m of the best ground. It has no footfalls: walk it in parts.` });
 }

@@ -174,7 +174,7 @@ function drawStop(summary, frame) {
   const { latched, acknowledged } = summary.stop;
   if (latched) sent = "";
   const standing = frame?.mode === "stopped";
-  button.dataset.sent = String(Boolean(sent) || latched);
+  button.dataset.sent = String(Boolean(sent) || latched || standing);
   $("stop-clear").hidden = !standsStopped({ summary, frame });
   $("stop-state").className = sent || latched || standing ? "in-force" : "";
   $("stop-state").textContent = sent ? STOP_TEXT[sent] : stopText(summary, latched, acknowledged, standing);

@@ -4,8 +4,9 @@
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
-import { known, subscribe } from "../store.js";
+import { changed, known, subscribe } from "../store.js";
 import { sagSettings } from "./execution.js";
 import { paidOut, showTether, tether, tetherInWords } from "./tether.js";
 
@@ -14,7 +15,8 @@ let places = { forbidden: [], pinned: [] }; // what the operator says of the gro
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
-  act({ text: "Plan the walk to its goal", button: "plan-walk", run: plan });
+  act({ text: "Plan the walk, or the gait, to its goal", button: "plan-walk", run: plan });
+  $("walk-gait").addEventListener("change", changed);
   act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: "Re-plan the walk from here", button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : "There is no walk yet.") });
@@ -28,7 +30,7 @@ const left = () => walking().of - walking().done;
 function notNext() {
   if (!walking()) return "There is no walk yet: plan one to its goal.";
   if (walking().next === null) return "The walk is over.";
-  if (known.summary.gate.state === "sending") return "A sequence is being sent already.";
+  if (known.summary.gate.state === "sending") return "Commands are being sent already.";
   return walking().against;
 }
 
@@ -67,6 +69,7 @@ const plan = () => attempt(async () => {
 
 function draw({ summary, walk }) {
   if (!summary) return;
+  $("plan-walk").textContent = $("walk-gait").value ? "Plan gait" : "Plan walk";
   const doubt = summary.up_to_date.walk?.fits === false ? summary.up_to_date.walk.reason : "";
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? `Out of date: ${doubt}. Plan the walk again.` : "";
@@ -94,7 +97,7 @@ function drawWalking(here) {
 
 // What planning came to, as a class and in words.
 export function walkTold({ status, plan, reason }) {
-  return status === "found" ? ["yes", `found: ${inWords(plan)}`] : ["no", `${status.replaceAll("_", " ")}: ${reason}`];
+  return status === "found" ? ["yes", `Walk found: ${inWords(plan)}`] : ["no", `No walk (${statusTold(status, "the rover")}): ${reason}`];
 }
 
 function show(answer) {

@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { request } from "../api.js";
 import { $, age, attempt, toast } from "../dom.js";
-import { KINDS, titleOf } from "../kinds.js";
+import { KINDS, namedFirst, titleOf } from "../kinds.js";
 import { reveal } from "../layout.js";
 import { alive, known, silent, subscribe } from "../store.js";
 
@@ -53,16 +53,16 @@ function draw({ summary }) {
   const job = runningJob();
   const passed = asked ? (performance.now() - asked.since) / 1000 : 0;
   if (asked && summary.snapshot !== asked.before) arrived("yes", "Images received");
-  else if (asked && !summary.link.connected) arrived("no", "images: the link was lost before they came");
-  else if (passed > GIVEN_UP) arrived("no", "images: none came");
+  else if (asked && !summary.link.connected) arrived("no", "No images: the link was lost before they came");
+  else if (passed > GIVEN_UP) arrived("no", "No images came");
   if (verdict && known[verdict.of]?.digest !== verdict.digest) ended = ""; // taken back, or another is there: it is judged there
   if (job) [followed, seen, ended] = [job.id, performance.now(), ""];
   else if (followed && tellEnd(known.jobs.get(followed))) followed = null;
   $("job").hidden = !job && !asked;
   $("job-said").hidden = Boolean(job || asked) || !ended;
   const past = alive() ? "" : `, ${age(silent())} ago`;
-  if (job) show(`${titleOf(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
-  else if (asked) show(`images: ${passed > LONG ? "none for" : "waiting"} ${Math.floor(passed)} s`, null, passed > LONG);
+  if (job) show(`${namedFirst(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
+  else if (asked) show(`${passed > LONG ? "No images yet:" : "Waiting for images:"} ${Math.floor(passed)} s`, null, passed > LONG);
 }
 
 function arrived(className, text) {
@@ -83,16 +83,16 @@ function show(text, share, late = false) {
 function tellEnd(job) {
   if (!job) return true;
   const [kind, state] = [job.kind, job.state];
-  if (state === "failed") say(kind, "no", `${titleOf(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
-  else if (state === "cancelled") say(kind, "", `${titleOf(kind)}: cancelled`);
+  if (state === "failed") say(kind, "no", `${namedFirst(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+  else if (state === "cancelled") say(kind, "", `${namedFirst(kind)} cancelled`);
   else if (kind === "plan" && known.plan?.digest === job.result) {
-    if (known.plan.status === "found") say(kind, "yes", "plan: found", { of: "plan", digest: job.result });
-    else say(kind, "no", `no plan: ${known.plan.reason}`, { of: "plan", digest: job.result });
+    if (known.plan.status === "found") say(kind, "yes", "Plan found", { of: "plan", digest: job.result });
+    else say(kind, "no", `No plan: ${known.plan.reason}`, { of: "plan", digest: job.result });
   } else if (areaOf(kind) === "commands" && known.sequence?.digest === job.result) {
-    if (known.sequence.valid) say(kind, "yes", "commands: every rule holds", { of: "sequence", digest: job.result });
-    else say(kind, "no", "commands: a rule does not hold", { of: "sequence", digest: job.result });
+    if (known.sequence.valid) say(kind, "yes", "Commands ready: every rule holds", { of: "sequence", digest: job.result });
+    else say(kind, "no", "Commands ready, but a rule does not hold", { of: "sequence", digest: job.result });
   } else if ((kind === "plan" || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
-  else say(kind, areaOf(kind) === "ground" ? "yes" : "", `${titleOf(kind)}: done`); // of others it is not known here what they found
+  else say(kind, areaOf(kind) === "ground" ? "yes" : "", `${namedFirst(kind)} ready`); // of others it is not known here what they found
   return true;
 }
 
@@ -108,6 +108,6 @@ function tellFailures() {
   for (const job of failed) {
     if (told.has(job.id)) continue;
     told.add(job.id);
-    toast(`${titleOf(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+    toast(`${namedFirst(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
   }
 }

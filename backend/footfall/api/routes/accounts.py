@@ -20,7 +20,7 @@ from footfall.session.access.identity import Identity
 
 router = Routes(tags=["accounts"])
 
-OPEN = "no accounts: anyone on this computer may command"
+OPEN = "no login: anyone on this computer can command"
 """What the page says where the server recognises nobody."""
 
 # Hashing takes 64 MiB and a core each: a flood of logins has to wait in line, not the others.
