@@ -99,7 +99,7 @@ def _tell(report: "RefereeReport", rows: int) -> None:
     for event in report.events:
         off = "" if event.off != event.off else f", {1000 * event.off:.0f} mm from its goal"
         place = "{:.3f} {:.3f} {:.3f}".format(*event.point)
-        say(f"  {event.time:6.2f} s  row {event.row:<3} {event.kind} of wheel {event.leg} at {place}{off}")
+        say(f"  {event.time:6.2f} s  row {event.row + 1:<3} {event.kind} of wheel {event.leg} at {place}{off}")
     say(f"{report.commands} of {rows} commands done in {report.ended[-1] if len(report.ended) else 0.0:.1f} s")
     if report.clearance == report.clearance:
         say(f"least height of the swinging leg over the ground {1000 * report.clearance:.0f} mm")

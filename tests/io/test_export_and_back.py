@@ -2,7 +2,9 @@
 
 import csv
 import io
+import json
 import re
+from collections.abc import Callable
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -12,7 +14,7 @@ from hypothesis import given, settings
 from footfall.api.routes.sequences import ExportFormat
 from footfall.cli import export as command
 from footfall.core.errors import InvalidSequence
-from footfall.io.exports import FORMATS, MEDIA, SUFFIXES, export
+from footfall.io.exports import COUNTING, FORMATS, MEDIA, SUFFIXES, export
 from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, from_yamcs
 from tests.support.sequences import HOSTILE, any_commands, bits, four_kinds, require_same_commands, unchecked
 
@@ -42,16 +44,33 @@ def test_any_numbers_and_names_come_back(format, commands):
         assert bits(told.T_site_base.ravel()) == bits(sequence.T_site_base.ravel())
 
 
+ROWS: dict[str, Callable[[str], list[int]]] = {
+    "json": lambda text: [one["row"] for one in json.loads(text)["commands"]],
+    "csv": lambda text: [int(line["row"]) for line in csv.DictReader(io.StringIO(text, newline=""))],
+    "seqjson": lambda text: [step["metadata"]["row"] for step in json.loads(text)["steps"]],
+    "fprime": lambda text: [json.loads(line.split(" ; ", 1)[1])["row"] for line in text.splitlines() if line[0] == "R"],
+    "yamcs": lambda text: [int(s["comment"].split()[1]) for s in json.loads(text)["steps"] if s["type"] == "command"],
+}
+"""How a file numbers its rows, read without FootFall."""
+
+
 @settings(max_examples=30)
 @given(commands=any_commands())
-def test_a_csv_counts_its_rows_from_1_and_is_read_from_0_as_well(commands):
+@pytest.mark.parametrize("format", READ)
+def test_every_file_counts_its_rows_from_1_and_is_read_from_0_as_well(format, commands):
     sequence = unchecked(commands, start=np.linspace(-1, 1, 36))
     for first in (1, 0):
-        data = export(sequence, "csv", first_row=first)
-        rows = [int(line["row"]) for line in csv.DictReader(io.StringIO(data.decode(), newline=""))]
-        assert (rows[0], rows[-1]) == (first, first + len(commands) - 1)
-        require_same_commands(from_csv.decode(data).commands, commands)
-    assert export(sequence, "csv") == export(sequence, "csv", first_row=1)
+        data = export(sequence, format, first_row=first)
+        assert sorted({*ROWS[format](data.decode())}) == list(range(first, first + len(commands)))
+        require_same_commands(READ[format](data).commands, commands)
+    assert export(sequence, format) == export(sequence, format, first_row=1)
+
+
+def test_the_formats_that_count_are_those_whose_files_change_with_the_number_of_the_first_row():
+    sequence = four_kinds()
+    for format in FORMATS:
+        changes = export(sequence, format) != export(sequence, format, first_row=0)
+        assert changes == (format in COUNTING), format
 
 
 def replaced(format: str, old: str, new: str) -> bytes:
@@ -94,7 +113,8 @@ BAD = {
             '"leg"',
             '"foot"',
         ): r"steps\[3\] has the arguments foot, joints, duration; LEG_MOVE takes leg, ",
-        ('"row 1', '"row 2'): r"steps\[4\] must have the comment 'row 1'",
+        ('"row 2', '"row 3'): r"steps\[4\] says that it is row 3",
+        ('"row 2', '"line 2'): r"steps\[4\] must have the comment 'row'",
         ("FootFall sequence", "A sequence"): "it lacks the text",
         ('"type": "check"', '"type": "fire"'): r"steps\[1\] is of type 'fire'; FootFall knows command, text",
         ("4.25", "true"): r"steps\[3\], duration must be a number, not a truth value",

@@ -102,8 +102,8 @@ def test_what_would_be_dropped_is_refused_by_name(format, change, says):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('"row": 1', '"row": 2', "line 5 says that it is row 2"),
-        ('"row": 1', '"row": 1, "hold": 3', "line 5, its comment has 'hold'"),
+        ('"row": 2', '"row": 3', "line 5 says that it is row 3"),
+        ('"row": 2', '"row": 2, "hold": 3', "line 5, its comment has 'hold'"),
         ('{"version": 1', '{"version": 1, "unit": "deg"', "; footfall-sequence has 'unit'"),
     ],
 )

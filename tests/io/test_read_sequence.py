@@ -126,7 +126,7 @@ BAD_JSON = {
     changed(lambda d: d.update(version=2)): "reads version 1",
     changed(lambda d: d.pop("start")): "the file lacks 'start'",
     changed(lambda d: d["start"].__setitem__(3, True)): r"start\[3\] must be a number, not a truth value",
-    changed(lambda d: d["commands"].pop(1)): r"commands\[1\] says that it is row 2",
+    changed(lambda d: d["commands"].pop(1)): r"commands\[1\] says that it is row 3",
     changed(lambda d: d["commands"][0].update(leg=1.5)): r"commands\[0\], leg must be a whole number, not 1\.5",
     changed(lambda d: d["commands"][0]["joints"].__setitem__(2, None)): r"joints\[2\] must be a number, not null",
     changed(lambda d: d["commands"][1].update(duration=10**400)): r"commands\[1\], duration is too large",

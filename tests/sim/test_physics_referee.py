@@ -260,7 +260,7 @@ def test_a_command_that_the_rover_refuses_is_told(athlete, flat, on_flat):
     beyond[1] = 3.0
     report = referee(athlete, sequence_of(on_flat, Command("LEG_MOVE", 0, beyond, 3.0)), flat)
     assert report.commands == 0
-    assert any(re.match(r"row 0 was not carried out: joint 1 of leg 0", text) for text in report.failures)
+    assert any(re.match(r"row 1 was not carried out: joint 1 of leg 0", text) for text in report.failures)
 
 
 def test_lowering_until_touch_down_is_refereed(athlete, flat, on_flat):

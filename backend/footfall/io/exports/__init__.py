@@ -13,7 +13,7 @@ from footfall.io.exports import as_csv, as_fprime, as_html, as_json, as_ros2, as
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 
-FORMATS: dict[str, Callable[[Sequence], bytes]] = {
+FORMATS: dict[str, Callable[..., bytes]] = {
     "json": as_json.encode,
     "csv": as_csv.encode,
     "seqjson": as_seqjson.encode,
@@ -23,7 +23,10 @@ FORMATS: dict[str, Callable[[Sequence], bytes]] = {
     "ros2": as_ros2.encode,
     "html": as_html.encode,
 }
-"""format name → encoder"""
+"""format name → encoder, which takes the sequence"""
+
+COUNTING = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
+"""Formats whose files number the rows, so that their encoders take the number of the first, ``first_row``, too."""
 
 SUFFIXES = {
     "json": ".json",
@@ -72,8 +75,8 @@ def export(
 ) -> bytes:
     """The sequence in one of FORMATS, also written to ``path`` where one is given.
 
-    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall. first_row: how "csv"
-    numbers the first row.
+    robot: what the pictures of "html" show; None: the one of that name that ships with FootFall. first_row: number
+    of the first row; files of 2026-11-25 and before count from 0.
 
     Raises InvalidSequence where a rule does not hold (naming row and rule), NotFound for an unknown
     format or a missing folder.
@@ -83,8 +86,8 @@ def export(
     require_exportable(sequence)
     if format == "html":
         data = as_html.encode(sequence, robot)
-    elif format == "csv":
-        data = as_csv.encode(sequence, first_row)
+    elif format in COUNTING:
+        data = FORMATS[format](sequence, first_row)
     else:
         data = FORMATS[format](sequence)
     if path is not None:

@@ -31,10 +31,7 @@ def as_told(cell: str) -> str:
 
 
 def encode(sequence: Sequence, first_row: int = 1) -> bytes:
-    """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked.
-
-    first_row: number of the first row; 0 as files of 2026-11-25 and before have it.
-    """
+    """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     forces = any(command.force is not None for command in sequence.commands)

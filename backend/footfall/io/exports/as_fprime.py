@@ -21,7 +21,7 @@ _F64 = {"name": "F64", "kind": "float", "size": 64}
 _LEG_JOINTS, _POSTURE = f"{COMPONENT}.LegJoints", f"{COMPONENT}.Posture"
 
 
-def encode(sequence: Sequence) -> bytes:
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """The text sequence (.seq), ASCII: one command a line, in rad, s and N."""
     told = {
         "version": VERSION,
@@ -35,7 +35,7 @@ def encode(sequence: Sequence) -> bytes:
         "; FootFall: compile with  fprime-seqgen --dictionary <its dictionary> <this file>",
         "; Every command starts when the one before is done. Angles in rad, durations in s, forces in N.",
         HEADER + json.dumps(told, allow_nan=False),
-        *(_line(row, command) for row, command in enumerate(sequence.commands)),
+        *(_line(row, command) for row, command in enumerate(sequence.commands, first_row)),
     ]
     return "\n".join(lines).encode("ascii") + b"\n"
 

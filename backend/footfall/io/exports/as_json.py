@@ -9,8 +9,8 @@ from footfall.sequence.commands import Command, RuleResult, Sequence
 VERSION = 1
 
 
-def encode(sequence: Sequence) -> bytes:
-    """UTF-8 JSON; angles in rad, durations in s, lengths in m."""
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
+    """UTF-8 JSON; angles in rad, durations in s, lengths in m. A rule of the whole sequence is one of row −1."""
     document = {
         "format": "footfall-sequence",
         "version": VERSION,
@@ -22,9 +22,10 @@ def encode(sequence: Sequence) -> bytes:
         "start": sequence.start.tolist(),
         "duration": sequence.duration,
         "commands": [
-            command_object(row, command) | _predicted(sequence, row) for row, command in enumerate(sequence.commands)
+            command_object(first_row + i, command) | _predicted(sequence, i)
+            for i, command in enumerate(sequence.commands)
         ],
-        "rules": [_rule(rule) for rule in sequence.rules],
+        "rules": [_rule(rule, first_row) for rule in sequence.rules],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
@@ -50,10 +51,10 @@ def _predicted(sequence: Sequence, row: int) -> dict[str, Any]:
     return told | {"predicted_T_site_base": sequence.Ts_site_base[row].tolist()}
 
 
-def _rule(rule: RuleResult) -> dict[str, Any]:
+def _rule(rule: RuleResult, first_row: int) -> dict[str, Any]:
     return {
         "rule": rule.rule,
-        "row": rule.row,
+        "row": rule.row if rule.row < 0 else first_row + rule.row,
         "holds": rule.holds,
         "margin": rule.margin if math.isfinite(rule.margin) else None,
         "unit": rule.unit,

@@ -31,7 +31,7 @@ from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 ATTACHMENT = "sequence.json"
 
 
-def encode(sequence: Sequence) -> bytes:
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """The MCAP file. Raises InvalidSequence where a duration is too long for the format."""
     out = io.BytesIO()
     writer = Writer(out, compression=CompressionType.NONE)
@@ -47,7 +47,7 @@ def encode(sequence: Sequence) -> bytes:
         writer.add_message(
             channels[one.topic], log_time=one.time, data=one.data, publish_time=one.time, sequence=one.row
         )
-    writer.add_attachment(0, 0, ATTACHMENT, "application/json", as_json.encode(sequence))
+    writer.add_attachment(0, 0, ATTACHMENT, "application/json", as_json.encode(sequence, first_row))
     writer.finish()
     return out.getvalue()
 

@@ -11,7 +11,7 @@ from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
 
 
-def encode(sequence: Sequence) -> bytes:
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """UTF-8 SeqJSON. Arguments in their order, angles in rad, durations in s, forces in N:
 
     LEG_MOVE(leg, six joints, duration), LEG_LOWER(leg, six joints, duration, force), WAIT(duration),
@@ -32,7 +32,9 @@ def encode(sequence: Sequence) -> bytes:
             "final": sequence.predicted[-1].tolist(),
             **_final_pose(sequence),
         },
-        "steps": [_step(row, command, len(sequence.start) // 6) for row, command in enumerate(sequence.commands)],
+        "steps": [
+            _step(row, command, len(sequence.start) // 6) for row, command in enumerate(sequence.commands, first_row)
+        ],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 

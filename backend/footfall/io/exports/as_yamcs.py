@@ -36,7 +36,7 @@ ADVANCEMENT: dict[str, Any] = {"acknowledgment": "CommandComplete", "wait": 0}
 """The next step comes as soon as the command before is complete."""
 
 
-def encode(sequence: Sequence) -> bytes:
+def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """UTF-8 JSON of the stack; angles in rad, durations in s, forces in N."""
     text = (
         f"FootFall sequence {sequence.digest} for {_literal(sequence.robot)}: "
@@ -46,7 +46,7 @@ def encode(sequence: Sequence) -> bytes:
         {"type": "text", "text": text},
         CHECK,
     ]
-    for row, command in enumerate(sequence.commands):
+    for row, command in enumerate(sequence.commands, first_row):
         if command.kind.moves:
             steps.append(GATE)
         steps.append(_command(row, command))

@@ -1,6 +1,7 @@
 """F Prime text sequences of our commands, as ``io.exports.as_fprime`` writes them."""
 
 import re
+from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_fprime import COMPONENT, HEADER, VERSION
@@ -13,7 +14,7 @@ from footfall.io.imports.told import (
     matrix,
     member,
     only,
-    require_row,
+    require_rows,
     text,
     text_of,
 )
@@ -30,12 +31,15 @@ def decode(data: bytes) -> Told:
 
     Other comments are read no more than ``fprime-seqgen`` reads them.
     """
-    header, commands = None, []
+    header, commands, rows = None, [], []
     for number, line in enumerate(text_of(data).split("\n"), start=1):
         if line.startswith(HEADER):
             header = json_of(line.removeprefix(HEADER))
         elif line.strip() and not line.startswith(";"):
-            commands.append(_command(f"line {number}", len(commands), line.strip()))
+            asked, row = _command(f"line {number}", line.strip())
+            commands.append(asked)
+            rows.append((f"line {number}", row))
+    require_rows(rows)
     if header is None:
         raise InvalidSequence(f"it lacks the comment {HEADER.strip()!r} with what the commands start from")
     if (version := member(header, "version", HEADER)) != VERSION:
@@ -49,7 +53,8 @@ def decode(data: bytes) -> Told:
     )
 
 
-def _command(where: str, row: int, line: str) -> Command:
+def _command(where: str, line: str) -> tuple[Command, Any]:
+    """It, and which row its comment says it is; None where there is none."""
     found = _LINE.fullmatch(line)
     if found is None:
         raise InvalidSequence(f"{where} must be a time, {COMPONENT}.<command> and its arguments: {line[:80]!r}")
@@ -57,6 +62,6 @@ def _command(where: str, row: int, line: str) -> Command:
         raise InvalidSequence(f"{where} waits until {found['time']}; FootFall knows R00:00:00 only, and {WAIT.name}")
     comment = json_of(found["comment"]) if (found["comment"] or "").startswith("{") else {}
     only(comment, ("row", "phase"), f"{where}, its comment")
-    require_row(comment.get("row", row), row, where)
     arguments = items(json_of(f"[{found['arguments']}]"), where)
-    return command(found["name"], arguments, text(comment.get("phase", ""), f"{where}, phase"), where)
+    asked = command(found["name"], arguments, text(comment.get("phase", ""), f"{where}, phase"), where)
+    return asked, comment.get("row")

@@ -13,7 +13,7 @@ from footfall.io.imports.told import (
     member,
     number,
     only,
-    require_row,
+    require_rows,
     text,
     text_of,
     whole,
@@ -38,17 +38,17 @@ def of_document(document: Any) -> Told:
         raise InvalidSequence(f"this FootFall reads version {VERSION} of its JSON, not {version!r}")
     only(document, _DOCUMENT, "the file")
     commands = items(member(document, "commands", "the file"), "commands")
+    places = [(one, f"commands[{i}]") for i, one in enumerate(commands)]
+    require_rows([(where, whole(member(one, "row", where), f"{where}, row")) for one, where in places])
     return Told(
         robot=text(member(document, "robot", "the file"), "robot"),
-        commands=tuple(_command(row, one) for row, one in enumerate(commands)),
+        commands=tuple(_command(one, where) for one, where in places),
         start=array(member(document, "start", "the file"), "start"),
         T_site_base=matrix(member(document, "T_site_base", "the file"), "T_site_base"),
     )
 
 
-def _command(row: int, told: Any) -> Command:
-    where = f"commands[{row}]"
-    require_row(member(told, "row", where), row, where)
+def _command(told: Any, where: str) -> Command:
     only(told, _COMMAND, where)
     leg, joints, force = member(told, "leg", where), member(told, "joints", where), told.get("force")
     return Command(

@@ -15,7 +15,7 @@ from footfall.io.imports.told import (
     member,
     number,
     only,
-    require_row,
+    require_rows,
     text,
     text_of,
 )
@@ -49,15 +49,17 @@ def of_document(document: Any) -> Told:
     if not isinstance(told, dict) or any(_UNITS.get(kind) != unit for kind, unit in told.items()):
         raise InvalidSequence(f"metadata, units are {told!r}; FootFall reads {_UNITS}")
     steps = items(member(document, "steps", "the file"), "steps")
+    commands = tuple(_command(f"steps[{i}]", step) for i, step in enumerate(steps))
+    require_rows([(f"steps[{i}]", step.get("metadata", {}).get("row")) for i, step in enumerate(steps)])
     return Told(
         robot=text(member(about, "robot", "metadata"), "metadata, robot"),
-        commands=tuple(_command(f"steps[{row}]", row, step) for row, step in enumerate(steps)),
+        commands=commands,
         start=array(member(about, "start", "metadata"), "metadata, start"),
         T_site_base=matrix(member(about, "T_site_base", "metadata"), "metadata, T_site_base"),
     )
 
 
-def _command(where: str, row: int, step: Any) -> Command:
+def _command(where: str, step: Any) -> Command:
     if (kind := member(step, "type", where)) != "command":
         raise InvalidSequence(f"{where} is of type {kind!r}; FootFall carries out commands only")
     if (time := member(step, "time", where)) != {"type": "COMMAND_COMPLETE"}:
@@ -74,7 +76,6 @@ def _command(where: str, row: int, step: Any) -> Command:
     if not isinstance(about, dict):
         raise InvalidSequence(f"{where}, metadata must be an object")
     only(about, ("row", "phase"), f"{where}, metadata")
-    require_row(about.get("row", row), row, where)
     phase = text(about.get("phase", ""), f"{where}, phase")
     return command(name, _by_argument(kind, numbers), phase, where)
 

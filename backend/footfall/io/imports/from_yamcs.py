@@ -7,7 +7,19 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_yamcs import ADVANCEMENT, CHECK, GATE, SPACE_SYSTEM, UNITS
-from footfall.io.imports.told import Told, command, items, json_of, known_kind, member, number, only, text, text_of
+from footfall.io.imports.told import (
+    Told,
+    command,
+    items,
+    json_of,
+    known_kind,
+    member,
+    number,
+    only,
+    require_rows,
+    text,
+    text_of,
+)
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import WAIT
 
@@ -25,7 +37,7 @@ def decode(data: bytes) -> Told:
     steps = items(member(document, "steps", "the file"), "steps")
     only(document, ("$schema", "steps", "advancement"), "the file")
     _require_complete(member(document, "advancement", "the file"), "advancement")
-    robot, commands, gated = None, [], None
+    robot, commands, rows, gated = None, [], [], None
     for position, step in enumerate(steps):
         where = f"steps[{position}]"
         kind = text(member(step, "type", where), f"{where}, type")
@@ -34,7 +46,9 @@ def decode(data: bytes) -> Told:
         if gated is not None and kind != "command":
             raise InvalidSequence(f"{gated} is a gate, and {where} behind it no command")
         if kind == "command":
-            commands.append(_command(where, step, len(commands)))
+            asked, row = _command(where, step)
+            commands.append(asked)
+            rows.append((where, row))
             if gated is not None and not commands[-1].kind.moves:
                 raise InvalidSequence(
                     f"{gated} is a gate before a command that moves nothing, which FootFall can't keep"
@@ -55,6 +69,7 @@ def decode(data: bytes) -> Told:
         raise InvalidSequence(f"{gated} is a gate with no command behind it")
     if robot is None:
         raise InvalidSequence("it lacks the text 'FootFall sequence … for <robot>', which says for which robot it is")
+    require_rows(rows)
     return Told(robot, tuple(commands))
 
 
@@ -85,7 +100,8 @@ def _require_complete(told: Any, where: str) -> None:
         raise InvalidSequence(f"{where} waits {wait:g} ms; FootFall can't keep that: give a {SPACE_SYSTEM}/{WAIT.name}")
 
 
-def _command(where: str, step: Any, row: int) -> Command:
+def _command(where: str, step: Any) -> tuple[Command, int | None]:
+    """It, and which row its comment says it is; None where it has none."""
     path = text(member(step, "name", where), f"{where}, name")
     system, _, name = path.rpartition("/")
     if system != SPACE_SYSTEM:
@@ -93,9 +109,9 @@ def _command(where: str, step: Any, row: int) -> Command:
     only(step, ("type", "name", "arguments", "comment", "advancement"), where)
     if "advancement" in step:
         _require_complete(step["advancement"], f"{where}, advancement")
-    found = _COMMENT.fullmatch(text(step.get("comment", f"row {row}"), f"{where}, comment"))
-    if found is None or int(found["row"]) != row:
-        raise InvalidSequence(f"{where} must have the comment 'row {row}' and its phase: rows are missing or moved")
+    found = _COMMENT.fullmatch(text(step["comment"], f"{where}, comment")) if "comment" in step else None
+    if found is None and "comment" in step:
+        raise InvalidSequence(f"{where} must have the comment 'row' with its number and its phase")
     told: dict[str, Any] = {}
     for i, one in enumerate(items(member(step, "arguments", where), f"{where}, arguments")):
         argument = text(member(one, "name", f"{where}, arguments[{i}]"), f"{where}, arguments[{i}], name")
@@ -106,8 +122,9 @@ def _command(where: str, step: Any, row: int) -> Command:
     names = known_kind(name, where).argument_names
     if sorted(told) != sorted(names):
         raise InvalidSequence(f"{where} has the arguments {', '.join(told) or 'none'}; {name} takes {', '.join(names)}")
-    phase = _plain(found["phase"] or "", where)
-    return command(name, [told[argument] for argument in names], phase, where)
+    phase = "" if found is None else _plain(found["phase"] or "", where)
+    asked = command(name, [told[argument] for argument in names], phase, where)
+    return asked, None if found is None else int(found["row"])
 
 
 def _short(step: dict[str, Any]) -> str:

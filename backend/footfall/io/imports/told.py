@@ -73,10 +73,17 @@ def only(document: dict[str, Any], known: Sequence[str], where: str) -> None:
         )
 
 
-def require_row(item: Any, row: int, where: str) -> None:
-    """Raise InvalidSequence where a command says that it is another row."""
-    if (own := whole(item, f"{where}, row")) != row:
-        raise InvalidSequence(f"{where} says that it is row {own}: commands are missing or out of order")
+def require_rows(told: Sequence[tuple[str, Any]]) -> None:
+    """Raise InvalidSequence where commands say that they are other rows than they are.
+
+    told: of each its place in the file, and the row that it says it is, None where it says nothing. Rows count from 1,
+    in files of 2026-11-25 and before from 0.
+    """
+    said = [(i, where, whole(row, f"{where}, row")) for i, (where, row) in enumerate(told) if row is not None]
+    first = 0 if said and said[0][2] == said[0][0] else 1
+    for i, where, row in said:
+        if row != first + i:
+            raise InvalidSequence(f"{where} says that it is row {row}: commands are missing or out of order")
 
 
 def text(item: Any, where: str) -> str:

@@ -135,7 +135,7 @@ class FootMovesRequest(Value):
 
 @value
 class ExportRequest(Value):
-    """A sequence in one of the export formats. first_row: how rows are numbered where a format for people does."""
+    """A sequence in one of the export formats. first_row: number of the first row in the file."""
 
     format: str
     first_row: int = field(default=1, metadata=before(0))

@@ -73,7 +73,7 @@ def referee(
     ended, chassis, sag, postures, stood = [], [], [], [], []
     refused = ""
     for row, command in enumerate(sequence.commands):
-        progress(row / len(sequence.commands), f"row {row}")
+        progress(row / len(sequence.commands), f"row {row + 1}")
         watch.row(row, moved[row], command.phase == "swing")
         begin, end = (first, first) if expected is None else (expected[row - 1] if row else first, expected[row])
         last, far = _carry_out(rover, watch, _message(sequence, row), begin, end)
@@ -83,7 +83,7 @@ def referee(
         postures.append(rover.posture)
         stood.append(rover.T_site_base)
         if last.state != "done":
-            refused = f"row {row} was not carried out: {last.reason}"
+            refused = f"row {row + 1} was not carried out: {last.reason}"
             break
     for _ in range(round(settings.rest / TIME_STEP)):
         rover.step(TIME_STEP)

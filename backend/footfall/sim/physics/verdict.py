@@ -117,12 +117,12 @@ def failures(report: RefereeReport, moved: Listed[int], refused: str) -> tuple[s
     said = [text for text in (report.tipped, "" if report.tipped else refused) if text]
     for contact in report.contacts:
         said.append(
-            f"row {contact.row}: {contact.link_a} touched {contact.link_b} with {contact.force:.0f} N "
+            f"row {contact.row + 1}: {contact.link_a} touched {contact.link_b} with {contact.force:.0f} N "
             f"from {contact.start:.1f} s to {contact.end:.1f} s"
         )
     for event in report.events:
         if event.kind == "lift-off" and not event.planned:
-            said.append(f"row {event.row}: the supporting wheel {event.leg} left the ground at {event.time:.1f} s")
+            said.append(f"row {event.row + 1}: the supporting wheel {event.leg} left the ground at {event.time:.1f} s")
     for leg in moved:
         own = [event.kind for event in report.events if event.leg == leg and event.planned]
         if "lift-off" not in own:
@@ -133,7 +133,7 @@ def failures(report: RefereeReport, moved: Listed[int], refused: str) -> tuple[s
     said += _beyond(report.slip, limits.slip, "the supporting wheel {} slipped {:.1f} mm")
     if len(report.chassis) and report.chassis.max() > limits.chassis:
         row = int(np.argmax(report.chassis))
-        said.append(f"row {row}: the chassis was {1000 * report.chassis[row]:.0f} mm from where it should be")
+        said.append(f"row {row + 1}: the chassis was {1000 * report.chassis[row]:.0f} mm from where it should be")
     if report.clearance < limits.clearance:
         said.append(f"the swinging leg came within {1000 * report.clearance:.0f} mm of the ground")
     joint = int(np.argmax(report.torque))
