@@ -1,5 +1,7 @@
 // Small ways of building the page. Text goes in as text: nothing from rover, file or server is read as markup.
 
+export { age, fixed, signed } from "./figures.js";
+
 export const $ = (id) => document.getElementById(id);
 
 export function element(tag, properties = {}, ...children) {
@@ -10,18 +12,6 @@ export function element(tag, properties = {}, ...children) {
   }
   made.append(...children.filter((child) => child !== null && child !== undefined));
   return made;
-}
-
-// What rounds to nothing has no sign.
-export function fixed(value, digits = 3) {
-  return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "") : "–";
-}
-
-export function age(seconds) {
-  if (typeof seconds !== "number") return "–";
-  if (seconds < 60) return `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`;
-  if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
-  return `${Math.floor(seconds / 3600)} h`;
 }
 
 let hiding = 0;

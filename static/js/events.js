@@ -1,7 +1,7 @@
 // The session's recorded events, fetched as they come, and what each is in words.
 
 import { get } from "./api.js";
-import { attempt } from "./dom.js";
+import { attempt, fixed } from "./dom.js";
 import { madeOf } from "./kinds.js";
 import { subscribe } from "./store.js";
 
@@ -61,7 +61,7 @@ const DONE = {
   footfall_chosen: ({ leg }) => `chose a footfall for leg ${leg}`,
   points_set: ({ leg, points }) => `set ${points.length} point${points.length === 1 ? "" : "s"} for the wheel of leg ${leg}`,
   plan_chosen: () => "chose another plan",
-  stiffness_taken_over: (taken) => `took over joints ${taken.joint_scale.toFixed(2)} × as stiff, before ${taken.was.toFixed(2)} ×`,
+  stiffness_taken_over: (taken) => `took over joints ${fixed(taken.joint_scale, 2)} × as stiff, before ${fixed(taken.was, 2)} ×`,
   choice_undone: ({ kind }) => `took back ${CHOICES[kind]}`,
   choice_redone: ({ kind }) => `made ${CHOICES[kind]} again`,
   sequence_undone: () => "took back an edit of the commands", sequence_redone: () => "made an edit of the commands again",

@@ -2,14 +2,20 @@
 
 import { listed, perform, told } from "./acts.js";
 import { $, element } from "./dom.js";
+import { ranked } from "./ranking.js";
 
 const SHOWN = 12;
+const KEPT_AS = "footfall.uses";
 
 let found = [];
 let chosen = 0;
 let back = null; // where focus was
+let uses = {}; // text of an act → how often it was chosen here
 
 export function startPalette() {
+  try {
+    uses = JSON.parse(localStorage.getItem(KEPT_AS)) ?? {};
+  } catch { /* a count that can't be read is no loss */ }
   $("palette-input").addEventListener("input", () => { chosen = 0; draw(); });
   $("palette-input").addEventListener("keydown", (event) => {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
@@ -38,31 +44,18 @@ export function openPalette() {
 function take(one) {
   if (!one || one.refusal()) return; // the list says why
   $("palette").close();
+  uses[one.text] = (uses[one.text] ?? 0) + 1;
+  try {
+    localStorage.setItem(KEPT_AS, JSON.stringify(uses));
+  } catch { /* without storage they count as long as the page */ }
   perform(one);
-}
-
-// How well the typed letters fit a name, in their order; lower is better, null where they don't.
-export function fit(typed, name) {
-  const text = name.toLowerCase();
-  let at = -1;
-  let score = 0;
-  for (const letter of typed.toLowerCase().replaceAll(" ", "")) {
-    const next = text.indexOf(letter, at + 1);
-    if (next < 0) return null;
-    const begins = next === 0 || text[next - 1] === " ";
-    score += begins ? 0 : next - at - 1;
-    at = next;
-  }
-  return score + text.length / 1000;
 }
 
 function draw() {
   const typed = $("palette-input").value;
   const named = listed().filter((one, i, all) => !one.quiet && all.findIndex(({ text }) => text === one.text) === i);
-  // of what fits alike, what can be done comes first
-  found = named.map((one) => [fit(typed, one.text), one]).filter(([score]) => score !== null)
-    .map(([score, one]) => [score + (one.refusal() ? 0.5 : 0), one])
-    .sort(([a], [b]) => a - b).slice(0, SHOWN).map(([, one]) => one);
+  found = ranked(typed, named.map((one) => ({ text: one.text, against: one.refusal(), uses: uses[one.text] ?? 0, one })))
+    .slice(0, SHOWN).map(({ one }) => one);
   $("palette-list").replaceChildren(...found.map((one, i) => {
     const against = one.refusal();
     return element("li", { id: `palette-${i}`, role: "option", ariaSelected: String(i === chosen), ariaDisabled: String(Boolean(against)), onclick: () => take(one) },

@@ -50,7 +50,7 @@ def test_a_step_is_carried_out_without_a_pointer(page: Page, served: Running, lo
     expect(page.locator("#send")).to_be_enabled()
     look("armed")
     assert not held(served)["commands"]
-    find_act(page, "Send the armed commands")
+    find_act(page, "Send to rover")
     until(lambda: held(served)["commands"], "the first command")
     expect(page.locator("#status-mode")).to_have_text("moving")
     last = len(sequence["commands"]) - 1

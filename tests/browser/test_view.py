@@ -41,7 +41,7 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
     expect(tape).to_have_text("Click on two points of the ground.")
     with quiet.client() as client:
         client.put("/sessions/current/view", json={"tape": [[0, 0, 0], [3, 4, -12]]})
-    expect(tape).to_have_text("13.000 m, level 5.000 m, height -12.000 m")
+    expect(tape).to_have_text("13.000 m, level 5.000 m, height −12.000 m")
     look("menu")
     console.keyboard.press("z")
     until(lambda: view(quiet)["shown"]["tape"] is False and view(quiet)["tape"] == [], "the tape put away")

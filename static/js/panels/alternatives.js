@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { get, post, put, request } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element, fixed, signed } from "../dom.js";
 import { answered } from "../planning.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -90,7 +90,7 @@ function told(figure, asked, kind, name) {
   const parts = [element("span", { textContent: fixed(figure, digits) })];
   if (kind !== "asked" && typeof figure === "number" && typeof asked === "number") {
     const by = figure - asked;
-    parts.push(element("small", { textContent: `${by < 0 ? "−" : "+"}${fixed(Math.abs(by), digits)}` }));
+    parts.push(element("small", { textContent: signed(by, digits) }));
   }
   return parts;
 }

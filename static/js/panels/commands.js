@@ -19,7 +19,7 @@ let drawn = "";
 export function start() {
   act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
   act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
-  act({ text: "Send the armed commands to the rover", button: "send", run: send, refusal: () => (armedFor() ? unsure() : "Arm the commands first.") });
+  act({ text: "Send to rover", button: "send", run: send, refusal: () => (armedFor() ? unsure() : "Arm the commands first.") });
   act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
   act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
   act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
@@ -153,7 +153,7 @@ function drawTable(summary, sequence) {
   $("commands").hidden = !sequence;
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
-  $("sequence-text").textContent = !sequence ? "No sequence yet." : `${sequence.commands.length} commands, ${sequence.duration.toFixed(1)} s. `
+  $("sequence-text").textContent = !sequence ? "No sequence yet." : `${sequence.commands.length} commands, ${fixed(sequence.duration, 1)} s. `
     + (sequence.valid ? "Every rule holds." : broken.map(ruleTold).join("; "));
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;

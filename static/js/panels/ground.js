@@ -4,7 +4,7 @@ import { act } from "../acts.js";
 import { get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { chooseLeg, settled } from "../choosing.js";
-import { $, age, attempt, element, toast } from "../dom.js";
+import { $, age, attempt, element, fixed, toast } from "../dom.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
 import { freeze } from "../stance.js";
@@ -112,7 +112,7 @@ const loadFile = () => attempt(async () => {
     await post("/sessions/current/terrains/scans", form);
   } else {
     const { true_north_deg: north } = await post("/sessions/current/terrains", form);
-    if (north && Math.abs(north[0]) > 0.05) toast(`True north is turned ${north[0].toFixed(1)}° clockwise from this map's y; x runs along its rows.`);
+    if (north && Math.abs(north[0]) > 0.05) toast(`True north is turned ${fixed(north[0], 1)}° clockwise from this map's y; x runs along its rows.`);
   }
   $("terrain-file").value = "";
 });

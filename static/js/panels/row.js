@@ -1,7 +1,7 @@
 // One row of the commands, chosen in the list: its joints, its place, split in two, a pause before it, deleted.
 
 import { act } from "../acts.js";
-import { $, element } from "../dom.js";
+import { $, element, fixed } from "../dom.js";
 import { edit } from "../edits.js";
 import { known, subscribe } from "../store.js";
 import { shortName } from "./legs.js";
@@ -66,9 +66,9 @@ function jointField(command, row, joint, angle) {
   const { joint_names: names, lower, upper } = known.robot;
   const whole = command.leg === null ? joint : 6 * command.leg + joint;
   const name = command.leg === null ? `${Math.floor(joint / 6)} ${shortName(names[whole])}` : shortName(names[whole]);
-  return element("label", { textContent: `${name} `, title: `${lower[whole].toFixed(3)} … ${upper[whole].toFixed(3)} rad` },
+  return element("label", { textContent: `${name} `, title: `${fixed(lower[whole])} … ${fixed(upper[whole])} rad` },
     element("input", {
-      type: "number", step: "any", value: angle.toFixed(4), ariaLabel: `${name} of row ${row + 1} [rad]`,
+      type: "number", step: "any", value: fixed(angle, 4), ariaLabel: `${name} of row ${row + 1} [rad]`,
       onchange: (event) => {
         const number = Number(event.target.value);
         event.target.blur();

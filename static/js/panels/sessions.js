@@ -4,13 +4,16 @@ import { ROOT, get, once, post, request } from "../api.js";
 import { act } from "../acts.js";
 import { loadAnew } from "../anew.js";
 import { $, attempt, element } from "../dom.js";
-import { reveal } from "../layout.js";
+import { isShown, reveal } from "../layout.js";
 import { changed, known, subscribe } from "../store.js";
 
 const LOOK_PERIOD = 400; // ms, while a check runs
+const LIST_PERIOD = 10_000; // ms, while the list is in sight
 const RUNNING = ["queued", "running"];
 
 let listed = null;
+let listedAt = -Infinity;
+let drawn = "";
 let checking = false;
 const chosen = new Set(); // ids of the sessions to compare
 
@@ -18,9 +21,13 @@ export function start() {
   act({ text: "Open the chosen sample", button: "open-sample", run: () => open({ sample: $("samples").value }), refusal: () => ($("samples").value ? "" : "There are no samples.") });
   act({ text: "Compare two sessions", button: "compare-sessions", run: compare, refusal: () => (chosen.size === 2 ? "" : "Choose two sessions in the list first.") });
   act({ text: "Check this session by replay", run: () => { reveal("sessions"); check(known.summary.id); }, refusal: () => (checking ? "A check is running." : "") });
+  act({ text: "Begin a new session", button: "new-session", run: begin });
+  $("new-session-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
   $("import-session").addEventListener("change", bringIn);
   subscribe(({ summary }) => {
     if (!summary) return;
+    if (listed && isShown("sessions") && performance.now() - listedAt > LIST_PERIOD) list();
+    count(summary);
     const address = `${ROOT}/recordings/${encodeURIComponent(summary.id)}`;
     $("download-bundle").href = `${address}.zip`;
     $("download-page").href = `${address}.html`;
@@ -32,6 +39,14 @@ const open = (which) => attempt(async () => {
   await post("/sessions", which, once());
   loadAnew(); // every panel starts anew on the session that is now current
 });
+
+const begin = () => {
+  const name = $("new-session-name").value.trim();
+  if (name) return open({ name });
+  reveal("sessions");
+  $("new-session-name").focus();
+  return undefined;
+};
 
 const bringIn = () => attempt(async () => {
   const file = $("import-session").files[0];
@@ -49,14 +64,19 @@ const bringIn = () => attempt(async () => {
 });
 
 async function list() {
+  listedAt = performance.now();
   try {
     listed = await get("/sessions");
   } catch (error) {
+    drawn = "";
     $("sessions-note").className = "doubt";
     $("sessions-note").textContent = `The list could not be read: ${error.message}`;
     setTimeout(list, 5000);
     return;
   }
+  const found = JSON.stringify([listed.current, listed.samples, listed.sessions.map(({ events, ...one }) => [one, one.id === listed.current ? null : events])]);
+  if (found === drawn || $("panel-sessions").contains(document.activeElement?.closest?.("select, table"))) return; // not under the hands of somebody
+  drawn = found;
   $("samples").replaceChildren(...listed.samples.map((name) => element("option", { value: name, textContent: name })));
   draw();
   changed();
@@ -70,9 +90,20 @@ function draw() {
   $("sessions").tBodies[0].replaceChildren(...sessions.map((one) => row(one, one.id === current)));
 }
 
+// The current session grows while the list stands there.
+function count({ id, events }) {
+  const cell = $("sessions").querySelector("tr.current td.count");
+  if (cell && listed.current === id && cell.textContent !== String(events)) cell.textContent = String(events);
+}
+
+// Copies of one session have its name: they are told apart by the end of their ids.
+export function toldApart({ id, name }) {
+  return listed?.sessions.some((one) => one.name === name && one.id !== id) ? `${name} (${id.slice(-4)})` : name;
+}
+
 function row(one, current) {
   const when = one.created === null ? "" : new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " ") + " UTC";
-  const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${one.name}` }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
+  const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${toldApart(one)}`, title: one.id }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
   if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
   const button = (text, run, disabled = false) => {
     const made = element("button", { type: "button", textContent: text, disabled, onclick: run });
@@ -88,7 +119,7 @@ function row(one, current) {
     },
   });
   return element("tr", { className: current ? "current" : "" }, name,
-    element("td", { textContent: one.events ?? "–" }),
+    element("td", { className: "count", textContent: one.events ?? "–" }),
     element("td", { className: "acts" }, button("Open", () => open({ session: one.id }), current), button("Check", () => check(one.id), checking)),
     element("td", {}, element("label", { className: "touch" }, box)));
 }

@@ -2,11 +2,12 @@
 
 import { act } from "../acts.js";
 import { post } from "../api.js";
-import { $, age, attempt, toast } from "../dom.js";
+import { $, age, attempt, signed, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe } from "../store.js";
 import { verdictOf } from "./outcome.js";
+import { toldApart } from "./sessions.js";
 
 const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 
@@ -75,7 +76,8 @@ function draw() {
     return;
   }
   if (alive() && summary.unrecorded) mark("status-server", "bad", `connected, ${summary.unrecorded} events NOT WRITTEN`);
-  $("status-session").textContent = summary.name;
+  $("status-session").textContent = toldApart(summary);
+  $("status-session").title = `${summary.name}, ${summary.id}`;
   drawLink(summary, frame);
   drawMatch(summary, frame);
   drawStop(summary, frame);
@@ -98,7 +100,8 @@ function drawLink(summary, frame) {
   $("status-link").title = linkDetails(link);
   // what the rover was when it was last heard is not what it is
   const fresh = frame && isFresh(summary, frame);
-  mark("status-mode", !frame ? "none" : fresh ? MODES[frame.mode] ?? "none" : "stale", !frame ? "–" : fresh ? frame.mode : `was ${frame.mode}`);
+  const mode = fresh ? steadyMode(summary, frame) : frame?.mode;
+  mark("status-mode", !frame ? "none" : fresh ? MODES[mode] ?? "none" : "stale", !frame ? "–" : fresh ? mode : `was ${mode}`);
 }
 
 function linkDetails({ fault, faults, faults_by_kind: kinds, light_time: light }) {
@@ -119,6 +122,16 @@ function onItsWay(summary, type) {
 }
 
 const MODES = { moving: "busy", stopped: "bad", fault: "bad" };
+
+const BETWEEN = 2000; // ms
+let movedAt = -Infinity;
+
+// Between two rows of a run the rover is idle for a moment: that is told only where it lasts.
+function steadyMode({ gate }, { mode }) {
+  if (mode === "moving") movedAt = performance.now();
+  const between = mode === "idle" && gate.state === "sending" && !gate.waiting && performance.now() - movedAt < BETWEEN;
+  return between ? "moving" : mode;
+}
 
 const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
 
@@ -147,7 +160,7 @@ function off({ joint, difference, reason }) {
   if (!reason.startsWith(joint)) return reason;
   const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [null, "", joint];
   const degrees = (difference * 180) / Math.PI;
-  return `leg ${leg} ${name.replaceAll("_", " ")} off ${degrees < 0 ? "−" : "+"}${Math.abs(degrees).toFixed(1)}°`;
+  return `leg ${leg} ${name.replaceAll("_", " ")} off ${signed(degrees, 1)}°`;
 }
 
 // What is meant to happen is no warning; what waits for somebody is one.

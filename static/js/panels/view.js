@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { put } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element, fixed, signed } from "../dom.js";
 import { lacking } from "../rights.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -67,5 +67,5 @@ function draw({ summary }) {
 function measured(points) {
   if (points.length < 2) return points.length ? "Click on the other end." : "Click on two points of the ground.";
   const [x, y, z] = [0, 1, 2].map((i) => points[1][i] - points[0][i]);
-  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${fixed(z).startsWith("-") ? "" : "+"}${fixed(z)} m`;
+  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${signed(z)} m`;
 }

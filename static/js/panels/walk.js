@@ -3,7 +3,7 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element, fixed, signed } from "../dom.js";
 import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
@@ -157,13 +157,12 @@ function footMoves(plan) {
       `leg ${leg} to (${fixed(at[0], 2)}, ${fixed(at[1], 2)}) m, `,
       figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin, "least"), ", ",
       figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque, "most"),
-      number in out ? `, tether ${signed(out[number])} m ` : " ",
+      number in out ? `, tether ${signed(out[number], 2)} m ` : " ",
       mark("Forbid", `Forbid the place of foot move ${number + 1}`, () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
       mark("Pin", `Pin the place of foot move ${number + 1}`, () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
   });
 }
 
-const signed = (length) => `${length > 0 ? "+" : ""}${fixed(length, 2)}`;
 const place = ([x, y]) => ({ x, y });
 const figure = (text, worst, what) => element("span", { textContent: worst ? `${text} (${what})` : text, title: worst ? `The ${what} of the whole walk` : "" });
 const mark = (textContent, ariaLabel, onclick) => element("button", { type: "button", textContent, ariaLabel, onclick });

