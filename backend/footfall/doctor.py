@@ -106,7 +106,7 @@ def _robot() -> str:
     from footfall.io.robot_files import load_robot
 
     robot = load_robot("athlete")
-    return f"{robot.name}, {robot.leg_count} legs, {robot.mass:.0f} kg, digest {robot.digest[:12]}"
+    return f"{robot.name}, {robot.leg_count} legs, {robot.mass:z.0f} kg, digest {robot.digest[:12]}"
 
 
 def _page() -> str:
@@ -141,8 +141,8 @@ def _folder(folder: Path) -> str:
 def _space(folder: Path) -> str:
     free = shutil.disk_usage(_existing(folder)).free
     if free < LEAST_FREE:
-        raise RuntimeError(f"{free / 2**30:.1f} GiB are free, at least {LEAST_FREE >> 30} GiB are needed")
-    return f"{free / 2**30:.1f} GiB free"
+        raise RuntimeError(f"{free / 2**30:z.1f} GiB are free, at least {LEAST_FREE >> 30} GiB are needed")
+    return f"{free / 2**30:z.1f} GiB free"
 
 
 def _database(folder: Path, store: str | None) -> str:

@@ -61,7 +61,7 @@ def _show(result: GaitResult, seconds: float, as_json: bool) -> None:
     if made is not None:
         told = ", ".join(f"{name.replace('_', ' ')} {number:.3g}" for name, number in _figures(made).items())
         typer.echo(f"{'all the way' if result.plan else 'as far as it comes'}: {told}")
-    typer.echo(f"planned in {seconds:.2f} s")
+    typer.echo(f"planned in {seconds:z.2f} s")
 
 
 def _figures(plan: GaitPlan) -> dict[str, Any]:

@@ -61,9 +61,9 @@ def _show(result: LeggedResult, seconds: float, as_json: bool) -> None:
         typer.echo(f"  not checked: {text}")
     if result.plan is not None:
         told = _figures(result.plan)
-        way = f"{told['foot_moves']} foot moves, the chassis goes {told['chassis_way']:.2f} m"
+        way = f"{told['foot_moves']} foot moves, the chassis goes {told['chassis_way']:z.2f} m"
         typer.echo(f"{way}, digest {result.plan.digest}")
-    typer.echo(f"planned in {seconds:.2f} s")
+    typer.echo(f"planned in {seconds:z.2f} s")
 
 
 def _figures(plan: LeggedPlan) -> dict[str, Any]:

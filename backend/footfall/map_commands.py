@@ -104,12 +104,12 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
         terminal.show(about if best is None else {**about, "suggestions": best})
         return
     typer.echo(
-        f"leg {stack.leg}: {area['stable']:.2f} m² reachable and stable, {area['unstable']:.2f} m² reachable only"
+        f"leg {stack.leg}: {area['stable']:z.2f} m² reachable and stable, {area['unstable']:z.2f} m² reachable only"
     )
     if stack.not_lifted:
         typer.echo(f"⊘ leg {stack.leg} can't step anywhere: {stack.not_lifted}")
     for rank, one in enumerate(best.footfalls if best is not None else (), 1):
-        typer.echo(f"{rank}. ({one.x:.2f}, {one.y:.2f}) m, {one.score:.2f} of 1: {'; '.join(one.reasons)}")
+        typer.echo(f"{rank}. ({one.x:z.2f}, {one.y:z.2f}) m, {one.score:z.2f} of 1: {'; '.join(one.reasons)}")
     if best is not None and best.reason:
         typer.echo(best.reason)
     if written is not None:

@@ -32,7 +32,7 @@ def run_play(
 
     read = Recording(recording)
     if start > read.duration:
-        raise InvalidInput(f"{recording.name} lasts {read.duration:.1f} s; --from {start:g} is behind its end")
+        raise InvalidInput(f"{recording.name} lasts {read.duration:z.1f} s; --from {start:g} is behind its end")
     played = asyncio.run(_play(Player(url, read, Playback(rate, start)), control))
     if as_json:
         terminal.show({"played": played, "recorded": read.counts})

@@ -97,14 +97,14 @@ def _tell(report: "RefereeReport", rows: int) -> None:
     for text in report.failures:
         say(f"  NO  {text}")
     for event in report.events:
-        off = "" if event.off != event.off else f", {1000 * event.off:.0f} mm from its goal"
-        place = "{:.3f} {:.3f} {:.3f}".format(*event.point)
-        say(f"  {event.time:6.2f} s  row {event.row + 1:<3} {event.kind} of wheel {event.leg} at {place}{off}")
-    say(f"{report.commands} of {rows} commands done in {report.ended[-1] if len(report.ended) else 0.0:.1f} s")
+        off = "" if event.off != event.off else f", {1000 * event.off:z.0f} mm from its goal"
+        place = "{:z.3f} {:z.3f} {:z.3f}".format(*event.point)
+        say(f"  {event.time:z6.2f} s  row {event.row + 1:<3} {event.kind} of wheel {event.leg} at {place}{off}")
+    say(f"{report.commands} of {rows} commands done in {report.ended[-1] if len(report.ended) else 0.0:z.1f} s")
     if report.clearance == report.clearance:
-        say(f"least height of the swinging leg over the ground {1000 * report.clearance:.0f} mm")
-    say(f"supporting wheels slipped at most {1000 * report.slip.max():.1f} mm")
+        say(f"least height of the swinging leg over the ground {1000 * report.clearance:z.0f} mm")
+    say(f"supporting wheels slipped at most {1000 * report.slip.max():z.1f} mm")
     if len(report.chassis):
         far, low = 1000 * report.chassis.max(), 1000 * report.sag.max()
-        say(f"chassis at most {far:.0f} mm from where it should be, {low:.0f} mm too low")
+        say(f"chassis at most {far:z.0f} mm from where it should be, {low:z.0f} mm too low")
     say(f"largest torque {report.torque.max():.0%} of its limit")

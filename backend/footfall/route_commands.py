@@ -49,8 +49,10 @@ def plan_route(
             route = result.plan
             mean = route.cost / route.length if route.length else 1.0
             parts = len(route.points) - 1
-            typer.echo(f"{route.length:.2f} m in {parts} straight parts, {mean:.2f} times the cost of the best ground")
+            typer.echo(
+                f"{route.length:z.2f} m in {parts} straight parts, {mean:z.2f} times the cost of the best ground"
+            )
             for point in route.points:
-                typer.echo(f"  {point[0]:8.2f} {point[1]:8.2f}")
-        typer.echo(f"planned in {seconds:.2f} s")
+                typer.echo(f"  {point[0]:z8.2f} {point[1]:z8.2f}")
+        typer.echo(f"planned in {seconds:z.2f} s")
     raise typer.Exit(0 if result.status is Status.FOUND else 1)

@@ -120,7 +120,7 @@ def run_prune(
     for session, why in pruned.spared.items():
         typer.echo(f"{session}: left alone: {why}")
     done = "removed" if yes else "would go; --yes removes them" if pruned.removals else "would go"
-    typer.echo(f"{len(pruned.removals)} things, {total / 1e6:.1f} MB, {done}")
+    typer.echo(f"{len(pruned.removals)} things, {total / 1e6:z.1f} MB, {done}")
 
 
 def _line(harmful: bool, session: str, text: str) -> str:

@@ -109,16 +109,17 @@ def show_terrain(dem: Dem, as_json: bool, written: Path | None = None) -> None:
         return
     west, south, east, north = dem.geometry.bounds
     typer.echo(f"{dem.name}: {about['cols']} × {about['rows']} cells of {dem.geometry.resolution:g} m")
-    typer.echo(f"east {west:.2f} … {east:.2f} m, north {south:.2f} … {north:.2f} m")
-    typer.echo(f"heights {about['lowest']:.3f} … {about['highest']:.3f} m, {about['known']:.1%} of the cells known")
+    typer.echo(f"east {west:z.2f} … {east:z.2f} m, north {south:z.2f} … {north:z.2f} m")
+    typer.echo(f"heights {about['lowest']:z.3f} … {about['highest']:z.3f} m, {about['known']:.1%} of the cells known")
     if (turned := dem.true_north) is not None:
         middle, least, most = turned
         typer.echo(
-            f"true north is turned {middle:+.1f}° clockwise from y in the middle, {least:+.1f}° … {most:+.1f}° over it"
+            f"true north is turned {middle:+z.1f}° clockwise from y in the middle, "
+            f"{least:+z.1f}° … {most:+z.1f}° over it"
         )
     if dem.height_error is not None:
         error = dem.height_error
-        typer.echo(f"95 % of it within {error.p95:.3f} m of the mesh's own surface, at most {error.most:.3f} m off")
+        typer.echo(f"95 % of it within {error.p95:z.3f} m of the mesh's own surface, at most {error.most:z.3f} m off")
     for pair, reason in dem.left_out.items():
         typer.echo(f"left out {pair}: {reason}")
     if written is not None:
@@ -140,7 +141,7 @@ def show_plan(result: PlanResult, done: ExecutionResult | None, as_json: bool) -
         return
     title, text = MODES[mode_of(done)]
     if done.status is Status.FOUND and done.execution is not None:
-        typer.echo(f"{title}: {text} Touch-down {done.execution.touch_down_offset:.3f} m from the planned contact.")
+        typer.echo(f"{title}: {text} Touch-down {done.execution.touch_down_offset:z.3f} m from the planned contact.")
     else:
         typer.echo(f"it can't be commanded {title}: {done.reason}; --as-commanded predicts no sag")
         show_checks(done.checks)

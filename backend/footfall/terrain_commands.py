@@ -305,5 +305,5 @@ def collision(
         about = {"triangles": count, "triangles_before": made.triangles_before, "error": made.error}
         terminal.show({**about, "tolerance": tolerance, "written": str(out)})
         return
-    typer.echo(f"{count} of {made.triangles_before} triangles, at most {1e3 * made.error:.2f} mm above the ground")
+    typer.echo(f"{count} of {made.triangles_before} triangles, at most {1e3 * made.error:z.2f} mm above the ground")
     typer.echo(f"written to {out}")

@@ -154,8 +154,8 @@ def _show(result: WalkResult, done: WalkExecutionResult | None, seconds: float, 
         typer.echo(f"smoothed: {_smoothed_in_words(result.smoothed)}")
     if result.partial is not None:
         away = float(np.hypot(*(result.partial.Ts_site_base[-1, :2, 3] - (result.goal.x, result.goal.y))))
-        typer.echo(f"as far as it comes, {away:.2f} m from the goal: {_in_words(result.partial)}")
-    typer.echo(f"planned in {seconds:.2f} s")
+        typer.echo(f"as far as it comes, {away:z.2f} m from the goal: {_in_words(result.partial)}")
+    typer.echo(f"planned in {seconds:z.2f} s")
     if done is not None:
         title, text = MODES[terminal.mode_of(done)]
         typer.echo(f"{title}: {text}" if done.status is Status.FOUND else f"not {title}: {done.reason}")
@@ -176,16 +176,16 @@ def _figures(plan: WalkPlan) -> dict[str, Any]:
 def _in_words(plan: WalkPlan) -> str:
     told = _figures(plan)
     return (
-        f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:.2f} m, "
-        f"least margin {told['least_margin']:.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
+        f"{foot_moves_told(plan)} ({told['steps']} steps), the chassis goes {told['chassis_way']:z.2f} m, "
+        f"least margin {told['least_margin']:z.3f} m, largest torque {told['largest_torque']:.0%} of its limit"
     )
 
 
 def _tether_in_words(plan: WalkPlan, tethered: Tethered) -> str:
     lengths, pulls = tethered.lengths, tethered.pulls
-    each = ", ".join(f"{one:.2f}" for one in plan.paid_out)
+    each = ", ".join(f"{one:z.2f}" for one in plan.paid_out)
     return (
-        f"tether: {lengths[0]:.2f} → {lengths[-1]:.2f} m, pulled with {pulls.min():.0f} to {pulls.max():.0f} N, "
+        f"tether: {lengths[0]:z.2f} → {lengths[-1]:z.2f} m, pulled with {pulls.min():z.0f} to {pulls.max():z.0f} N, "
         f"paid out in each foot move and after the last {each} m"
     )
 
@@ -193,14 +193,14 @@ def _tether_in_words(plan: WalkPlan, tethered: Tethered) -> str:
 def _smoothed_in_words(smoothed: Smoothed) -> str:
     old, new = smoothed.before, smoothed.after
     return (
-        f"foot moves {old.foot_moves} → {new.foot_moves}, the chassis' way {old.chassis_way:.2f} → "
-        f"{new.chassis_way:.2f} m, joints' turning {old.turning:.1f} → {new.turning:.1f} rad, largest torque "
+        f"foot moves {old.foot_moves} → {new.foot_moves}, the chassis' way {old.chassis_way:z.2f} → "
+        f"{new.chassis_way:z.2f} m, joints' turning {old.turning:z.1f} → {new.turning:z.1f} rad, largest torque "
         f"{old.largest_torque:.0%} → {new.largest_torque:.0%}, in the mean of foot moves {old.mean_torque:.0%} → "
-        f"{new.mean_torque:.0%}, least margin {old.least_margin:.3f} → {new.least_margin:.3f} m"
+        f"{new.mean_torque:.0%}, least margin {old.least_margin:z.3f} → {new.least_margin:z.3f} m"
     )
 
 
 def _told(blocked: Blocked) -> str:
     leg = "" if blocked.leg is None else f" of leg {blocked.leg}"
     known = np.isfinite([blocked.x, blocked.y]).all()
-    return f"{blocked.check_name}{leg}" + (f" at ({blocked.x:.2f}, {blocked.y:.2f}) m" if known else "")
+    return f"{blocked.check_name}{leg}" + (f" at ({blocked.x:z.2f}, {blocked.y:z.2f}) m" if known else "")

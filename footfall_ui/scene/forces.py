@@ -75,7 +75,7 @@ class ForcesDrawing:
             if chosen in arrows.legs:
                 names.append(LABEL)
                 at = arrows.legs.index(chosen)
-                text = f"leg {chosen}: {arrows.newtons[at]:.0f} N"
+                text = f"leg {chosen}: {arrows.newtons[at]:z.0f} N"
                 self._drawn.add(scene.add_label, LABEL, text, position=arrows.points[at, 1])
             self._drawn.only(names)
         self._of = state, chosen

@@ -52,7 +52,7 @@ def alongside(robot: Robot, sequence: Sequence, row: int, state: RobotState) -> 
     worst = int(np.argmax(np.abs(beside)))
     apart = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     name = robot.joint_names[worst].removesuffix("_joint").replace("_", " ")
-    text = f"row {row + 1}: {name} {np.rad2deg(beside[worst]):+.2f}°, chassis {1000 * apart:.0f} mm from predicted"
+    text = f"row {row + 1}: {name} {np.rad2deg(beside[worst]):+z.2f}°, chassis {1000 * apart:z.0f} mm from predicted"
     return Alongside(posture, T_site_base, text)
 
 

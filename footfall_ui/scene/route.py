@@ -68,7 +68,7 @@ class RouteDrawing:
 
     def _show(self, result: RouteResult, dem: Dem) -> None:
         if result.plan is not None:
-            segments, color, text = route_line(dem, result.plan.points), COLOR, f"route: {result.plan.length:.1f} m"
+            segments, color, text = route_line(dem, result.plan.points), COLOR, f"route: {result.plan.length:z.1f} m"
             end = segments[-1, 1]
         else:
             end = on_ground(dem, np.array([result.cut_off]))[0]

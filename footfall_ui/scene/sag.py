@@ -66,7 +66,7 @@ class SagDrawing:
             arms = np.array([[1, 1, 0], [-1, -1, 0], [1, -1, 0], [-1, 1, 0]]) * ARM
             segments.append((done.touch_down + arms).reshape(2, 2, 3))
             segments.append(np.array([[done.plan.contact, done.touch_down]]))
-            text = f"touch-down, {done.touch_down_offset:.3f} m off"
+            text = f"touch-down, {done.touch_down_offset:z.3f} m off"
             self._lines.add(scene.add_label, "/execution/text", text, position=done.touch_down + UP)
         local, middle = near(np.concatenate(segments))
         self._lines.add(

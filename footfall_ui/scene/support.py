@@ -70,13 +70,13 @@ class Stance:
         if not np.isfinite(plain):
             return "margin: too few wheels stand"
         told = [
-            f"{'margin' if plain >= 0 else '✕ margin'} {plain:.2f} m",
-            f"any leg lost {careful:.2f} m" if np.isfinite(careful) else "any leg lost: none",
+            f"{'margin' if plain >= 0 else '✕ margin'} {plain:z.2f} m",
+            f"any leg lost {careful:z.2f} m" if np.isfinite(careful) else "any leg lost: none",
         ]
         if friction == -np.inf:
             told.append("✕ friction does not hold it")
         elif abs(friction - plain) > ALIKE:
-            told.append(f"friction {friction:.2f} m")
+            told.append(f"friction {friction:z.2f} m")
         return ", ".join(told)
 
 

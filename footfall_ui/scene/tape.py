@@ -19,7 +19,7 @@ def tape_text(points: Points) -> str:
         return "click on the other end"
     along = np.subtract(points[1], points[0])
     level = float(np.hypot(along[0], along[1]))
-    return f"{np.linalg.norm(along):.3f} m, level {level:.3f} m, height {along[2]:+.3f} m"
+    return f"{np.linalg.norm(along):z.3f} m, level {level:z.3f} m, height {along[2]:+z.3f} m"
 
 
 class TapeDrawing:

@@ -29,8 +29,8 @@ def length_text(tethered: Tethered, length: float) -> str:
     """What is said where the tether leaves the chassis, with so much of it paid out [m]."""
     out = length - float(tethered.lengths[0])
     # what rounds to nothing is neither paid out nor hauled in
-    since = "" if abs(out) < 0.005 else f", {abs(out):.2f} m {'paid out' if out > 0 else 'hauled in'}"
-    return f"tether {length:.2f} m{since}"
+    since = "" if abs(out) < 0.005 else f", {abs(out):z.2f} m {'paid out' if out > 0 else 'hauled in'}"
+    return f"tether {length:z.2f} m{since}"
 
 
 def tether_line(plan: WalkPlan, tether: Tether, moment: float) -> Array:

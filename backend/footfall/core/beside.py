@@ -10,11 +10,11 @@ def beside(measured: float, limit: float, digits: int = 3) -> tuple[str, str]:
     has no size: "–".
     """
     if not math.isfinite(measured):
-        return "–", f"{limit:.{digits}f}"
+        return "–", f"{limit:z.{digits}f}"
     unit = 10.0**-digits
     shown, bound = round(measured / unit), round(limit / unit)
     if measured > limit:
         shown = max(shown, bound + 1)
     elif measured < limit:
         shown = min(shown, bound - 1)
-    return f"{shown * unit:.{digits}f}", f"{bound * unit:.{digits}f}"
+    return f"{shown * unit:z.{digits}f}", f"{bound * unit:z.{digits}f}"

@@ -70,7 +70,7 @@ def read_camera_info(
     if not baseline > 0:
         raise InvalidImages(
             f"{right.name}: the baseline must be above zero, the projection matrices of {left.name} and {right.name} "
-            f"make it {baseline:.4f} m; are the files swapped, or is this no stereo calibration?",
+            f"make it {baseline:z.4f} m; are the files swapped, or is this no stereo calibration?",
             pair=name,
         )
     require_plausible_baseline(baseline, f"{right.name}: projection_matrix (its fourth number is −fx × baseline)")

@@ -266,7 +266,7 @@ def _check_metres(dem: Dem) -> None:
     rises = rises[np.isfinite(rises)]
     if len(rises) and float(np.median(rises)) > _STEEPEST * cell:
         raise InvalidTerrain(
-            f"half of {dem.name} would be steeper than {np.degrees(np.arctan(_STEEPEST)):.0f}°; {hint}",
+            f"half of {dem.name} would be steeper than {np.degrees(np.arctan(_STEEPEST)):z.0f}°; {hint}",
             median_rise_m=float(np.median(rises)),
             resolution_m=cell,
         )

@@ -103,7 +103,7 @@ def write_asc(dem: Dem) -> bytes:
     heights = np.where(np.isnan(dem.heights), nodata, dem.heights.astype(np.float64))
     out = io.StringIO()
     out.write(f"ncols {grid.cols}\nnrows {grid.rows}\nxllcenter {grid.x0!r}\nyllcenter {grid.y0!r}\n")
-    out.write(f"cellsize {grid.resolution!r}\nNODATA_value {nodata:.0f}\n")
+    out.write(f"cellsize {grid.resolution!r}\nNODATA_value {nodata:z.0f}\n")
     np.savetxt(out, heights[::-1], fmt="%.9g")
     return out.getvalue().encode("ascii")
 

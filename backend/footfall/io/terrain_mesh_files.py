@@ -55,7 +55,7 @@ def read_mesh(
     dem = terrain_of_mesh(mesh, resolution, name, unit, most_error)
     if _holds_float32(content, ending) and _blurs(vertices, dem.geometry.resolution):
         raise InvalidTerrain(
-            f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():.0f} m, so its vertices "
+            f"{name} keeps seven digits of coordinates up to {np.abs(vertices[:, :2]).max():z.0f} m, so its vertices "
             f"lie up to {_rounding(vertices):.2g} m off; export it about an origin near the ground, or as doubles"
         )
     return dem
@@ -141,8 +141,8 @@ def encode_mesh(mesh: Mesh, ending: str, finest: float, colors: np.ndarray | Non
     if ending in (".ply", ".stl") and _blurs(mesh.vertices, finest):  # they hold float32
         raise InvalidTerrain(
             f"{ending} keeps seven digits, too few for cells of {finest:g} m at "
-            f"{np.abs(mesh.vertices[:, :2]).max():.0f} m from the origin; move the map to the origin, or write .obj or "
-            ".off"
+            f"{np.abs(mesh.vertices[:, :2]).max():z.0f} m from the origin; move the map to the origin, or write .obj "
+            "or .off"
         )
     import trimesh
 

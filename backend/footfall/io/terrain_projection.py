@@ -117,8 +117,8 @@ def check_true_to_scale(crs: CRS | None, bounds: Sequence[float], name: str) -> 
     if off[worst] > MOST_STRETCH:
         where = "in its middle" if (x, y) == places[0] else "at its edge"
         raise InvalidTerrain(
-            f"{name} is not true to scale: {where} a metre of its coordinates is {found[0]:.3f} m of ground along the "
-            f"columns' axis and {found[1]:.3f} m along the rows'; reproject it, such as to UTM or a projection about "
+            f"{name} is not true to scale: {where} a metre of its coordinates is {found[0]:z.3f} m of ground along the "
+            f"columns' axis and {found[1]:z.3f} m along the rows'; reproject it, such as to UTM or a projection about "
             "its middle",
             lengths=list(found),
         )

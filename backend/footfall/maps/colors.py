@@ -243,7 +243,7 @@ def _text(layer: str, number: float, along: Scale) -> str:
     digits = ".0f" if layer == "age" else ".2g"
     text = f"{number:{digits}} {along.unit}".strip()
     if layer == "slope":
-        text = f"{text} ({np.degrees(number):.0f}°)"
+        text = f"{text} ({np.degrees(number):z.0f}°)"
     bounded = layer in ("goodness", "certainty", "support", "quality")
     if number == along.high and not bounded:
         text += " and more"

@@ -84,10 +84,10 @@ def explained(reason: int, blame: int, link: int, seat: float, sink: float, lift
         text = f"no posture keeps the joint limits; nearest to it, {_spoken(JOINTS[blame][0])} turns too far"
     elif reason in (FOOT_COLLISION, WAYPOINT_COLLISION):
         obstacle = _obstacle(blame)
-        where = "there" if reason == FOOT_COLLISION else f"{100 * lift:.0f} cm above"
+        where = "there" if reason == FOOT_COLLISION else f"{100 * lift:z.0f} cm above"
         text = f"with the wheel upright the {_spoken(PARTS[link])} collides with {obstacle} {where}"
     if seat > sink:
-        text += f"; the wheel stands {100 * seat:.0f} cm above the fitted ground on a bump"
+        text += f"; the wheel stands {100 * seat:z.0f} cm above the fitted ground on a bump"
     return text
 
 

@@ -123,7 +123,7 @@ def explain(found: Quality, row: int, col: int) -> Explanation:
     if not (0 <= row < geometry.rows and 0 <= col < geometry.cols):
         raise InvalidInput(f"cell ({row}, {col}) lies outside the grid {geometry.shape}", row=row, col=col)
     factors, amounts = _at(found, row, col)
-    lines = [f"{_factor_text(found, name, amounts[name])}, {factors[name]:.2f} of 1" for name in factors]
+    lines = [f"{_factor_text(found, name, amounts[name])}, {factors[name]:z.2f} of 1" for name in factors]
     lines += [f"{_name(name)} {_layer_text(name, layers[name][row, col])}" for name in layers if name not in factors]
     lines += [f"{_name(name)} does not count: {why}" for name, why in found.left_out.items()]
     code, score = int(found.refused[row, col]), float(found.score[row, col])
@@ -131,7 +131,7 @@ def explain(found: Quality, row: int, col: int) -> Explanation:
         what, remedy = REFUSALS[code]
         verdict = f"refused, {what}{_binding(found, row, col)}; {remedy}"
     else:
-        verdict = f"acceptable, score {score:.2f}; {_weakest(found, factors, amounts)}"
+        verdict = f"acceptable, score {score:z.2f}; {_weakest(found, factors, amounts)}"
         verdict += f"; {NOT_CLEARED}" if _is_unsure(found, row, col) else ""
     x, y = float(geometry.xs[col]), float(geometry.ys[row])
     return Explanation(row, col, x, y, score, code, verdict, tuple(lines))

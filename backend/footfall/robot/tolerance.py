@@ -45,8 +45,8 @@ def outside_told(robot: "Robot", posture: NDArray[np.float64]) -> str:
     back, end = ("down to", upper) if q > upper else ("up to", lower)
     digits = digits_apart(q, end)
     return (
-        f"{worst.name} is {worst.excess:.2g} rad outside its limits, at {q:.{digits}f} rad "
-        f"({lower:.{digits}f}…{upper:.{digits}f} rad); turn it {back} {end:.{digits}f} rad"
+        f"{worst.name} is {worst.excess:.2g} rad outside its limits, at {q:z.{digits}f} rad "
+        f"({lower:z.{digits}f}…{upper:z.{digits}f} rad); turn it {back} {end:z.{digits}f} rad"
     )
 
 
@@ -55,9 +55,9 @@ def within_told(robot: "Robot", joint: int, q: float) -> str:
     lower, upper = float(robot.lower[joint]), float(robot.upper[joint])
     past = upper if q > upper else lower if q < lower else None
     digits = 4 if past is None else digits_apart(q, past, least=4)
-    return f"{q:.{digits}f} rad, limits {lower:.{digits}f} … {upper:.{digits}f} rad"
+    return f"{q:z.{digits}f} rad, limits {lower:z.{digits}f} … {upper:z.{digits}f} rad"
 
 
 def digits_apart(one: float, other: float, least: int = 3) -> int:
     """How many decimals tell two numbers apart when they are read; at least ``least``."""
-    return next((n for n in range(least, 17) if f"{one:.{n}f}" != f"{other:.{n}f}"), 17)
+    return next((n for n in range(least, 17) if f"{one:z.{n}f}" != f"{other:z.{n}f}"), 17)

@@ -46,15 +46,17 @@ def _rules(sequence: Sequence, tether: Tether) -> list[RuleResult]:
         if change < STILL:
             continue
         spare = tether.free_length - float(lengths[row + 1])
-        text = f"the tether is {lengths[row + 1]:.3f} m long after it, {tether.free_length:g} m at most"
+        text = f"the tether is {lengths[row + 1]:z.3f} m long after it, {tether.free_length:g} m at most"
         rules.append(RuleResult(LENGTH, row, spare >= 0.0, spare, "m", text))
         rate = change / command.duration if command.duration > 0.0 else float("inf")
-        text = f"its drum goes with {rate:.3f} m/s, at most {tether.speed:g} m/s; give it {change / tether.speed:.2f} s"
+        text = (
+            f"its drum goes with {rate:z.3f} m/s, at most {tether.speed:g} m/s; give it {change / tether.speed:z.2f} s"
+        )
         rules.append(RuleResult(SPEED, row, rate <= tether.speed, tether.speed - rate, "m/s", text))
     ends = [(lengths[rows.first], lengths[rows.first + rows.count]) for rows in foot_moves(sequence.commands)]
-    each = ", ".join(f"{after - before:.3f}" for before, after in ends)
+    each = ", ".join(f"{after - before:z.3f}" for before, after in ends)
     text = (
-        f"these commands hang on a tether, and none drives its drum: from {lengths[0]:.3f} m it has to pay out "
+        f"these commands hang on a tether, and none drives its drum: from {lengths[0]:z.3f} m it has to pay out "
         f"{each} m in its foot moves and what follows, at up to {tether.speed:g} m/s, and to pull "
         f"with up to {tether.most_force:g} N"
     )

@@ -163,16 +163,16 @@ def _difference(
 
 def _told(quantity: str, leg: int, predicted: float, measured: float, difference: float, uncertainty: float) -> str:
     """In words, with the numbers, finely enough that one beyond the other is seen to be."""
-    off, unsure = f"{1e3 * difference:.1f}", f"± {1e3 * uncertainty:.1f} mm"
+    off, unsure = f"{1e3 * difference:z.1f}", f"± {1e3 * uncertainty:z.1f} mm"
     if quantity == "touch-down":
         return f"leg {leg} stands {off} {unsure} from where it was predicted"
     if quantity == "load":
         if np.isnan(measured):
             return f"what leg {leg} bears is not measured"
         if np.isnan(predicted):
-            return f"leg {leg} bears {measured:.0f} N, which was not predicted"
-        return f"leg {leg} bears {measured:.0f} N, predicted {predicted:.0f} ± {uncertainty:.0f} N"
-    was, now = f"predicted {1e3 * predicted:.1f}", f"by {1e3 * measured:.1f} mm"
+            return f"leg {leg} bears {measured:z.0f} N, which was not predicted"
+        return f"leg {leg} bears {measured:z.0f} N, predicted {predicted:z.0f} ± {uncertainty:z.0f} N"
+    was, now = f"predicted {1e3 * predicted:z.1f}", f"by {1e3 * measured:z.1f} mm"
     if quantity == "drift":
         return f"the chassis moved {now}, {was} mm: it is {off} {unsure} from where it was predicted"
     return f"the chassis sank {now}, {was} {unsure}"

@@ -58,7 +58,7 @@ def _near(rule: str, row: int, found: Nearest, count: int) -> RuleResult:
     if spare >= 0:
         return RuleResult(rule, row, True, spare, "m", f"clear at {count} samples")
     at = f"{found.at / (count - 1):.0%} of the row"
-    text = f"{found.gap.between} are {-spare:.3f} m nearer than they may be, nearest at {at}"
+    text = f"{found.gap.between} are {-spare:z.3f} m nearer than they may be, nearest at {at}"
     return RuleResult(rule, row, False, spare, "m", text)
 
 

@@ -129,7 +129,7 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
     if finite and (checked := _force(robot, command)) is not None:
         yield result("force", *checked, "N")
     if np.isfinite(command.duration):
-        yield result("duration", command.duration >= 0, f"{command.duration:.3f} s", command.duration, "s")
+        yield result("duration", command.duration >= 0, f"{command.duration:z.3f} s", command.duration, "s")
     asked = target(command, robot.leg_count)
     if finite and asked is not None:
         own = asked[0]
@@ -147,7 +147,7 @@ def _row_rules(robot: Robot, row: int, command: Command, before: Array) -> Itera
         yield result(
             "speed",
             command.duration >= needed - SPEED_TOLERANCE,
-            f"takes {command.duration:.3f} s, the speed limits need {needed:.3f} s",
+            f"takes {command.duration:z.3f} s, the speed limits need {needed:z.3f} s",
             command.duration - needed,
             "s",
         )
@@ -161,5 +161,5 @@ def _force(robot: Robot, command: Command) -> tuple[bool, str, float] | None:
     if command.force is None:
         return False, f"{command.name} needs the force that ends it", np.nan
     most = robot.mass * GRAVITY
-    text = f"{command.force:.1f} N, above zero and at most the rover's weight on Earth, {most:.0f} N"
+    text = f"{command.force:z.1f} N, above zero and at most the rover's weight on Earth, {most:z.0f} N"
     return 0 < command.force <= most, text, min(command.force, most - command.force)

@@ -144,7 +144,9 @@ def _near(rule: str, row: int, found: Nearest, part: Array) -> RuleResult:
     spare = found.gap.spare
     if spare >= 0:
         return RuleResult(rule, row, True, spare, "m", f"clear at {len(part)} samples")
-    text = f"{found.gap.between} are {-spare:.3f} m nearer than they may be, nearest at {part[found.at]:.0%} of the row"
+    text = (
+        f"{found.gap.between} are {-spare:z.3f} m nearer than they may be, nearest at {part[found.at]:.0%} of the row"
+    )
     return RuleResult(rule, row, False, spare, "m", text)
 
 
@@ -211,7 +213,7 @@ def _balance(
     text = (
         f"margin {kept} m to the {kind} of {len(legs)} wheels, at least {wanted} m "
         f"wanted, least at {worst * share:.0%} of the row; leg {legs[int(column)]} bears least, "
-        f"{loads[at, column]:.0f} N"
+        f"{loads[at, column]:z.0f} N"
     )
     return RuleResult("balance", row, least >= 0, least, "m", text)
 
@@ -230,13 +232,13 @@ def _lift_off(rover: CompliantRover, row: int, rest: Rest, leg: int) -> RuleResu
     lacking = WANTED - height
     if rest.touching[leg]:
         text = (
-            f"the wheel of leg {leg} will not leave the ground: it is predicted {height:.3f} m over it and still bears "
-            f"{rest.loads[leg]:.0f} N, {lacking:.3f} m below the {WANTED:.2f} m that it should be lifted"
+            f"the wheel of leg {leg} will not leave the ground: it is predicted {height:z.3f} m over it and still "
+            f"bears {rest.loads[leg]:z.0f} N, {lacking:z.3f} m below the {WANTED:z.2f} m that it should be lifted"
         )
         return RuleResult("lift-off", row, False, min(height, 0.0), "m", text)
-    text = f"the wheel of leg {leg} is predicted {height:.3f} m over the ground"
+    text = f"the wheel of leg {leg} is predicted {height:z.3f} m over the ground"
     if lacking > 0:
-        text += f", {lacking:.3f} m below the {WANTED:.2f} m that it should be lifted"
+        text += f", {lacking:z.3f} m below the {WANTED:z.2f} m that it should be lifted"
     return RuleResult("lift-off", row, True, height, "m", text)
 
 

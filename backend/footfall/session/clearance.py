@@ -66,7 +66,7 @@ def clearances(live: LiveSession) -> Clearances:
     if frame is None or age is None:
         return Clearances(None, "the rover has sent no telemetry yet")
     if age > STALE_AFTER:
-        return Clearances(None, f"the latest telemetry is {age:.1f} s old")
+        return Clearances(None, f"the latest telemetry is {age:z.1f} s old")
     if state.dem is None:
         return Clearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
     dem = cast(Dem, live.get(state.dem))

@@ -298,7 +298,7 @@ class Commanding:
                 held = {"run": number, "row": waits.row, "reason": waits.why, "by": None, "conn": self.gate.conn_number}
                 self._record_anyway("run_held", held)
             elif hindered == "telemetry":
-                self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:.1f} s old")
+                self._end(number, "link_lost", f"the latest telemetry is {self._link.age or 0.0:z.1f} s old")
             return
         message = message_of(run, self.gate.epoch)
         text, row = encode(message), {"sequence": run.digest, "run": run.number, "row": run.row}
@@ -383,7 +383,7 @@ class Commanding:
             return
         age = self._link.age
         if age is None or age > STALE_AFTER:
-            self.lost(f"the rover has sent no telemetry for {age or 0.0:.1f} s")
+            self.lost(f"the rover has sent no telemetry for {age or 0.0:z.1f} s")
         elif self._between is not None and run.phase == "due":
             self._look_between(run, self._between)
         elif late := self.gate.overdue(self._link.light_time.round_trip):

@@ -188,7 +188,7 @@ class Journal:
         reading = self._clock.read()
         if reading.jump:
             way, size = "forward" if reading.jump > 0 else "back", abs(reading.jump)
-            text = f"the clock of this computer jumped {way} by {size:.1f} s: times before and after don't compare"
+            text = f"the clock of this computer jumped {way} by {size:z.1f} s: times before and after don't compare"
             self._write_at(reading, "clock_jumped", {"by": reading.jump, "text": text})
         return self._write_at(reading, type, payload)
 

@@ -107,7 +107,7 @@ class LinkedSession(OutcomeSession):
             return
         back = before.state.time - frame.state.time
         if back > 0:
-            text = f"the rover's clock went back by {back:.3f} s; time never runs backwards while the rover runs"
+            text = f"the rover's clock went back by {back:z.3f} s; time never runs backwards while the rover runs"
             self._tell_both("time-backwards", text)
         if counted_anew(before.number, frame.number):
             text = f"the rover's frames jumped from number {before.number} to {frame.number}; counted as a restart"

@@ -39,7 +39,7 @@ class PlannedSession(CommandedSession):
         elif not self.link.connected:
             unknown = "the rover is not connected"
         elif age > STALE_AFTER:
-            unknown = f"the latest telemetry is {age:.1f} s old"
+            unknown = f"the latest telemetry is {age:z.1f} s old"
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
@@ -48,8 +48,8 @@ class PlannedSession(CommandedSession):
         what = found.beyond(*SENT)
         reason = {
             "": "",
-            "chassis": f"the chassis has moved by {found.moved:.3f} m since the plan was made",
-            "joint": f"{found.joint} is {found.turned:+.4f} rad from where the plan starts",
+            "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made",
+            "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
         }[what]
         told = {"joint": found.joint, "difference": found.turned, "reason": reason, "older_ground": older}
         return {"ok": not what, **told}

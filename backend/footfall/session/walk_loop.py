@@ -197,7 +197,7 @@ class WalkLoop:
         since = time.monotonic()
         self._until(lambda: self._live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN)
         if self._live.state.snapshot == before:
-            raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:.0f} s")
+            raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
         self._finish(self._live.build_terrain(self._settings.terrain))
         return replace(so_far, moved=0, looked=True, refused="")
 

@@ -214,10 +214,10 @@ class WalkingSession(PlannedSession):
         what = found.beyond(*SENT)
         if not what:
             return ""
-        moved = f"the chassis is {found.moved:.3f} m from there, at most {POSE_TOLERANCE:g} m are accepted"
+        moved = f"the chassis is {found.moved:z.3f} m from there, at most {POSE_TOLERANCE:g} m are accepted"
         turned = (
-            f"{found.joint} is {np.degrees(found.turned):+.2f}° from there, "
-            f"at most {np.degrees(START_TOLERANCE):.2f}° are accepted"
+            f"{found.joint} is {np.degrees(found.turned):+z.2f}° from there, "
+            f"at most {np.degrees(START_TOLERANCE):z.2f}° are accepted"
         )
         return f"{where}: {moved if what == 'chassis' else turned}: {AGAIN}"
 

@@ -177,7 +177,7 @@ def _beyond_limits(robot: Robot, joints: Array, moved: slice) -> str:
         return ""
     leg, joint = divmod(worst.joint, 6)
     digits = digits_apart(worst.excess, 0.0, least=4)
-    return f"joint {joint} of leg {leg} would be {worst.excess:.{digits}f} rad beyond its limits"
+    return f"joint {joint} of leg {leg} would be {worst.excess:z.{digits}f} rad beyond its limits"
 
 
 def ramp(robot: Robot, command: CommandMessage, present: Array) -> tuple[Array, float]:

@@ -147,7 +147,7 @@ def render_scene(robot: Robot, state: RobotState, dem: Dem) -> RenderScene:
     if len(ground.triangles) == 0:
         x, y = state.T_site_base[:2, 3]
         raise InvalidTerrain(
-            f"no ground of terrain {dem.name!r} lies within {SIGHT:.0f} m of the rover at ({x:.1f}, {y:.1f})"
+            f"no ground of terrain {dem.name!r} lies within {SIGHT:z.0f} m of the rover at ({x:z.1f}, {y:z.1f})"
         )
     links = [(mesh, state.T_site_base @ T_base_part) for mesh, T_base_part in robot_parts(robot, state.posture)]
     return RenderScene(ground, links)

@@ -80,8 +80,8 @@ class PairCalibration(Value):
         x, y, z = self.T_left_right[:3, 3]
         if not x > max(abs(y), abs(z)):
             raise InvalidImages(
-                f"pair {self.name}: the baseline must be above zero: the right camera lies at ({x:.3f}, {y:.3f}, "
-                f"{z:.3f}) m from the left one and should lie mostly along its +x",
+                f"pair {self.name}: the baseline must be above zero: the right camera lies at ({x:z.3f}, {y:z.3f}, "
+                f"{z:z.3f}) m from the left one and should lie mostly along its +x",
                 pair=self.name,
             )
 

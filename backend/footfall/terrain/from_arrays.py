@@ -23,7 +23,7 @@ def check_no_value_numbers(heights: ArrayLike, name: str) -> None:
         count = int(np.count_nonzero(array == number))
         if count:
             raise InvalidTerrain(
-                f"{count} heights of {name} are {number:.0f}, which stands for no value; let the file declare it as "
+                f"{count} heights of {name} are {number:z.0f}, which stands for no value; let the file declare it as "
                 "its no-data value, or make those cells NaN",
                 count=count,
             )
@@ -33,7 +33,7 @@ def check_cell_count(rows: float, cols: float) -> None:
     """Refuse a grid over the limit before its memory is asked for."""
     if not 0 < rows * cols <= MAX_CELLS:
         raise InvalidTerrain(
-            f"{rows:.0f} × {cols:.0f} cells can't be a terrain: from 1 to {MAX_CELLS} cells are accepted; "
+            f"{rows:z.0f} × {cols:z.0f} cells can't be a terrain: from 1 to {MAX_CELLS} cells are accepted; "
             "choose a coarser resolution or crop",
             rows=int(rows),
             cols=int(cols),
@@ -69,7 +69,7 @@ def from_heights(
         beyond = np.abs(array) > MAX_HEIGHT
     if beyond.any():
         raise InvalidTerrain(
-            f"{int(beyond.sum())} heights lie beyond ±{MAX_HEIGHT:.0f} m, such as {array[beyond][0]:g}; "
+            f"{int(beyond.sum())} heights lie beyond ±{MAX_HEIGHT:z.0f} m, such as {array[beyond][0]:g}; "
             "unknown cells must be NaN or the file's declared no-data value",
             count=int(beyond.sum()),
         )

@@ -52,7 +52,7 @@ def draw_rocks(
     expected = cumulative[-1] * (east - west) * (north - south)
     if expected > MAX_ROCKS:
         raise InvalidTerrain(
-            f"{expected:.0f} rocks are more than {MAX_ROCKS}; raise the smallest diameter", limit=MAX_ROCKS
+            f"{expected:z.0f} rocks are more than {MAX_ROCKS}; raise the smallest diameter", limit=MAX_ROCKS
         )
     count = rng.poisson(expected)
     diameter = np.interp(rng.uniform(0.0, cumulative[-1], count), cumulative, diameters)

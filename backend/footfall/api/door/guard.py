@@ -149,7 +149,7 @@ class Guard:
             if received > limit:
                 raise _BodyRefused(413, f"a request to this address holds at most {limit} bytes")
             if not whole and waited > PATIENCE and received < waited * SLOWEST:
-                raise _BodyRefused(408, f"in {waited:.0f} s {received} bytes of the body came; send it faster")
+                raise _BodyRefused(408, f"in {waited:z.0f} s {received} bytes of the body came; send it faster")
             return message
 
         try:

@@ -92,8 +92,8 @@ def _writable(sessions: Sessions) -> str:
 def _space(sessions: Sessions) -> str:
     free = shutil.disk_usage(sessions.folder).free
     if free < LEAST_FREE:
-        raise RuntimeError(f"{free / 2**20:.0f} MiB are free, at least {LEAST_FREE >> 20} MiB are needed; make room")
-    return f"{free / 2**30:.1f} GiB free"
+        raise RuntimeError(f"{free / 2**20:z.0f} MiB are free, at least {LEAST_FREE >> 20} MiB are needed; make room")
+    return f"{free / 2**30:z.1f} GiB free"
 
 
 def _recorded(sessions: Sessions) -> str:

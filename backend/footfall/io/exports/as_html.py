@@ -87,9 +87,9 @@ def _facts(sequence: Sequence) -> str:
         "Made from": plain(parents) or "nothing recorded",
         "Software": f"FootFall {plain(sequence.provenance.software)}",
         "Commands": str(len(sequence.commands)),
-        "Duration": f"{sequence.duration:.2f} s, without waiting between commands",
-        "Chassis at start": f"x {x:.3f} m, y {y:.3f} m, z {z:.3f} m in the site",
-        "Least balance": f"{min(balance):.3f} m inside the feet" if balance else "not checked",
+        "Duration": f"{sequence.duration:z.2f} s, without waiting between commands",
+        "Chassis at start": f"x {x:z.3f} m, y {y:z.3f} m, z {z:z.3f} m in the site",
+        "Least balance": f"{min(balance):z.3f} m inside the feet" if balance else "not checked",
     }
     return "<dl>" + "".join(f"<dt>{name}</dt><dd>{text}</dd>" for name, text in facts.items()) + "</dl>"
 
@@ -107,7 +107,7 @@ def _pictures(sequence: Sequence, robot: Robot | None) -> str:
         drawn.append(
             (
                 side_view(robot, sequence, leg),
-                f"Leg {leg} from the side: to the right is {heading(robot, sequence, leg):.0f}° from the site's x "
+                f"Leg {leg} from the side: to the right is {heading(robot, sequence, leg):z.0f}° from the site's x "
                 "towards y, up is up. The ground is not drawn.",
             )
         )
@@ -141,14 +141,14 @@ def _table(sequence: Sequence) -> str:
 def _rows(row: int, at: float, command: Command, margins: list[float]) -> str:
     """One line of the table for each leg that the command moves."""
     legs: list[tuple[int | None, list[str]]] = [
-        (leg, [f"{angle:.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in command.by_leg
+        (leg, [f"{angle:z.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in command.by_leg
     ] or [(None, [""] * len(LEG_JOINTS))]
     tall = f' rowspan="{len(legs)}"' if len(legs) > 1 else ""
-    first = f"<td{tall}>{row + 1}</td><td{tall}>{at:.2f}</td><td class=text{tall}>{plain(command.name)}</td>"
+    first = f"<td{tall}>{row + 1}</td><td{tall}>{at:z.2f}</td><td class=text{tall}>{plain(command.name)}</td>"
     phase = f"<td class=text{tall}>{plain(command.phase)}</td>"
-    force = "" if command.force is None else f"{command.force:.1f}"
-    kept = "".join(f"<td{tall}>{f'{margin:.3f}' if math.isfinite(margin) else ''}</td>" for margin in margins)
-    last = f"<td{tall}>{command.duration:.2f}</td><td{tall}>{force}</td>{kept}"
+    force = "" if command.force is None else f"{command.force:z.1f}"
+    kept = "".join(f"<td{tall}>{f'{margin:z.3f}' if math.isfinite(margin) else ''}</td>" for margin in margins)
+    last = f"<td{tall}>{command.duration:z.2f}</td><td{tall}>{force}</td>{kept}"
     lines = []
     for number, (leg, angles) in enumerate(legs):
         own = f"<td>{'' if leg is None else leg}</td>"

@@ -40,7 +40,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """UTF-8 JSON of the stack; angles in rad, durations in s, forces in N."""
     text = (
         f"FootFall sequence {sequence.digest} for {_literal(sequence.robot)}: "
-        f"{len(sequence.commands)} commands, {sequence.duration:.1f} s. {UNITS}"
+        f"{len(sequence.commands)} commands, {sequence.duration:z.1f} s. {UNITS}"
     )
     steps: list[dict[str, Any]] = [
         {"type": "text", "text": text},

@@ -44,26 +44,26 @@ class Picture:
 
     def line(self, points: Array, style: str, closed: bool = False) -> str:
         """A polyline or polygon through site points (n, 2)."""
-        at = " ".join(f"{x:.2f},{y:.2f}" for x, y in self.paper(points))
+        at = " ".join(f"{x:z.2f},{y:z.2f}" for x, y in self.paper(points))
         return f'<{"polygon" if closed else "polyline"} points="{at}" {style}/>'
 
     def circle(self, center: Array, radius: float, style: str) -> str:
         """A circle; radius in metres."""
         x, y = self.paper(center)
-        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{max(radius * self.scale, 0.4):.2f}" {style}/>'
+        return f'<circle cx="{x:z.2f}" cy="{y:z.2f}" r="{max(radius * self.scale, 0.4):z.2f}" {style}/>'
 
     def label(self, at: Array, text: str) -> str:
         """Text of FootFall's own (never from a file), centred on a site point."""
         x, y = self.paper(at)
-        return f'<text x="{x:.2f}" y="{y + 1.1:.2f}" text-anchor="middle">{text}</text>'
+        return f'<text x="{x:z.2f}" y="{y + 1.1:z.2f}" text-anchor="middle">{text}</text>'
 
     def scale_bar(self) -> str:
         """A bar of a round length in the lower left corner."""
         length = next((one for one in (2.0, 1.0, 0.5, 0.2, 0.1, 0.05) if one * self.scale <= 30), 0.02)
         end, y = 3 + length * self.scale, HEIGHT - 2.0
         return (
-            f'<path d="M3 {y - 1} V{y} H{end:.2f} V{y - 1}" class="thin"/>'
-            f'<text x="{end + 1:.2f}" y="{y:.2f}">{length:g} m</text>'
+            f'<path d="M3 {y - 1} V{y} H{end:z.2f} V{y - 1}" class="thin"/>'
+            f'<text x="{end + 1:z.2f}" y="{y:z.2f}">{length:g} m</text>'
         )
 
 

@@ -41,7 +41,7 @@ def proposal(model: LeggedModel, urdf: Path, out: Path, touching: Touching, fold
         *(f"{_text(name)} = {angle:.6g}" for name, angle in tree.neutral().items()),
         "",
         "[clearances]  # least distances [m]",
-        f"other_leg = {_length(length)}  # (assumed) {CLEARANCE_SHARE:.0%} of the longest leg, {length:.3f} m",
+        f"other_leg = {_length(length)}  # (assumed) {CLEARANCE_SHARE:.0%} of the longest leg, {length:z.3f} m",
         f"own_leg = {_length(length)}  # (assumed)",
         f"base = {_length(length)}  # (assumed)",
         f"ground = {_length(length)}  # (assumed) all but the feet",
@@ -64,7 +64,7 @@ def _leg(model: LeggedModel, leg: LegChain) -> list[str]:
     lines += [
         "[[legs]]",
         f"name = {_text(leg.name)}  # (guessed) what the foot links' names don't share",
-        f"foot = {_text(leg.foot)}  # (URDF) end of the chain; parts {', '.join(f'{one:.3f}' for one in lengths)} m",
+        f"foot = {_text(leg.foot)}  # (URDF) end of the chain; parts {', '.join(f'{one:z.3f}' for one in lengths)} m",
         f"joints = {_texts(leg.joints)}  # (URDF) base → foot",
         f"group = {leg.group}  # (guessed) legs built alike have one number",
         f"sole = {_text(sole.kind)}  # (guessed) {_comment(sole.doubt) or 'from the collision shape'}",

@@ -33,7 +33,7 @@ def sag_ratio(commanded: ArrayLike, measured: ArrayLike, predicted: ArrayLike) -
     size = float(np.abs(expected).max())
     if not size >= LEAST_DEFLECTION:
         raise InvalidInput(
-            f"the joints were predicted to yield by {size:.4f} rad at most; a ratio needs {LEAST_DEFLECTION} rad",
+            f"the joints were predicted to yield by {size:z.4f} rad at most; a ratio needs {LEAST_DEFLECTION} rad",
             deflection=size,
         )
     return float(np.sum(seen * expected) / np.sum(expected * expected))

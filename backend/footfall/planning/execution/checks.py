@@ -136,7 +136,7 @@ def _clearance(
     at = int(swings[np.argmin(done.clearance[swings])])
     spare = float(done.clearance[at]) - settings.least_clearance
     doubt = done.clearance_uncertainty[at]
-    told = f"{abs(doubt):.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"
+    told = f"{abs(doubt):z.3f} m {'less' if doubt >= 0 else 'more'} with springs {settings.tolerance:.0%} softer"
     told = told if np.isfinite(doubt) else f"with springs {settings.tolerance:.0%} softer it does not stand"
     return Check("wheel clearance", spare >= 0, spare, "m", f"{where(at)}; {told}")
 
@@ -227,7 +227,7 @@ def _touch_down(done: Execution, settings: ExecutionSettings) -> Check:
     name = "touch-down"
     if done.stopped_at < 0:
         risen = max(float(done.forces[-1, done.leg, 2]), 0.0)
-        where = f"{settings.overshoot:.2f} m below the planned contact the wheel carries {risen:.0f} N"
+        where = f"{settings.overshoot:z.2f} m below the planned contact the wheel carries {risen:z.0f} N"
         return Check(name, False, risen - done.stop_force, "N", where)
     left = done.lowest - done.commanded[done.stopped_at, 6 * done.leg : 6 * done.leg + 6]
     whole = done.lowest - done.commanded[done.guarded_from, 6 * done.leg : 6 * done.leg + 6]
@@ -239,7 +239,7 @@ def _offset(done: Execution, settings: ExecutionSettings) -> Check:
     name, offset = "touch-down offset", done.touch_down_offset
     if np.isnan(offset):
         return Check(name, False, float("nan"), "m", "the wheel does not touch the ground")
-    return Check(name, offset <= settings.largest_offset, settings.largest_offset - offset, "m", f"{offset:.3f} m off")
+    return Check(name, offset <= settings.largest_offset, settings.largest_offset - offset, "m", f"{offset:z.3f} m off")
 
 
 def refusal_told(check: Check) -> str:

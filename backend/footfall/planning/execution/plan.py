@@ -253,5 +253,5 @@ def moved(state: RobotState, posture: Array, T_site_base: Array) -> str:
     joints = float(np.abs(state.posture - posture).max())
     chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     if joints > MOVED_Q or chassis > MOVED:
-        return f"a joint is {joints:.3f} rad and the chassis {chassis:.3f} m from where the plan starts"
+        return f"a joint is {joints:z.3f} rad and the chassis {chassis:z.3f} m from where the plan starts"
     return ""

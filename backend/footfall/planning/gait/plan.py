@@ -89,7 +89,7 @@ class _Attempt:
         here, there = start.T_site_base[:2, 3], np.array([self.goal.x, self.goal.y])
         away = float(np.linalg.norm(there - here))
         if away > FARTHEST:
-            reason = f"the goal is {away:.1f} m away, a gait goes at most {FARTHEST:g} m; choose a nearer one"
+            reason = f"the goal is {away:z.1f} m away, a gait goes at most {FARTHEST:g} m; choose a nearer one"
             return self._no(Status.GOAL_INVALID, reason)
         low, high = np.minimum(here, there) - 2.0 * BESIDE, np.maximum(here, there) + 2.0 * BESIDE
         whole = without_holes_between(self.dem, low, high, np.array(start.stance.contacts))

@@ -117,7 +117,7 @@ class GaitFailure(Value):
         short = f" by {self.lacks:.3g} {self.unit}".rstrip() if np.isfinite(self.lacks) else ""
         legs = f"leg{'s' * (len(self.group) > 1)} {', '.join(str(leg) for leg in self.group)}"
         step = f"step {self.move + 1} ({legs})" if self.group else "the chassis' way after the last step"
-        return f"{step} fails {self.check_name}{of}{short}, chassis at ({self.x:.2f}, {self.y:.2f})"
+        return f"{step} fails {self.check_name}{of}{short}, chassis at ({self.x:z.2f}, {self.y:z.2f})"
 
 
 @value

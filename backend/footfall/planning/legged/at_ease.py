@@ -71,7 +71,7 @@ def at_ease(robot: LeggedRobot) -> Ease:
         strokes = [float(_strokes(robot, leg, q[None, robot.slices[leg]])[0]) for leg in robot.legs]
         if min(strokes) == 0:
             leg = robot.leg_names[int(np.argmin(strokes))]
-            least = f"{STROKES[0] * robot.length:.3f} m to all sides or not {LIFTED * robot.length:.3f} m up"
+            least = f"{STROKES[0] * robot.length:z.3f} m to all sides or not {LIFTED * robot.length:z.3f} m up"
             raise InvalidRobot(f"{robot.name}: in its posture {POSTURE!r} the foot of leg {leg} does not get {least}")
         return _ease(robot, apart, q, min(strokes) * robot.length)
     plans = []
@@ -89,8 +89,8 @@ def at_ease(robot: LeggedRobot) -> Ease:
             q, least = found
             return _ease(robot, apart, q, least * robot.length)
     raise InvalidRobot(
-        f"{robot.name}: no stance was found from which every foot gets {STROKES[0] * robot.length:.3f} m to all sides "
-        f"and {LIFTED * robot.length:.3f} m up; name a posture {POSTURE!r} in its robot.toml",
+        f"{robot.name}: no stance was found from which every foot gets {STROKES[0] * robot.length:z.3f} m to all sides "
+        f"and {LIFTED * robot.length:z.3f} m up; name a posture {POSTURE!r} in its robot.toml",
         heights=[share for _, _, share, _ in plans],
     )
 
@@ -103,7 +103,7 @@ def _ease(robot: LeggedRobot, apart: Apart, q: Array, stroke: float) -> Ease:
         raise InvalidRobot(f"{robot.name}: {apart.told(int(np.argmin(apart.least)))} touch in the stance at ease")
     if spare <= 0:
         raise InvalidRobot(
-            f"{robot.name}: its centre of mass is {-spare:.3f} m outside of its feet in the stance at ease"
+            f"{robot.name}: its centre of mass is {-spare:z.3f} m outside of its feet in the stance at ease"
         )
     return Ease(q, where.soles, stroke, apart)
 

@@ -38,7 +38,7 @@ def stand_on(ground: Ground, x: float, y: float, yaw: float) -> LeggedState:
         if found is None:
             at = ground.home(leg, x, y, yaw)
             raise InvalidInput(
-                f"{robot.name} can't stand at ({x:g}, {y:g}): near ({at[0]:.2f}, {at[1]:.2f}) m under leg "
+                f"{robot.name} can't stand at ({x:g}, {y:g}): near ({at[0]:z.2f}, {at[1]:z.2f}) m under leg "
                 f"{robot.leg_names[leg]} no ground is known that is less steep than {ground.settings.steepest:g} rad",
                 leg=leg,
             )

@@ -41,12 +41,12 @@ def plan_step(
     if refused is not None:
         return refused
     down = rest(dem, *target, float(robot.radii[leg]))
-    where = f"({target[0]:.2f}, {target[1]:.2f}) m"
+    where = f"({target[0]:z.2f}, {target[1]:z.2f}) m"
     if not np.isfinite(down.normal).all():
         return no_plan(ground, state, Status.UNKNOWN_GROUND, f"the ground at {where} is not known", tally)
     slope = float(np.arccos(down.normal[2]))
     if slope > settings.steepest:
-        text = f"the ground at {where} is {slope:.2f} rad steep, more than {settings.steepest:g}"
+        text = f"the ground at {where} is {slope:z.2f} rad steep, more than {settings.steepest:g}"
         return no_plan(ground, state, Status.GOAL_INVALID, text, tally)
     T = state.T_site_base
     yaw = float(np.arctan2(T[1, 0], T[0, 0]))

@@ -151,7 +151,7 @@ def _arrives(walk: _Walk, goal: WalkGoal, tries: Tally) -> bool:
 def _goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedResult | None:
     """The answer to a goal that is off the map or on unknown ground; None where it is neither."""
     west, south, east, north = ground.dem.geometry.bounds
-    where = f"the goal ({goal.x:.2f}, {goal.y:.2f}) m"
+    where = f"the goal ({goal.x:z.2f}, {goal.y:z.2f}) m"
     if not (west <= goal.x <= east and south <= goal.y <= north):
         return no_plan(ground, state, Status.OFF_MAP, f"{where} is off the map", Tally())
     if not np.isfinite(height_at(ground.dem, goal.x, goal.y)):
@@ -162,7 +162,7 @@ def _goal_refused(ground: Ground, state: LeggedState, goal: WalkGoal) -> LeggedR
 def _not_found(walk: _Walk, status: Status, reason: str, tries: Tally) -> LeggedResult:
     T, (x, y, _) = walk.state.T_site_base, walk.guide.at(walk.guide.length)
     away = float(np.hypot(T[0, 3] - x, T[1, 3] - y))
-    reason = f"after {len(walk.moves)} foot moves, {away:.2f} m from the goal, {reason}"
+    reason = f"after {len(walk.moves)} foot moves, {away:z.2f} m from the goal, {reason}"
     return _answer(walk, status, reason, tries, None, walk.plan)
 
 

@@ -101,7 +101,7 @@ class WholeCheck:
     def _ground(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         lowest = self.surfaces.lowest(self.dem, where, T_site_base)
         name = "no body" if lowest.body < 0 else self.robot.body_names[lowest.body]
-        at = f"{name} at ({lowest.place[0]:.2f}, {lowest.place[1]:.2f}) m"
+        at = f"{name} at ({lowest.place[0]:z.2f}, {lowest.place[1]:z.2f}) m"
         return min(lowest.height, 2 * self.surfaces.clearance) - self.surfaces.clearance, at
 
     def _foot(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:

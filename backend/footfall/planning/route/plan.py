@@ -48,7 +48,7 @@ def plan_route(
 
     here = (float(state.T_site_base[0, 3]), float(state.T_site_base[1, 3]))
     west, south, east, north = dem.geometry.bounds
-    spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+    spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
     for (x, y), status, what, remedy in (
         (here, Status.START_INVALID, "the rover at", "take images where it stands, or choose another map"),
         (there, Status.OFF_MAP, "the goal", "choose one inside"),
@@ -70,16 +70,16 @@ def plan_route(
         if not free[row, col]:
             x, y = _nearest(grid, free, place)
             away = math.dist(place, (x, y))
-            reason = f"{what} on {_why(dem, settings, place)}; the nearest that is better is {away:.2f} m away"
+            reason = f"{what} on {_why(dem, settings, place)}; the nearest that is better is {away:z.2f} m away"
             nearest = (x, y) if status is Status.GOAL_INVALID else ()
-            return no(status, f"{reason}, at ({x:.2f}, {y:.2f}); {_TRY}", nearest)
+            return no(status, f"{reason}, at ({x:z.2f}, {y:z.2f}); {_TRY}", nearest)
     points, cost = cheapest_way(grid.geometry, grid.costs, here, there, part(progress, 0.5, 1.0))
     if not len(points):
         regions = np.empty(free.shape, np.int32)
         label(free, output=regions)
         x, y = _nearest(grid, regions == regions[_cell(grid, here)], there)
         reason = (
-            f"no way leads to the goal: it ends at ({x:.2f}, {y:.2f}), {math.dist(there, (x, y)):.2f} m before it, "
+            f"no way leads to the goal: it ends at ({x:z.2f}, {y:z.2f}), {math.dist(there, (x, y)):z.2f} m before it, "
             f"where all ground around is too bad, too high, unknown or no-go; {_TRY}"
         )
         return no(Status.NO_PATH, reason, (x, y))

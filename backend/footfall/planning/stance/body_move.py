@@ -131,7 +131,7 @@ def stance_of(robot: Robot, dem: Dem, state: RobotState, clearance: float, reach
     deepest = robot.description.clearances.wheel_sink + STANDING_GAP
     for leg, gap in zip(down, gaps, strict=True):
         if gap < -deepest:
-            return _no_start(f"the wheel of leg {leg} is {-gap:.2f} m in the ground")
+            return _no_start(f"the wheel of leg {leg} is {-gap:z.2f} m in the ground")
     feet = contacts(robot, dem, q, state.T_site_base, down)
     center = np.asarray(state.T_site_base)[:2, 3]
     chassis = float(np.linalg.norm(robot.description.meshes["base"].vertices[:, :2], axis=1).max())
@@ -198,7 +198,7 @@ def _failed(bad: Sequence[Checked], checks: tuple[Check, ...]) -> No:
     else:
         status, what, chosen = Status.NO_PATH, "can't go straight there", bad
     check = chosen[0].check
-    size = f" by {-check.margin:.3f} {check.unit}" if check.margin < 0 else ""
+    size = f" by {-check.margin:z.3f} {check.unit}" if check.margin < 0 else ""
     advice = RESERVE_ADVICE.get(check.name, ADVICE[status])
     told_as = f"the check of {check.name} fails{size} ({check.where})"
     return No(status, f"the chassis {what}: {told_as}; {advice}", checks)

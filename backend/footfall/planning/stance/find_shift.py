@@ -179,7 +179,7 @@ def _tried(stance: Stance, ends: StepEnds, ranked: Ranked, settings: FindShiftSe
         first = first or found
     why = first.reason if first is not None else "none was tried"
     reason = (
-        f"shifts of the chassis put the footfall within reach, the smallest by {ranked.cost[0]:.2f} m, but none that "
+        f"shifts of the chassis put the footfall within reach, the smallest by {ranked.cost[0]:z.2f} m, but none that "
         f"was tried is allowed; with the smallest, {why}; choose another footfall, or move the chassis by hand first"
     )
     return No(Status.NO_PATH, reason, first.checks if first is not None else ())
@@ -189,9 +189,9 @@ def _nearest_miss(short: Shortcomings, ranked: Ranked, footfall: Footfall) -> No
     dx, dy, dz, droll, dpitch, dyaw = ranked.shifts[0]
     worst = largest(short.names, short.of(ranked.shifts[:1])[0])
     reason = (
-        f"no shift of the chassis was found from which leg {footfall.leg} can step onto ({footfall.x:.2f}, "
-        f"{footfall.y:.2f}); the best, by ({dx:.2f}, {dy:.2f}, {dz:.2f}) m and ({droll:.2f}, {dpitch:.2f}, {dyaw:.2f}) "
-        f"rad, falls short: {worst}; choose a nearer footfall, or move another leg first"
+        f"no shift of the chassis was found from which leg {footfall.leg} can step onto ({footfall.x:z.2f}, "
+        f"{footfall.y:z.2f}); the best, by ({dx:z.2f}, {dy:z.2f}, {dz:z.2f}) m and ({droll:z.2f}, {dpitch:z.2f}, "
+        f"{dyaw:z.2f}) rad, falls short: {worst}; choose a nearer footfall, or move another leg first"
     )
     return No(Status.NO_PATH, reason)
 

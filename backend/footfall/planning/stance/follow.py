@@ -171,7 +171,7 @@ class _Walk:
             short = shortfall(self.robot, leg, T_base_wheel, back)
             if short > worst and not np.isfinite(solve_leg(self.robot, leg, T_base_wheel[None]).q).any():
                 what = _which(self.robot, leg, T_base_wheel, back)
-                text = f"leg {leg} is {abs(short):.3f} m too {what}"
+                text = f"leg {leg} is {abs(short):z.3f} m too {what}"
                 worst, found = short, Obstacle(leg, "", abs(short), fraction, fraction == 1.0, text)
         return found
 
@@ -209,5 +209,5 @@ def _outside_limits(robot: Robot, postures: Array, fractions: Sequence[float]) -
     step = len(postures) - 1 if at_goal else int(np.argmin(spare.min(axis=1)))
     worst = farthest_past(robot, postures[step])
     digits, turn = digits_apart(worst.excess, 0.0), math.degrees(worst.excess)
-    text = f"{worst.name} would be {worst.excess:.{digits}f} rad ({turn:.{digits - 2}f}°) outside its limits"
+    text = f"{worst.name} would be {worst.excess:z.{digits}f} rad ({turn:z.{digits - 2}f}°) outside its limits"
     return Obstacle(worst.joint // 6, worst.name, worst.excess, fractions[step], at_goal, text)

@@ -47,6 +47,6 @@ def reserves(
 def _checked(name: str, had: float, has: float, least: float, unit: str, what: str, short_of: str) -> Checked:
     spare = float(has - least)
     holds = spare >= -SAME
-    left, wanted = beside(has, least) if not holds else (f"{has:.3f}", f"{least:.3f}")
-    where = f"{what} ends {left} {unit} from {short_of}, {had:.3f} before, at least {wanted} asked"
+    left, wanted = beside(has, least) if not holds else (f"{has:z.3f}", f"{least:z.3f}")
+    where = f"{what} ends {left} {unit} from {short_of}, {had:z.3f} before, at least {wanted} asked"
     return Checked(Check(name, holds, max(spare, 0.0) if holds else spare, unit, where), at_goal=not holds)

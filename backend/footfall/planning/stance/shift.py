@@ -81,7 +81,7 @@ def _resting(
         if len(down) < 3:
             reason = f"the rover would tip: {len(down)} wheels are on the ground, three are needed"
         elif beyond > 0:
-            reason = f"the rover would tip: its centre of mass would be {beyond:.3f} m outside the support polygon"
+            reason = f"the rover would tip: its centre of mass would be {beyond:z.3f} m outside the support polygon"
         else:
             reason = "the rover would slip: no contact forces inside friction hold it"
         size = float(beyond) if 0 < beyond < np.inf else float("nan")

@@ -278,5 +278,5 @@ def largest(names: Sequence[str], shortcomings: Array) -> str:
     worst = int(np.argmax(shortcomings))
     size = float(shortcomings[worst])
     if size >= UNREACHED:
-        return f"{names[worst]}: {size - UNREACHED:.3f} m out of reach"
-    return f"{names[worst]}: {size:.3f} short (m or rad)"
+        return f"{names[worst]}: {size - UNREACHED:z.3f} m out of reach"
+    return f"{names[worst]}: {size:z.3f} short (m or rad)"

@@ -113,10 +113,10 @@ def stand(
 
 def _cramped(robot: Robot, hit: Collision) -> str:
     if hit.distance < 0:
-        return f"{hit.link_a} would be {-hit.distance:.3f} m below {hit.link_b}"
+        return f"{hit.link_a} would be {-hit.distance:z.3f} m below {hit.link_b}"
     if hit.required == 0:
         sink = robot.description.clearances.wheel_sink
-        return f"{hit.link_a} would cut more than the allowed {sink:.3f} m into {hit.link_b}"
+        return f"{hit.link_a} would cut more than the allowed {sink:z.3f} m into {hit.link_b}"
     apart, needed = beside(hit.distance, hit.required)
     return f"{hit.link_a} and {hit.link_b} would be {apart} m apart, {needed} m is needed"
 
@@ -139,9 +139,10 @@ def _require_ground(dem: Dem, wanted: Array, places: list[tuple[Array, Array, Ar
     unknown = [leg for leg, (contacts, _, _) in enumerate(places) if not len(contacts)]
     if unknown:
         west, south, east, north = dem.geometry.bounds
-        where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:.2f}, {wanted[leg, 1]:.2f})" for leg in unknown)
+        where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:z.2f}, {wanted[leg, 1]:z.2f})" for leg in unknown)
         raise InvalidInput(
-            f"the ground is unknown under {where}; the map spans x {west:.2f}…{east:.2f}, y {south:.2f}…{north:.2f}",
+            f"the ground is unknown under {where}; "
+            f"the map spans x {west:z.2f}…{east:z.2f}, y {south:z.2f}…{north:z.2f}",
             unknown_under=unknown,
         )
 
@@ -180,14 +181,14 @@ def _unreached(robot: Robot, postures: Array, wanted: Array, heights: Array) -> 
     low, high = heights.min(), heights.max()
     never = np.flatnonzero(~reached.any(axis=0))
     if len(never):
-        where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:.2f}, {wanted[leg, 1]:.2f})" for leg in never)
+        where = ", ".join(f"leg {leg} at ({wanted[leg, 0]:z.2f}, {wanted[leg, 1]:z.2f})" for leg in never)
         return InvalidInput(
-            f"no joint angles put {where}, or up to {max(np.abs(RADIAL)):.2f} m around, on the ground with the level "
-            f"chassis at any height from {low:.2f} to {high:.2f} m; choose another place or heading",
+            f"no joint angles put {where}, or up to {max(np.abs(RADIAL)):z.2f} m around, on the ground with the level "
+            f"chassis at any height from {low:z.2f} to {high:z.2f} m; choose another place or heading",
             legs=never.tolist(),
         )
     spans = "; ".join(
-        f"leg {leg} from {heights[reached[:, leg]].min():.2f} to {heights[reached[:, leg]].max():.2f} m"
+        f"leg {leg} from {heights[reached[:, leg]].min():z.2f} to {heights[reached[:, leg]].max():z.2f} m"
         for leg in robot.legs
     )
     return InvalidInput(

@@ -49,10 +49,10 @@ class StepEnds:
         q = posture[6 * self.leg : 6 * self.leg + 6]
         up = vertical(robot, self.leg, T_site_base, q, lift)
         if isinstance(up, str):
-            return f"leg {self.leg} can't be lifted {lift:.2f} m: {up}"
+            return f"leg {self.leg} can't be lifted {lift:z.2f} m: {up}"
         blocked = self._blocked(posture, T_site_base, up)
         if blocked:
-            return f"leg {self.leg} can't be lifted {lift:.2f} m: {blocked}"
+            return f"leg {self.leg} can't be lifted {lift:z.2f} m: {blocked}"
         first = ""
         possible = candidates(robot, self.leg, self.contact, T_site_base, q, branch_of(robot, self.leg, q))
         for goal in possible[:MOST_POSTURES]:
@@ -82,7 +82,7 @@ class StepEnds:
         sink = self.stance.robot.description.clearances.wheel_sink
         return (
             f"the ground around the footfall is too rough: at every heading an upright wheel would cut more than the "
-            f"allowed {sink:.3f} m into it"
+            f"allowed {sink:z.3f} m into it"
         )
 
     def _blocked(self, posture: Array, T_site_base: Array, up: Array) -> str:
@@ -101,15 +101,15 @@ class StepEnds:
         links = [link_name(self.leg, part) for part in PARTS]
         near = body.own_gap(Ts_base_link, links).gap
         if near.spare < 0:
-            return f"{near.between} come {-near.spare:.3f} m too near to each other"
+            return f"{near.between} come {-near.spare:z.3f} m too near to each other"
         Ts_site_link = T_site_base @ Ts_base_link
         near = body.ground_gap(Ts_site_link, links, touching=(self.leg,)).gap
         if near.spare < 0:
-            return f"{near.between} come {-near.spare:.3f} m too near to each other"
+            return f"{near.between} come {-near.spare:z.3f} m too near to each other"
         near = body.ground_gap(Ts_site_link[-1:], links, settings.raise_terrain).gap
         if near.spare < 0:
-            raised = f"raised by {settings.raise_terrain:.2f} m"
-            return f"{near.between} {raised} come {-near.spare:.3f} m too near to each other"
+            raised = f"raised by {settings.raise_terrain:z.2f} m"
+            return f"{near.between} {raised} come {-near.spare:z.3f} m too near to each other"
         standing = [self.stance.standing[i] for i in others]
         normals = self.stance.feet.normals[others]
         for at in (0, -1):

@@ -12,9 +12,9 @@ HIGHER = 0.1
 CLEARER = 0.05
 """How much more clearance is asked for; the wheel is lifted as much higher, or it could not keep it [m]."""
 KINDS: Mapping[str, str] = {
-    "higher_lift": f"the wheel lifted {HIGHER:.2f} m higher",
+    "higher_lift": f"the wheel lifted {HIGHER:z.2f} m higher",
     "other_knee": "the knee bent the other way at the goal",
-    "more_clearance": f"{CLEARER:.2f} m more clearance",
+    "more_clearance": f"{CLEARER:z.2f} m more clearance",
 }
 """Kinds of alternatives, with what each asks for."""
 
@@ -26,11 +26,11 @@ def asked_otherwise(plan: StepPlan, kind: str) -> tuple[StepSettings, str]:
         raise InvalidInput("the plan does not say with which settings it was made")
     if kind == "higher_lift":
         other = replace(settings, lift=settings.lift + HIGHER)
-        return other, f"lift {other.lift:.2f} m"
+        return other, f"lift {other.lift:z.2f} m"
     if kind == "other_knee":
         other = replace(settings, branch=other_knee(plan.branch))
         return other, bend_text(other_knee(plan.branch))
     if kind == "more_clearance":
         other = replace(settings, clearance=settings.clearance + CLEARER, lift=settings.lift + CLEARER)
-        return other, f"clearance +{other.clearance:.2f} m, lift {other.lift:.2f} m"
+        return other, f"clearance +{other.clearance:z.2f} m, lift {other.lift:z.2f} m"
     raise InvalidInput(f"alternatives are {', '.join(KINDS)}", kind=kind)

@@ -61,7 +61,7 @@ class Goals:
         if not self.refusal and next(iter(self), None) is None:
             x, y, _ = contact.point
             self.refusal = (
-                f"leg {situation.leg} can't stand at ({x:.2f}, {y:.2f}): none of {len(self._possible)} postures that "
+                f"leg {situation.leg} can't stand at ({x:z.2f}, {y:z.2f}): none of {len(self._possible)} postures that "
                 f"reach it is allowed; in the nearest, {self._objection(by_motion[0])}; {ADVICE}"
             )
 
@@ -91,8 +91,8 @@ class Goals:
         by = " by clearance" if self._spare else ""
         text = f"rank {taken.place + 1}{by} of {count} postures that reach the footfall: {posture_text(one)}, "
         if self._spare:
-            text += f"{1e3 * self._spare[taken.place]:.0f} mm to spare beyond every clearance, "
-        return [*told, Decision("goal", True, text + f"{away:.2f} rad from the start in the joint that turns most")]
+            text += f"{1e3 * self._spare[taken.place]:z.0f} mm to spare beyond every clearance, "
+        return [*told, Decision("goal", True, text + f"{away:z.2f} rad from the start in the joint that turns most")]
 
     def _rank_by_clearance(self) -> None:
         """Most room first; of those alike in that, by motion as before."""
@@ -138,7 +138,7 @@ class Goals:
             return objection
         away = self._elsewhere(candidate)
         if away > SAME_PLACE:
-            return f"leaning, the wheel would touch the ground {away:.3f} m from there, at an edge"
+            return f"leaning, the wheel would touch the ground {away:z.3f} m from there, at an edge"
         up = self._way_up(candidate)
         if isinstance(up, str):
             return f"the wheel can't be lowered: {up}"
@@ -155,7 +155,7 @@ class Goals:
         if everyone and asked is not None:
             others = sorted({one.branch // 2 for one in everyone})
             return (
-                f"leg {leg} can't stand at ({x:.2f}, {y:.2f}) with {bend_text(asked)}, only with "
+                f"leg {leg} can't stand at ({x:z.2f}, {y:z.2f}) with {bend_text(asked)}, only with "
                 f"{' or '.join(bend_text(2 * one) for one in others)}; ask for that branch, or leave it open"
             )
         away, reach = float(np.linalg.norm(contact.point - stance.hip)), stance.reach
@@ -163,15 +163,15 @@ class Goals:
         if away > reach:
             there, farthest = beside(away, reach, 2)
             return (
-                f"leg {leg} can't stand at ({x:.2f}, {y:.2f}): it is {there} m from its hip, farther than the "
+                f"leg {leg} can't stand at ({x:z.2f}, {y:z.2f}): it is {there} m from its hip, farther than the "
                 f"{farthest} m it can reach; no joint angles inside the limits put the wheel upright there; {advice}"
             )
         poses = upright_poses(self._situation.robot, leg, contact, self._situation.T_site_base)
         what = unreached(self._situation.robot, leg, poses)
-        return f"leg {leg} can't stand upright at ({x:.2f}, {y:.2f}), {away:.2f} m from its hip: {what}; {advice}"
+        return f"leg {leg} can't stand upright at ({x:z.2f}, {y:z.2f}), {away:z.2f} m from its hip: {what}; {advice}"
 
 
 def posture_text(one: Candidate) -> str:
     """A goal posture in words: branch, heading and lean of the wheel."""
-    lean = f", leaning {np.rad2deg(one.lean):.1f}°" if one.lean > 0 else ""
-    return f"{bend_text(one.branch)}, wheel turned {np.rad2deg(one.turn):+.0f}° from the leg's radial direction{lean}"
+    lean = f", leaning {np.rad2deg(one.lean):z.1f}°" if one.lean > 0 else ""
+    return f"{bend_text(one.branch)}, wheel turned {np.rad2deg(one.turn):+z.0f}° from the leg's radial direction{lean}"

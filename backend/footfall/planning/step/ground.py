@@ -62,7 +62,7 @@ class Nearby:
 def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Refused:
     """The contact under (x, y) [m] if all the ground in a disc of a wheel's radius is known."""
     west, south, east, north = dem.geometry.bounds
-    spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+    spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
     if not (west <= x <= east and south <= y <= north):
         outside = max(west - x, x - east, south - y, y - north)
         reason = f"the footfall ({x:.6g}, {y:.6g}) lies {outside:.3g} m off the map; {spans}; choose a place inside"
@@ -74,7 +74,7 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
         share = f"{unknown:.0%}" if unknown >= 0.01 else "less than 1%"
         where = f"{share} of the ground within a wheel's radius" if unknown else "the ground"
         reason = (
-            f"{where} ({robot.wheel_radius:.2f} m) of the footfall ({x:.2f}, {y:.2f}) is unknown; "
+            f"{where} ({robot.wheel_radius:z.2f} m) of the footfall ({x:z.2f}, {y:z.2f}) is unknown; "
             "take images that show it, or choose a place farther from the holes and the map's edge"
         )
         return Refused(Status.UNKNOWN_GROUND, reason)

@@ -63,7 +63,7 @@ def unheld(stance: Stance, friction: float, qs: Array) -> str:
         return ""
     _, held = worst_held(stance, feet, friction, qs)
     if not held.feasible:
-        return f"the wheels of legs {listed(stance.others)} can't hold the rover inside friction {friction:.2f}"
+        return f"the wheels of legs {listed(stance.others)} can't hold the rover inside friction {friction:z.2f}"
     return _overloaded(held)
 
 
@@ -89,18 +89,18 @@ def _unheld(stance: Stance, friction: float, q: Array, held: TorqueCheck) -> tup
         return _overloaded(held), f"{load}{others}"
     com = apply(stance.state.T_site_base, center_of_mass(robot, stance.posture(q)))[:2]
     region = equilibrium_region(feet.points, feet.normals, friction)
-    what = f"the wheels of legs {listed(stance.others)} can't hold the rover inside friction {friction:.2f}"
+    what = f"the wheels of legs {listed(stance.others)} can't hold the rover inside friction {friction:z.2f}"
     if not len(region.corners):
         enough = _enough_friction(stance, q)
-        least = f"; friction of {enough:.2f} would do" if enough else ""
+        least = f"; friction of {enough:z.2f} would do" if enough else ""
         advice = "take another stance, with its wheels on more level ground; no shift of the chassis helps"
         return f"{what}, wherever its centre of mass is{least}", advice
     margin, towards = -region_margin(region, com).margin, _nearest(region.corners, com) - com
     size = max(margin, LEAST_SHIFT)
     dx, dy = size * towards / max(float(np.linalg.norm(towards)), 1e-9)
     return (
-        f"{what}: its centre of mass is {size:.2f} m outside of where they can",
-        f"shift the chassis by more than that, about ({dx:+.2f}, {dy:+.2f}) m, or take another stance",
+        f"{what}: its centre of mass is {size:z.2f} m outside of where they can",
+        f"shift the chassis by more than that, about ({dx:+z.2f}, {dy:+z.2f}) m, or take another stance",
     )
 
 
@@ -125,7 +125,7 @@ def _without_payload(stance: Stance, friction: float, q: Array) -> str:
     settings = BalanceSettings(friction=friction, payload_mass=0.0)
     feet = standing_feet(stance)
     bare = torque_check(robot, stance.posture(q), state.T_site_base, stance.others, feet.normals, settings)
-    return f"take off payload (with none, {bare.ratio:.2f} of the limit), " if bare.holds else ""
+    return f"take off payload (with none, {bare.ratio:z.2f} of the limit), " if bare.holds else ""
 
 
 def _nearest(corners: Array, point: Array) -> Array:

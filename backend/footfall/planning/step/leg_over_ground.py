@@ -59,7 +59,7 @@ class LegOverGround:
                 if any(self._touches(body, T, int(t), raise_terrain, delta) for t in np.flatnonzero(near[at, link])):
                     return int(at), f"{self._names[part]} is too close to the terrain"
                 if depths[at, link] > 0:
-                    return int(at), f"{self._names[part]} is {depths[at, link]:.3f} m under the terrain"
+                    return int(at), f"{self._names[part]} is {depths[at, link]:z.3f} m under the terrain"
         return None
 
     def gap(self, qs: Array, raise_terrain: float, touching: bool, below: float = np.inf) -> tuple[int, Gap]:

@@ -86,7 +86,7 @@ def _vertical(robot: Robot, leg: int, T_site_base: Array, q_bottom: Array, heigh
 def _why_not(robot: Robot, leg: int, found: Array, solved: IkSolutions, heights: Array) -> str:
     if len(found) == len(heights):
         return "the wheel would leave the straight line near a singular posture"
-    reached = f"{heights[len(found) - 1]:.2f} m above it"
+    reached = f"{heights[len(found) - 1]:z.2f} m above it"
     q, exists = solved.q[len(found)], np.isfinite(solved.q[len(found)]).all(axis=1)
     if not exists.any():
         return f"the leg can't reach farther than {reached} with the wheel's tilt kept"

@@ -67,9 +67,9 @@ def lift_off(stance: Stance, settings: StepSettings, watch: Watch, to_plan: bool
         reason = f"the leg can't move from where it stands: {objection}; {advice}"
         return NotLifted(Status.START_INVALID, reason)
     if isinstance(up, str):
-        reason = f"the wheel can't be lifted {lift:.2f} m straight up: {up}; lower lift or change the stance"
+        reason = f"the wheel can't be lifted {lift:z.2f} m straight up: {up}; lower lift or change the stance"
         return NotLifted(Status.NO_PATH, reason)
     if not rises(situation, watch, up):
         blocked = blocked_rise(situation, watch, up)
-        return NotLifted(Status.NO_PATH, f"the wheel can't be lifted {lift:.2f} m straight up: {blocked}; {ADVICE}")
+        return NotLifted(Status.NO_PATH, f"the wheel can't be lifted {lift:z.2f} m straight up: {blocked}; {ADVICE}")
     return Lifted(situation, up)

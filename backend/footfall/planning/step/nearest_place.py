@@ -42,7 +42,7 @@ def place_told(x: float, y: float, found: NearestPlace) -> str:
     """How far, which way and where the place is, for a sentence."""
     wind = _WINDS[round(math.atan2(found.y - y, found.x - x) / (math.pi / 4)) % 8]
     good = "green in the maps" if found.of == "maps" else "known ground"
-    return f"the nearest good place ({good}) is {found.away:.3f} m to the {wind}, at ({found.x:.3f}, {found.y:.3f})"
+    return f"the nearest good place ({good}) is {found.away:z.3f} m to the {wind}, at ({found.x:z.3f}, {found.y:z.3f})"
 
 
 def _known(dem: Dem, x: float, y: float, radius: float) -> Iterator[Place]:

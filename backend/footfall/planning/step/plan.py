@@ -297,5 +297,5 @@ def _tried(said: dict[str, list[str]]) -> list[Decision]:
 
 
 def _told(check: Check) -> str:
-    size = f" by {-check.margin:.3f} {check.unit}" if check.margin < 0 else ""
+    size = f" by {-check.margin:z.3f} {check.unit}" if check.margin < 0 else ""
     return f"{check.name}{size} ({check.where})"

@@ -71,7 +71,7 @@ def _astar(swing: Swing) -> Answer:
         return np.where(solved.valid[..., None], solved.q, np.nan)
 
     path = astar(swing.space, postures, (p_start, swing.start), (p_goal, swing.goal), settings.cell)
-    return Answer(path, lambda: f"no free path on A*'s {settings.cell:.2f} m grid")
+    return Answer(path, lambda: f"no free path on A*'s {settings.cell:z.2f} m grid")
 
 
 def _fast(swing: Swing) -> Answer:

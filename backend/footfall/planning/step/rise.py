@@ -32,9 +32,9 @@ def blocked_rise(situation: Situation, watch: Watch, up: Array) -> str:
     height = situation.settings.lift / (len(up) - 1)
     for i, q in enumerate(up):
         if not space.is_free(q):
-            return f"{i * height:.2f} m above the ground {situation.objection(q, TRUE)}"
+            return f"{i * height:z.2f} m above the ground {situation.objection(q, TRUE)}"
     for i, (a, b) in enumerate(itertools.pairwise(up)):
         t = None if space.edge_is_free(a, b) else space.first_blocked(a, b)
         if t is not None:
-            return f"{(i + t) * height:.2f} m above the ground {situation.objection(a + t * (b - a), TRUE)}"
-    return f"{situation.settings.lift:.2f} m above the ground {situation.objection(up[-1], RAISED)}"
+            return f"{(i + t) * height:z.2f} m above the ground {situation.objection(a + t * (b - a), TRUE)}"
+    return f"{situation.settings.lift:z.2f} m above the ground {situation.objection(up[-1], RAISED)}"

@@ -65,7 +65,7 @@ class _UpperLinks:
             q[1], lacking, what = pitch, 0.0, ""
             for hit in self._situation.fixed_contacts(q):
                 if hit.link_a == self._first:
-                    return f"{hit.link_a} can't turn past {hit.link_b}: at {angle:.2f} rad it is too near"
+                    return f"{hit.link_a} can't turn past {hit.link_b}: at {angle:z.2f} rad it is too near"
                 lacks = hit.required - max(hit.distance, 0.0) - _ROUNDING
                 if hit.link_a == self._second and lacks > lacking:
                     lacking, what = lacks, hit.link_b
@@ -78,4 +78,4 @@ class _UpperLinks:
             met[what] += 1
             pitch += lacking / self._reach
         past = met.most_common(1)[0][0]
-        return f"{self._second} can't pass {past}: with {self._first} at {angle:.2f} rad it is too near at every angle"
+        return f"{self._second} can't pass {past}: with {self._first} at {angle:z.2f} rad it is too near at every angle"

@@ -105,7 +105,7 @@ class Situation:
             met = worst(hits, self.robot, self.ground.dem, self.posture(q), self.T_site_base, self._lift[terrain])
             what = met.hit.link_b
             if what == TERRAIN and terrain == RAISED:
-                what = f"the terrain raised by {self.settings.raise_terrain:.2f} m"
+                what = f"the terrain raised by {self.settings.raise_terrain:z.2f} m"
             return in_words(met, self.robot, what)
         margin = self.margin(q)
         if margin < self.settings.least_margin:

@@ -56,7 +56,7 @@ def _cutting(robot: Robot, state: RobotState, moving: int) -> str:
     worst = cuts[int(np.argmax(depths))]
     more = f", and {len(cuts) - 1} more pairs of links do" if len(cuts) > 1 else ""
     return (
-        f"{worst.link_a} cuts up to {max(depths):.3f} m into {worst.link_b}{more}; neither moves in this step: "
+        f"{worst.link_a} cuts up to {max(depths):z.3f} m into {worst.link_b}{more}; neither moves in this step: "
         "correct the encoders of these legs"
     )
 
@@ -80,9 +80,9 @@ def _not_on_the_ground(robot: Robot, dem: Dem, state: RobotState, legs: list[int
     found = []
     for leg, gap in zip(legs, wheel_gaps(robot, dem, state.posture, state.T_site_base, legs), strict=True):
         if gap > STANDING_GAP:
-            found.append(f"the wheel of leg {leg} is to carry the rover but is {gap:.2f} m above the ground")
+            found.append(f"the wheel of leg {leg} is to carry the rover but is {gap:z.2f} m above the ground")
         elif gap < -deepest:
-            found.append(f"the wheel of leg {leg} is {-gap:.2f} m in the ground")
+            found.append(f"the wheel of leg {leg} is {-gap:z.2f} m in the ground")
     return f"{' and '.join(found)}; {ADVICE}" if found else ""
 
 
@@ -100,7 +100,7 @@ def _below_the_ground(robot: Robot, dem: Dem, state: RobotState, moving: int) ->
         return ""
     ends = np.cumsum([len(surface) for surface in surfaces])
     name = links[int(np.searchsorted(ends, deepest, side="right"))]
-    return f"{name} is {depth[deepest]:.2f} m below the ground; {ADVICE}"
+    return f"{name} is {depth[deepest]:z.2f} m below the ground; {ADVICE}"
 
 
 def _surface(mesh: Mesh) -> Array:

@@ -38,7 +38,7 @@ def via_postures(
     found: list[Array] = []
     before = q_start
     for number, point in enumerate(through, 1):
-        where = f"point {number} ({', '.join(f'{one:.2f}' for one in point)})"
+        where = f"point {number} ({', '.join(f'{one:z.2f}' for one in point)})"
         possible = _postures(situation, point, q_start)
         if not len(possible):
             what = unreached(situation.robot, situation.leg, _poses(situation, point, q_start))

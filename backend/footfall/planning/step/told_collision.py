@@ -53,16 +53,16 @@ def _depth(hit: Collision, robot: Robot, dem: Dem, posture: Array, T_site_base: 
 def in_words(met: Met, robot: Robot, what: str) -> str:
     """What a link collides with, and by how much. what: the name of the other thing."""
     hit, depth = met.hit, met.depth
-    needed = f"{hit.required:.3f} m must stay clear"
+    needed = f"{hit.required:z.3f} m must stay clear"
     if hit.distance < 0:
-        return f"{hit.link_a} is {depth:.3f} m below {what}"
+        return f"{hit.link_a} is {depth:z.3f} m below {what}"
     if hit.distance > 0:
         distance, required = beside(hit.distance, hit.required)
         return f"{hit.link_a} is {distance} m from {what}, {required} m is needed"
     if hit.link_b != TERRAIN:
         # of the hulls: the meshes may be a little less deep in each other
-        return f"{hit.link_a} cuts up to {depth:.3f} m into {what} ({needed})"
-    deep = f"{depth:.3f}"
+        return f"{hit.link_a} cuts up to {depth:z.3f} m into {what} ({needed})"
+    deep = f"{depth:z.3f}"
     if hit.required == 0:
         deep, allowed = beside(depth, robot.description.clearances.wheel_sink)
         needed = f"{allowed} m is allowed"

@@ -15,12 +15,12 @@ def unreached(robot: Robot, leg: int, Ts_base_wheel: Array) -> str:
     q = q[np.isfinite(q).all(axis=1)]
     if not len(q):
         short = np.minimum(shortfalls(robot, leg, Ts_base_wheel, False), shortfalls(robot, leg, Ts_base_wheel, True))
-        return f"thigh and shank miss it by {max(float(short.min()), 0.0005):.3f} m"
+        return f"thigh and shank miss it by {max(float(short.min()), 0.0005):z.3f} m"
     own = slice(6 * leg, 6 * leg + 6)
     nearest = q[int(np.argmax(room_to_limits(robot, q, own).min(axis=1)))]
     worst = farthest_past(robot, nearest, own)
     excess = max(worst.excess, 0.0005)
-    return f"{worst.name} would turn {excess:.3f} rad ({np.rad2deg(excess):.1f}°) past its limit"
+    return f"{worst.name} would turn {excess:z.3f} rad ({np.rad2deg(excess):z.1f}°) past its limit"
 
 
 def shortfalls(robot: Robot, leg: int, Ts_base_wheel: Array, back: bool) -> Array:

@@ -142,7 +142,7 @@ def _clearances(situation: Situation, path: _Path, q_path: Array, pulse: Callabl
             lambda qs: ground.gap(qs, 0.0, touching=True),
         ),
         (
-            f"terrain collision in swing, raised {raised:.2f} m",
+            f"terrain collision in swing, raised {raised:z.2f} m",
             unsure & path.swings,
             lambda qs, more: ground.collision(qs, raised, False, more),
             ends[:, 0],

@@ -46,10 +46,10 @@ class WayOut:
     def told(self, robot: Robot, leg: int) -> str:
         """For a person; empty where there is none."""
         names = robot.joint_names[6 * leg : 6 * leg + 6]
-        ways = [] if self.lift is None else [f"lift the wheel straight up by {self.lift:.2f} m"]
+        ways = [] if self.lift is None else [f"lift the wheel straight up by {self.lift:z.2f} m"]
         for turns in (self.alone, self.change):
             if turns is not None:
-                turned = [f"{name} by {q:+.3f}" for name, q in zip(names, turns, strict=True) if abs(q) >= FINEST / 2]
+                turned = [f"{name} by {q:+z.3f}" for name, q in zip(names, turns, strict=True) if abs(q) >= FINEST / 2]
                 ways.append(f"turn {', '.join(turned)} rad")
         return ", or ".join(ways)
 

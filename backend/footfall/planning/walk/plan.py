@@ -146,7 +146,7 @@ class _Attempt:
         here, there = start.T_site_base[:2, 3], np.array([self.goal.x, self.goal.y])
         away = float(np.linalg.norm(there - here))
         if away > FARTHEST:
-            reason = f"the goal is {away:.1f} m away, a walk covers at most {FARTHEST:g} m; choose a nearer one"
+            reason = f"the goal is {away:z.1f} m away, a walk covers at most {FARTHEST:g} m; choose a nearer one"
             return self._no(Status.GOAL_INVALID, reason)
         low, high = np.minimum(here, there) - BESIDE, np.maximum(here, there) + BESIDE
         whole = self._whole(low, high, start)
@@ -223,8 +223,9 @@ class _Attempt:
         """Why the goal can't be reached, whatever is tried."""
         return (
             f"no way leads to the goal within {ASIDE:g} m beside the straight one: the chassis gets no nearer than "
-            f"{nearest.short:.1f} m, at ({nearest.x:.1f}, {nearest.y:.1f}), beyond which not every leg has a place to "
-            "stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more ground"
+            f"{nearest.short:z.1f} m, at ({nearest.x:z.1f}, {nearest.y:z.1f}), beyond which not every leg has a place "
+            "to stand: the ground is unknown, too steep, too rough or forbidden; choose another goal, or allow more "
+            "ground"
         )
 
     def goal_refused(self) -> tuple[Status, str] | None:
@@ -233,7 +234,7 @@ class _Attempt:
         x, y = self.goal.x, self.goal.y
         if not (west <= x <= east and south <= y <= north):
             outside = max(west - x, x - east, south - y, y - north)
-            spans = f"the map spans x {west:.2f}…{east:.2f} m, y {south:.2f}…{north:.2f} m"
+            spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
             reason = f"the goal ({x:g}, {y:g}) lies {outside:.2g} m off the map; {spans}; choose one inside"
             return Status.OFF_MAP, reason
         if not np.isfinite(height_at(self.dem, x, y)):
@@ -262,8 +263,8 @@ class _Attempt:
         if away[leg] <= self.settings.longest:
             return ""
         return (
-            f"leg {leg} would have no place to stand at the goal: the nearest is {away[leg]:.2f} m from where it would "
-            f"be, ({feet[leg, 0]:.2f}, {feet[leg, 1]:.2f}); choose another goal or heading"
+            f"leg {leg} would have no place to stand at the goal: the nearest is {away[leg]:z.2f} m from where it "
+            f"would be, ({feet[leg, 0]:z.2f}, {feet[leg, 1]:z.2f}); choose another goal or heading"
         )
 
     def _not_found(self, searches: list[Search], status: Status) -> WalkResult:
@@ -285,7 +286,7 @@ class _Attempt:
         stopped = "; ".join(f"{_of(check, leg)} {count} times" for check, leg, count in _summed(failed))
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
-            f"{short:.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
+            f"{short:z.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
         )
         blocked = tuple(Blocked(check, leg if leg >= 0 else None, x, y, count) for (check, leg, x, y), count in failed)
         return self._no(status, reason, partial, blocked)

@@ -55,7 +55,7 @@ def on_slope(
     hung = Hung(frame, tether, goal)
     if frame.off > MOST_OFF:
         reason = (
-            f"the ground has edges that stand {frame.off:.3f} m out of what is planned with, {MOST_OFF:g} m is "
+            f"the ground has edges that stand {frame.off:z.3f} m out of what is planned with, {MOST_OFF:g} m is "
             "accepted; give it in smaller cells"
         )
         return Status.START_INVALID, reason

@@ -42,19 +42,19 @@ def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
         return f"{told} lies {outside:.2g} m off the map: nobody knows the ground under the tether; choose one inside"
     length = float(tether.lengths(T_site_base[None])[0])
     if length > tether.free_length:
-        return f"the tether is {tether.free_length:g} m long, its anchor {length:.2f} m away; choose a nearer anchor"
+        return f"the tether is {tether.free_length:g} m long, its anchor {length:z.2f} m away; choose a nearer anchor"
     if not length > SHORTEST:
         return f"{told} is where the tether leaves the chassis, so that it has no direction; choose one farther away"
     ground = float(height_at(dem, x, y))
     if not np.isfinite(ground):
         return f"{told} lies where nothing is known of the ground; choose one over known ground"
     if ground - z > SUNK:
-        return f"{told} is {ground - z:.2f} m below the ground, which is {ground:.2f} m high there; raise it"
+        return f"{told} is {ground - z:z.2f} m below the ground, which is {ground:z.2f} m high there; raise it"
     deep, at = _deepest(dem, apply(T_site_base, tether.attachment), tether, length)
     if deep > SUNK:
         return (
-            f"where the walk begins the tether goes through the ground, {deep:.2f} m deep at ({at[0]:.2f}, "
-            f"{at[1]:.2f}) m; choose another anchor, or a higher one"
+            f"where the walk begins the tether goes through the ground, {deep:z.2f} m deep at ({at[0]:z.2f}, "
+            f"{at[1]:z.2f}) m; choose another anchor, or a higher one"
         )
     return ""
 
@@ -76,8 +76,8 @@ def goal_refused(tether: Tether, goal: WalkGoal, at_goal: Array) -> str:
     if least <= tether.free_length:
         return ""
     return (
-        f"the tether is {tether.free_length:g} m long, and the goal is {away:.2f} m from its anchor, where at least "
-        f"{least:.2f} m would have to be paid out; choose a nearer goal or anchor, or a longer tether"
+        f"the tether is {tether.free_length:g} m long, and the goal is {away:z.2f} m from its anchor, where at least "
+        f"{least:z.2f} m would have to be paid out; choose a nearer goal or anchor, or a longer tether"
     )
 
 
@@ -85,7 +85,7 @@ def hold_refused(robot: Robot, start: At, friction: float, tether: Tether) -> st
     """Why ground and tether don't hold the rover where the walk begins, or "". start: in site."""
     if _holds(robot, start, friction, tether):
         return ""
-    told = f"ground and tether don't hold the rover where it stands: its drum pulls with {tether.most_force:.0f} N"
+    told = f"ground and tether don't hold the rover where it stands: its drum pulls with {tether.most_force:z.0f} N"
     most, least = STRONGEST, tether.most_force
     if most <= least or not _holds(robot, start, friction, replace(tether, most_force=most)):
         return f"{told}, and more would not do from that anchor; choose one that is up the slope from the rover"
@@ -93,7 +93,7 @@ def hold_refused(robot: Robot, start: At, friction: float, tether: Tether) -> st
         middle = 0.5 * (most + least)
         held = _holds(robot, start, friction, replace(tether, most_force=middle))
         most, least = (middle, least) if held else (most, middle)
-    return f"{told} at most, and {np.ceil(most / _ROUND) * _ROUND:.0f} N are needed; give a stronger one"
+    return f"{told} at most, and {np.ceil(most / _ROUND) * _ROUND:z.0f} N are needed; give a stronger one"
 
 
 def _holds(robot: Robot, start: At, friction: float, tether: Tether) -> bool:

@@ -30,7 +30,7 @@ def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int
         if not seen.all():
             return (
                 f"the ground where {part_told(number, walk.foot_moves)} puts the foot of leg {leg} "
-                f"({at[0]:.2f}, {at[1]:.2f}) is known in {int(seen.sum())} of {len(seen)} places"
+                f"({at[0]:z.2f}, {at[1]:z.2f}) is known in {int(seen.sum())} of {len(seen)} places"
             )
     return ""
 
@@ -52,5 +52,5 @@ def moved_ground(dem: Dem, walk: WalkPlan, first: int) -> str:
     side = "above" if off[worst] > 0 else "below"
     later = worst - len(stands)
     whose = f"leg {worst} stands" if later < 0 else f"{part_told(numbers[later], walk.foot_moves)} puts its foot"
-    size = f"{abs(off[worst]):.3f} m {side} where {whose} in the walk"
+    size = f"{abs(off[worst]):z.3f} m {side} where {whose} in the walk"
     return f"the ground is {size}, at most {GROUND_MOVED:g} m are accepted"

@@ -22,7 +22,7 @@ def off_walk(robot: Robot, state: RobotState, posture: Array, T_site_base: Array
     chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     leg, wheel = farthest_wheel(robot, state, posture, T_site_base)
     if chassis > CHASSIS_MOVED or wheel > FOOT_MOVED:
-        return f"the chassis is {chassis:.3f} m and the wheel of leg {leg} {wheel:.3f} m from where it starts"
+        return f"the chassis is {chassis:z.3f} m and the wheel of leg {leg} {wheel:z.3f} m from where it starts"
     return ""
 
 

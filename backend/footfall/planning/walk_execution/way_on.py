@@ -89,7 +89,7 @@ def _unsteady(robot: Robot, dem: Dem, state: RobotState, settings: WayOnSettings
     if inside >= settings.least_margin:
         return ""
     return (
-        f"the centre of mass is {inside:.3f} m inside the polygon of the feet that bear, "
+        f"the centre of mass is {inside:z.3f} m inside the polygon of the feet that bear, "
         f"at least {settings.least_margin:g} m are asked for"
     )
 
@@ -99,7 +99,7 @@ def _beyond(walk: WalkPlan, number: int, last: int, settings: WayOnSettings) -> 
     rows = (walk.moves >= number) & (walk.moves < last)
     margin_, torque = float(walk.margins[rows].min()), float(walk.torques[rows].max())
     if margin_ < settings.least_margin:
-        return f"a margin of the next foot move is {margin_:.3f} m, at least {settings.least_margin:g} m are asked for"
+        return f"a margin of the next foot move is {margin_:z.3f} m, at least {settings.least_margin:g} m are asked for"
     if torque > settings.most_torque:
         return f"a joint takes {torque:.0%} of its torque limit next, at most {settings.most_torque:.0%} are allowed"
     return ""

@@ -49,11 +49,11 @@ def legged_model(tree: RobotTree) -> LeggedModel:
         if not why and ground >= 0:
             why = "it does not reach below the base"
         elif not why and above > HIGH:
-            why = f"its end stays {limb.lowest - ground:.2f} m above the lowest"
+            why = f"its end stays {limb.lowest - ground:z.2f} m above the lowest"
         if why:
             left_out[f"{limb.joints[0].name} … {limb.joints[-1].name}"] = why
             continue
-        doubt = f"its end is {limb.lowest - ground:.3f} m above the lowest foot" if above > DOUBTFUL else ""
+        doubt = f"its end is {limb.lowest - ground:z.3f} m above the lowest foot" if above > DOUBTFUL else ""
         legs.append(_leg(tree, limb, Ts_root_link, doubt))
     return LeggedModel(tree, tree.root, grouped(tree, _named(legs)), left_out)
 

@@ -37,7 +37,7 @@ def judge_legs(model: LeggedModel) -> tuple[Finding, ...]:
 def judge_mass(tree: RobotTree, weighed: float) -> Finding:
     """Whether the links together weigh what the robot was found to weigh [kg]."""
     off = abs(tree.mass - weighed) / weighed
-    text = f"the links weigh {tree.mass:.3f} kg, mass_check says {weighed:.3f} kg: {off:.1%} apart"
+    text = f"the links weigh {tree.mass:z.3f} kg, mass_check says {weighed:z.3f} kg: {off:.1%} apart"
     if off > MASS_NEAR:
         return unusable("mass_check", tree.root, text)
     return doubtful("mass_check", tree.root, text) if off > MASS_SAME else good("mass_check", text)
@@ -70,7 +70,7 @@ def _feet(model: LeggedModel) -> Iterator[Finding]:
         surface = np.concatenate(points)
         off, size = least_distance(surface, np.zeros(3)), float(np.ptp(surface, axis=0).max())
         if off > size / 2:
-            text = f"its frame lies {off:.3f} m off its collision shape, which is {size:.3f} m large"
+            text = f"its frame lies {off:z.3f} m off its collision shape, which is {size:z.3f} m large"
             yield doubtful("feet", leg.foot, text)
 
 
@@ -106,7 +106,7 @@ def _differences(tree: RobotTree, a: LegChain, b: LegChain) -> Iterator[Finding]
     lengths_a, lengths_b = part_lengths(tree, a), part_lengths(tree, b)
     worst = int(np.argmax(np.abs(lengths_a - lengths_b)))
     if abs(lengths_a - lengths_b)[worst] > SAME * lengths_a.sum():
-        text = f"from {b.joints[worst]} on one is {lengths_b[worst]:.4f} m long, the other {lengths_a[worst]:.4f} m"
+        text = f"from {b.joints[worst]} on one is {lengths_b[worst]:z.4f} m long, the other {lengths_a[worst]:z.4f} m"
         yield doubtful("symmetry", where, text)
     for name_a, name_b in zip(a.joints, b.joints, strict=True):
         one, other = tree.joint(name_b), tree.joint(name_a)

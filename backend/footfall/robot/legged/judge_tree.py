@@ -23,7 +23,7 @@ def judge_tree(tree: RobotTree) -> tuple[Finding, ...]:
     """Findings about links and joints, leg or not; one that all is well for each check that found nothing."""
     found: list[Finding] = []
     checks = (
-        ("mass", _masses(tree), f"{len(tree.links)} links weigh {tree.mass:.3f} kg"),
+        ("mass", _masses(tree), f"{len(tree.links)} links weigh {tree.mass:z.3f} kg"),
         ("inertia", _inertias(tree), "inertias are positive definite and keep the triangle inequality"),
         ("limits", _limits(tree), "every joint that needs limits has them in order"),
         ("effort", _told(tree, "effort"), "every joint says how strong it is"),
@@ -129,7 +129,9 @@ def _limits(tree: RobotTree) -> Iterator[Finding]:
             yield unusable("limits", joint.name, f"both limits are {joint.lower:g} {unit}, so it can't move")
         elif joint.kind == "revolute" and joint.upper - joint.lower > 4 * math.pi + 0.01:
             turns = (joint.upper - joint.lower) / (2 * math.pi)
-            yield doubtful("limits", joint.name, f"it turns {turns:.1f} times round: limits in degrees, or none meant?")
+            yield doubtful(
+                "limits", joint.name, f"it turns {turns:z.1f} times round: limits in degrees, or none meant?"
+            )
 
 
 def _told(tree: RobotTree, what: str) -> Iterator[Finding]:

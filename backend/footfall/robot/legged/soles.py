@@ -78,7 +78,7 @@ def _as_ball(points: Array, down: Array, off_by: float) -> Sole | None:
         center, radius = fitted
         off = float(np.percentile(np.abs(np.linalg.norm(part - center, axis=1) - radius), 95))
         if 0 < radius <= width and off <= off_by * radius:
-            return _ball(center, radius, f"a ball fitted to the mesh, which leaves it by {1e3 * off:.1f} mm")
+            return _ball(center, radius, f"a ball fitted to the mesh, which leaves it by {1e3 * off:z.1f} mm")
     return None
 
 

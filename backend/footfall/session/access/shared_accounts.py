@@ -61,7 +61,7 @@ class SharedAccounts(AccountStore):
     def key(self, digest: str) -> tuple[Key, str | None] | None:
         silent = self._clock() - self._heard
         if silent > UNHEARD:
-            text = f"its accounts could not be looked at for {silent:.0f} s; see to the server and the network to it"
+            text = f"its accounts could not be looked at for {silent:z.0f} s; see to the server and the network to it"
             raise StoreRefused(errno.ENOTCONN, text, self._url)
         return self._known.get(digest)
 

@@ -25,16 +25,16 @@ Hip = tuple[float, float]
 
 def read_footfall(answer: dict[str, Any], lines: tuple[str, ...], away: float, hip: Hip | None) -> ReadOut:
     """Of a footfall. answer: of judge_footfall; lines: of every layer; away: from where it was [m]."""
-    place = ", ".join(f"{answer[axis]:.3f}" for axis in "xyz" if answer[axis] is not None)
+    place = ", ".join(f"{answer[axis]:z.3f}" for axis in "xyz" if answer[axis] is not None)
     brief = answer["footing"] or ("not judged" if answer["known"] else "unknown ground")
     if answer["margin"] is not None:
-        brief += f", margin {answer['margin']:.3f} m"
+        brief += f", margin {answer['margin']:z.3f} m"
     text = f"leg {answer['leg']} at ({place}) m: {brief}"
     if answer["slope"] is not None:
-        text += f", slope {math.degrees(answer['slope']):.1f}°"
+        text += f", slope {math.degrees(answer['slope']):z.1f}°"
     reasons = list(answer["reasons"])
     if hip is not None and hip[0] > hip[1]:
-        reasons.append(f"it is {hip[0]:.2f} m from the hip, and the leg is {hip[1]:.2f} m long")
+        reasons.append(f"it is {hip[0]:z.2f} m from the hip, and the leg is {hip[1]:z.2f} m long")
     return _read(answer["acceptable"], brief, text + _far(away, hip), reasons, lines)
 
 
@@ -45,15 +45,15 @@ def read_point(dem: Dem, wheel_radius: float, index: int, point: Point, away: fl
     brief, reasons = "over unknown ground", []
     if math.isfinite(ground):
         over = z - wheel_radius - ground
-        brief = f"the wheel {abs(over):.3f} m {'over' if over >= 0 else 'in'} the ground"
+        brief = f"the wheel {abs(over):z.3f} m {'over' if over >= 0 else 'in'} the ground"
         if over < 0:
-            reasons.append(f"the wheel would be {-over:.3f} m in the ground")
+            reasons.append(f"the wheel would be {-over:z.3f} m in the ground")
     else:
         reasons.append("the ground under it is not known")
     if hip is not None and hip[0] > hip[1]:
-        reasons.append(f"it is {hip[0]:.2f} m from the hip, and the leg is {hip[1]:.2f} m long")
+        reasons.append(f"it is {hip[0]:z.2f} m from the hip, and the leg is {hip[1]:z.2f} m long")
     good = None if not math.isfinite(ground) and len(reasons) == 1 else not reasons
-    text = f"point {index + 1} at ({x:.3f}, {y:.3f}, {z:.3f}) m: {brief}"
+    text = f"point {index + 1} at ({x:z.3f}, {y:z.3f}, {z:z.3f}) m: {brief}"
     return _read(good, brief, text + _far(away, hip), reasons, ())
 
 
@@ -61,13 +61,13 @@ def read_chassis(shift: BodyShift, found: RobotState | ShiftRefused) -> ReadOut:
     """Of a shift of the chassis over its standing feet, and where it leads."""
     named = zip(("east", "north", "up"), shift.vector[:3], strict=True)
     turned = zip(("roll", "pitch", "yaw"), np.degrees(shift.vector[3:]), strict=True)
-    moves = [f"{name} {amount:+.3f} m" for name, amount in named if abs(amount) > 5e-4]
-    moves += [f"{name} {amount:+.1f}°" for name, amount in turned if abs(amount) > 0.05]
+    moves = [f"{name} {amount:+z.3f} m" for name, amount in named if abs(amount) > 5e-4]
+    moves += [f"{name} {amount:+z.1f}°" for name, amount in turned if abs(amount) > 0.05]
     text = f"chassis {', '.join(moves) or 'as it stands'}"
     if isinstance(found, ShiftRefused):
         return _read(False, found.reason.partition(";")[0], text, [found.reason], ())
     brief = "the feet can stay"
-    return _read(True, brief, f"{text}; {brief}, largest wheel force {found.wheel_forces[:, 2].max():.0f} N", [], ())
+    return _read(True, brief, f"{text}; {brief}, largest wheel force {found.wheel_forces[:, 2].max():z.0f} N", [], ())
 
 
 def from_hip(robot: "Robot", state: RobotState, leg: int, point: Point) -> Hip:
@@ -77,8 +77,8 @@ def from_hip(robot: "Robot", state: RobotState, leg: int, point: Point) -> Hip:
 
 
 def _far(away: float, hip: Hip | None) -> str:
-    moved = f"; {away:.3f} m from where it was" if away > 0 else ""
-    return moved + ("" if hip is None else f"; {hip[0]:.2f} m from the hip")
+    moved = f"; {away:z.3f} m from where it was" if away > 0 else ""
+    return moved + ("" if hip is None else f"; {hip[0]:z.2f} m from the hip")
 
 
 def _read(good: bool | None, brief: str, text: str, reasons: list[str], lines: tuple[str, ...]) -> ReadOut:

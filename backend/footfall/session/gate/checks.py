@@ -120,7 +120,7 @@ def _require_rest(robot: "Robot", sequence: Sequence, row: int, state: RobotStat
     if not away <= FOOT_MOVED:
         _refuse(
             "rest",
-            f"the wheel of leg {leg} is {away:.3f} m from where it was predicted to rest after row {row + 1}; "
+            f"the wheel of leg {leg} is {away:z.3f} m from where it was predicted to rest after row {row + 1}; "
             f"at most {FOOT_MOVED:g} m are accepted",
             leg=leg,
             difference=away,
@@ -137,7 +137,7 @@ def _require_situation(sequence: Sequence, facts: Facts) -> TelemetryFrame:
     if not facts.fresh:
         _refuse(
             "telemetry",
-            f"the latest telemetry is {facts.age:.1f} s old; at most {STALE_AFTER:g} s are accepted",
+            f"the latest telemetry is {facts.age:z.1f} s old; at most {STALE_AFTER:g} s are accepted",
             age=facts.age,
             limit=STALE_AFTER,
         )
@@ -171,7 +171,7 @@ def _require_joints(
         of_rover = "" if whose else " of the rover"
         _refuse(
             check,
-            f"{whose}{joint}{of_rover} is {difference:+.4f} rad from {where}; "
+            f"{whose}{joint}{of_rover} is {difference:+z.4f} rad from {where}; "
             f"at most {START_TOLERANCE:g} rad are accepted{advice}",
             joint=joint,
             difference=difference,
@@ -184,7 +184,7 @@ def _require_pose(T_site_base: NDArray[np.float64], state: RobotState) -> None:
     if not moved <= POSE_TOLERANCE:
         _refuse(
             "pose",
-            f"the chassis has moved by {moved:.3f} m since the sequence was planned; "
+            f"the chassis has moved by {moved:z.3f} m since the sequence was planned; "
             f"at most {POSE_TOLERANCE:g} m are accepted",
             difference=moved,
             limit=POSE_TOLERANCE,
@@ -200,7 +200,7 @@ def _require_weight(facts: Facts, state: RobotState) -> None:
     if not abs(share) <= WEIGHT_TOLERANCE:
         _refuse(
             "load",
-            f"the wheels bear {borne:.0f} N, {share:+.0%} against the {facts.weight:.0f} N that were planned with; "
+            f"the wheels bear {borne:z.0f} N, {share:+.0%} against the {facts.weight:z.0f} N that were planned with; "
             f"at most {WEIGHT_TOLERANCE:.0%} are accepted; plan again with the rover's true payload and gravity",
             borne=borne,
             planned_with=facts.weight,

@@ -121,4 +121,4 @@ class Run:
         if not self.received and waited > RECEIVED_WITHIN:
             return f"the rover did not acknowledge row {self.row + 1} within {RECEIVED_WITHIN:g} s"
         longest = DONE_FACTOR * self.command.duration + DONE_EXTRA
-        return f"row {self.row + 1} was not done within {longest:.0f} s" if waited > longest else None
+        return f"row {self.row + 1} was not done within {longest:z.0f} s" if waited > longest else None

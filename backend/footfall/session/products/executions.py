@@ -178,12 +178,12 @@ class ExecutionSession(HandSession):
                 raise Conflict(f"what was measured can't be taken over: {sag.refused}")
             if joint_scale is not None and not np.isclose(joint_scale, found.now, rtol=1e-6):
                 raise Conflict(
-                    f"the measured stiffness is {found.now:.4f} times the described by now; look at it again",
+                    f"the measured stiffness is {found.now:z.4f} times the described by now; look at it again",
                     yours=joint_scale,
                     present=found.now,
                 )
             if np.isclose(found.now, found.was, rtol=1e-9):
-                raise Conflict(f"the joints are taken to be {found.now:.4f} times as stiff as described already")
+                raise Conflict(f"the joints are taken to be {found.now:z.4f} times as stiff as described already")
             payload = {"joint_scale": found.now, "was": found.was, "ratio": found.ratio, "steps": found.steps}
             self._journal.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
         return found

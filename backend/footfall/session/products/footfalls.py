@@ -66,10 +66,10 @@ def _detail(maps: MapStack, footing: int, row: int, col: int) -> str:
         return ""
     geometric, with_friction = _margins(maps)
     texts = {
-        geometric: f"{maps.stability} margin {{:.3f}} m",
-        "margin_lifted": "margin while the leg is in the air {:.3f} m",
-        with_friction: "margin with friction {:.3f} m",
-        "torque_ratio": "{:.2f} of a torque limit",
+        geometric: f"{maps.stability} margin {{:z.3f}} m",
+        "margin_lifted": "margin while the leg is in the air {:z.3f} m",
+        with_friction: "margin with friction {:z.3f} m",
+        "torque_ratio": "{:z.2f} of a torque limit",
     }
     amounts = {text: float(maps.layers[name][row, col]) for name, text in texts.items() if name in maps.layers}
     said = [text.format(amount) for text, amount in amounts.items() if math.isfinite(amount)]
@@ -96,8 +96,8 @@ def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:
 def _elsewhere(nearest: dict[str, float] | None) -> str:
     if nearest is None:
         return "no place on the leg's map is reachable and stable: try another leg, or a shift of the chassis"
-    place = f"({nearest['x']:.2f}, {nearest['y']:.2f})"
-    return f"the nearest place that is reachable and stable is {nearest['away']:.2f} m away, at {place}"
+    place = f"({nearest['x']:z.2f}, {nearest['y']:z.2f})"
+    return f"the nearest place that is reachable and stable is {nearest['away']:z.2f} m away, at {place}"
 
 
 def judge_footfall(

@@ -30,7 +30,7 @@ def moved_since(live: WalkingSession, then: RobotState) -> dict[str, Any]:
     if frame is None or age is None:
         unknown = "the rover has sent no telemetry yet"
     elif age > STALE_AFTER:
-        unknown = f"the latest telemetry is {age:.0f} s old"
+        unknown = f"the latest telemetry is {age:z.0f} s old"
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
     now = frame.state
@@ -38,8 +38,8 @@ def moved_since(live: WalkingSession, then: RobotState) -> dict[str, Any]:
     what = found.beyond(*SENT)
     told = {
         "": "",
-        "chassis": f"the chassis has moved by {found.moved:.2f} m since",
-        "joint": f"{found.joint} has turned by {np.degrees(found.turned):+.1f}° since",
+        "chassis": f"the chassis has moved by {found.moved:z.2f} m since",
+        "joint": f"{found.joint} has turned by {np.degrees(found.turned):+z.1f}° since",
     }
     return {"moved": bool(what), "reason": told[what]}
 

@@ -127,12 +127,12 @@ class Present:
         found = difference(then.posture, then.T_site_base, now, self.joint_names)
         what = found.beyond(*tolerance)
         if what == "chassis":
-            return f"its chassis by {found.moved:.3f} m"
+            return f"its chassis by {found.moved:z.3f} m"
         if what == "joint":
-            return f"{found.joint} by {np.degrees(found.turned):+.2f}°"
+            return f"{found.joint} by {np.degrees(found.turned):+z.2f}°"
         before, bears = (float(np.linalg.norm(one.wheel_forces.sum(axis=0))) for one in (then, now))
         if before > 0.0 and bears > 0.0 and not abs(bears / before - 1.0) <= WEIGHT_TOLERANCE:
-            return f"its wheels bear {bears:.0f} N, {bears / before - 1.0:+.0%}"
+            return f"its wheels bear {bears:z.0f} N, {bears / before - 1.0:+.0%}"
         return ""
 
 

@@ -67,7 +67,7 @@ class RecordingReport:
         """All of it in one line."""
         commands = ", ".join(f"{count} {state}" for state, count in self.commands.items()) or "none"
         return (
-            f"{self.duration:.1f} s of {self.robot}, {_words(self.counts)}, {self.images} sets of images, "
+            f"{self.duration:z.1f} s of {self.robot}, {_words(self.counts)}, {self.images} sets of images, "
             f"commands: {commands}, {self.stops} stops; {'in order' if self.ok else 'NOT in order'}"
         )
 
@@ -151,7 +151,7 @@ class _Heard:
             self.problem(f"frame {frame.number} is of {state.robot} with {len(state.posture) // 6} legs")
         if before is not None and frame.number > before.number and state.time < before.state.time:
             back = before.state.time - state.time
-            self.problem(f"the rover's clock went back by {back:.3f} s at frame {frame.number}")
+            self.problem(f"the rover's clock went back by {back:z.3f} s at frame {frame.number}")
         self.latest = frame
 
     def _images(self, content: bytes) -> None:

@@ -95,7 +95,7 @@ def _fact(what: str, told: tuple[str, str]) -> Compared:
 
 def _state(state: RobotState) -> str:
     x, y, z = state.T_site_base[:3, 3]
-    return f"chassis at ({x:.3f}, {y:.3f}, {z:.3f}) m, {state.mode}"
+    return f"chassis at ({x:z.3f}, {y:z.3f}, {z:z.3f}) m, {state.mode}"
 
 
 def _terrain(dem: Dem) -> str:
@@ -105,7 +105,7 @@ def _terrain(dem: Dem) -> str:
 
 
 def _plan(result: PlanResult) -> str:
-    where = f"leg {result.footfall.leg} to ({result.footfall.x:.3f}, {result.footfall.y:.3f}) m"
+    where = f"leg {result.footfall.leg} to ({result.footfall.x:z.3f}, {result.footfall.y:z.3f}) m"
     if result.plan is None:
         return f"{where}: {result.status.value.replace('_', ' ')}, {result.reason}"
     return f"{where}: found by {result.plan.planner}, {len(result.plan.waypoints)} waypoints"
@@ -113,12 +113,12 @@ def _plan(result: PlanResult) -> str:
 
 def _sequence(sequence: Sequence) -> str:
     rules = "every rule holds" if sequence.valid else "a rule is broken"
-    return f"{len(sequence.commands)} commands, {sequence.duration:.1f} s, {rules}"
+    return f"{len(sequence.commands)} commands, {sequence.duration:z.1f} s, {rules}"
 
 
 def _footfall(state: SessionState) -> str:
     chosen = state.footfall
-    return "none" if chosen is None else f"leg {chosen.leg} at ({chosen.x:.3f}, {chosen.y:.3f}) m"
+    return "none" if chosen is None else f"leg {chosen.leg} at ({chosen.x:z.3f}, {chosen.y:z.3f}) m"
 
 
 def _commands(state: SessionState) -> str:

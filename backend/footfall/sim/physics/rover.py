@@ -200,7 +200,7 @@ class PhysicalRover(OrderedRover):
         self._sound = self._data.qpos.copy()
         lean = float(np.arccos(np.clip(self.T_site_base[2, 2], -1.0, 1.0)))
         if lean > self.settings.tip_tilt:
-            return f"the rover has tipped: its chassis leans by {np.rad2deg(lean):.0f}°"
+            return f"the rover has tipped: its chassis leans by {np.rad2deg(lean):z.0f}°"
         if chassis_on_ground(self.physics, self.touches()):
             return "the rover has come down: its chassis or payload is on the ground"
         return ""

@@ -90,8 +90,8 @@ def settle(
     moved = data.qpos[:3] - T_site_base[:3, 3]
     if not (off <= MOST_OFF and np.linalg.norm(moved) <= MOST_MOTION):
         raise InvalidInput(
-            f"{robot.name} does not stay in that state: in physics its chassis goes {np.linalg.norm(moved):.2f} m and "
-            f"a joint {off:.3f} rad before it comes to rest; give a state in which it stands on this ground",
+            f"{robot.name} does not stay in that state: in physics its chassis goes {np.linalg.norm(moved):z.2f} m and "
+            f"a joint {off:z.3f} rad before it comes to rest; give a state in which it stands on this ground",
             moved=moved.tolist(),
             joints=off,
         )

@@ -117,25 +117,25 @@ def failures(report: RefereeReport, moved: Listed[int], refused: str) -> tuple[s
     said = [text for text in (report.tipped, "" if report.tipped else refused) if text]
     for contact in report.contacts:
         said.append(
-            f"row {contact.row + 1}: {contact.link_a} touched {contact.link_b} with {contact.force:.0f} N "
-            f"from {contact.start:.1f} s to {contact.end:.1f} s"
+            f"row {contact.row + 1}: {contact.link_a} touched {contact.link_b} with {contact.force:z.0f} N "
+            f"from {contact.start:z.1f} s to {contact.end:z.1f} s"
         )
     for event in report.events:
         if event.kind == "lift-off" and not event.planned:
-            said.append(f"row {event.row + 1}: the supporting wheel {event.leg} left the ground at {event.time:.1f} s")
+            said.append(f"row {event.row + 1}: the supporting wheel {event.leg} left the ground at {event.time:z.1f} s")
     for leg in moved:
         own = [event.kind for event in report.events if event.leg == leg and event.planned]
         if "lift-off" not in own:
             said.append(f"wheel {leg} never left the ground")
         elif own[-1] != "touch-down":
             said.append(f"wheel {leg} did not come down again")
-    said += _beyond(report.touch, limits.touch, "wheel {} stands {:.0f} mm from its goal")
-    said += _beyond(report.slip, limits.slip, "the supporting wheel {} slipped {:.1f} mm")
+    said += _beyond(report.touch, limits.touch, "wheel {} stands {:z.0f} mm from its goal")
+    said += _beyond(report.slip, limits.slip, "the supporting wheel {} slipped {:z.1f} mm")
     if len(report.chassis) and report.chassis.max() > limits.chassis:
         row = int(np.argmax(report.chassis))
-        said.append(f"row {row + 1}: the chassis was {1000 * report.chassis[row]:.0f} mm from where it should be")
+        said.append(f"row {row + 1}: the chassis was {1000 * report.chassis[row]:z.0f} mm from where it should be")
     if report.clearance < limits.clearance:
-        said.append(f"the swinging leg came within {1000 * report.clearance:.0f} mm of the ground")
+        said.append(f"the swinging leg came within {1000 * report.clearance:z.0f} mm of the ground")
     joint = int(np.argmax(report.torque))
     if report.torque[joint] > limits.torque:
         share = report.torque[joint]

@@ -57,7 +57,7 @@ class Alignment(Value):
         """For a person."""
         if self.points < MIN_POINTS:
             return "not aligned: too little common ground"
-        return f"moved {1e3 * self.shift:.0f} mm, {math.degrees(self.turn):.2f}° onto the map"
+        return f"moved {1e3 * self.shift:z.0f} mm, {math.degrees(self.turn):z.2f}° onto the map"
 
 
 def align(
@@ -108,8 +108,8 @@ def align(
 def _accept(found: Alignment, agreeing: float, settings: TerrainSettings) -> None:
     if found.shift > settings.max_shift or found.turn > settings.max_turn:
         raise InvalidImages(
-            f"the images fit the map only when moved by {found.shift:.2f} m and {math.degrees(found.turn):.1f}°; "
-            f"at most {settings.max_shift:g} m and {math.degrees(settings.max_turn):.1f}° are believed. "
+            f"the images fit the map only when moved by {found.shift:z.2f} m and {math.degrees(found.turn):z.1f}°; "
+            f"at most {settings.max_shift:g} m and {math.degrees(settings.max_turn):z.1f}° are believed. "
             "Check the rover's pose and the cameras' calibration (principal points, doffs), or start a new map "
             "(keep = false)",
             shift=found.shift,

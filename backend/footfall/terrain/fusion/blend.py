@@ -48,7 +48,7 @@ def blend(local: Dem, external: Dem, settings: BlendSettings | None = None) -> D
     return Dem(
         heights=np.where(filled, under + share * difference, heights).astype(np.float32),
         geometry=grid,
-        name=f"{local.name}, over {external.name}" + (f" raised by {raised:.3f} m" if settings.level else ""),
+        name=f"{local.name}, over {external.name}" + (f" raised by {raised:z.3f} m" if settings.level else ""),
         provenance=Provenance({"local": local.digest, "external": external.digest}, settings),
         texture=None if local.texture is None else layer("texture", 0),
         variance=np.where(filled, blended, variance).astype(np.float32),

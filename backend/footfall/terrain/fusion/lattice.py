@@ -22,7 +22,7 @@ def offset(grid: GridGeometry, other: GridGeometry) -> tuple[int, int]:
     row, col = (other.y0 - grid.y0) / grid.resolution, (other.x0 - grid.x0) / grid.resolution
     if max(abs(row - round(row)), abs(col - round(col))) > _OFF:
         raise InvalidTerrain(
-            f"the cell centres of the two maps lie {abs(col - round(col)):.2f}, {abs(row - round(row)):.2f} cells "
+            f"the cell centres of the two maps lie {abs(col - round(col)):z.2f}, {abs(row - round(row)):z.2f} cells "
             "apart; resample one of them to the cells of the other"
         )
     return round(row), round(col)
@@ -44,7 +44,7 @@ def window(grid: GridGeometry, x: float, y: float, half_size: float) -> GridGeom
     first_row, last_row = max(row - half, 0), min(row + half, grid.rows - 1)
     first_col, last_col = max(col - half, 0), min(col + half, grid.cols - 1)
     if first_row > last_row or first_col > last_col:
-        raise InvalidTerrain(f"nothing of the map lies within {half_size:g} m of ({x:.1f}, {y:.1f})")
+        raise InvalidTerrain(f"nothing of the map lies within {half_size:g} m of ({x:z.1f}, {y:z.1f})")
     return _window(grid, first_row, first_col, last_row - first_row + 1, last_col - first_col + 1)
 
 

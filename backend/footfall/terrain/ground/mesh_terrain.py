@@ -185,8 +185,8 @@ def _refused(surface: _Surface, mesh: Mesh, dem: Dem, found: _Found, unit: float
         else f"no cells down to {2 * finer * unit:.3g} m would do: cut out the part that is needed"
     )
     return InvalidTerrain(
-        f"with cells of {cell * unit:.3g} m {dem.name} would be up to {found.most * unit:.2f} m from its own surface "
-        f"(5 % of it by more than {found.p95 * unit:.2f} m, details of {found.missed * unit:.2f} m are lost); "
+        f"with cells of {cell * unit:.3g} m {dem.name} would be up to {found.most * unit:z.2f} m from its own surface "
+        f"(5 % of it by more than {found.p95 * unit:z.2f} m, details of {found.missed * unit:z.2f} m are lost); "
         f"{most_error:g} m is accepted; {hint}, or accept more with --most-error",
         p95=found.p95 * unit,
         most=found.most * unit,

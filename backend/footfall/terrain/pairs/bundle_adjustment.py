@@ -91,7 +91,7 @@ class Refinement(Value):
         joined = int((self.common > 0).any(axis=1).sum())
         if not joined:
             return "pairs have no common ground: only right cameras refined"
-        return f"{joined} pairs refined together, errors {self.before:.2f} → {self.after:.2f} px"
+        return f"{joined} pairs refined together, errors {self.before:z.2f} → {self.after:z.2f} px"
 
 
 def refine(pairs: Sequence[ImagePair], progress: Progress = no_progress) -> tuple[tuple[ImagePair, ...], Refinement]:

@@ -118,8 +118,8 @@ class PairAlignment(Value):
         if not self.checked:
             return f"{self.pair} not checked: {self.matches} matches, {FEWEST_MATCHES} needed"
         if not self.corrected:
-            return f"{self.pair} aligned: rows agree to {self.rows_after:.2f} px"
-        return f"{self.pair} corrected by {np.rad2deg(self.angle):.2f}°"
+            return f"{self.pair} aligned: rows agree to {self.rows_after:z.2f} px"
+        return f"{self.pair} corrected by {np.rad2deg(self.angle):z.2f}°"
 
 
 def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
@@ -139,31 +139,31 @@ def align_pair(pair: ImagePair) -> tuple[ImagePair, PairAlignment]:
     if turned.max() >= LARGEST_CORRECTION:
         axis = ("pitch", "yaw", "roll")[int(np.argmax(turned))]
         center = {"pitch": "cy", "yaw": "cx"}.get(axis)
-        alike = f"; {center} wrong by {pair.camera_right.fy * turned.max():.0f} px looks alike" if center else ""
+        alike = f"; {center} wrong by {pair.camera_right.fy * turned.max():z.0f} px looks alike" if center else ""
         raise InvalidImages(
-            f"pair {pair.name}: the right camera is turned by {np.rad2deg(turned.max()):.2f}° ({axis}) from its model, "
-            f"rows disagree by {found.rows_before:.1f} px; up to {np.rad2deg(LARGEST_CORRECTION):.1f}° are corrected, "
-            f"beyond that calibrate the pair anew{alike}",
-            brief=f"turned by {np.rad2deg(turned.max()):.2f}°",
+            f"pair {pair.name}: the right camera is turned by {np.rad2deg(turned.max()):z.2f}° ({axis}) from its "
+            f"model, rows disagree by {found.rows_before:z.1f} px; up to {np.rad2deg(LARGEST_CORRECTION):z.1f}° are "
+            f"corrected, beyond that calibrate the pair anew{alike}",
+            brief=f"turned by {np.rad2deg(turned.max()):z.2f}°",
             rotation_deg=np.rad2deg(found.rotation).tolist(),
             **details,
         )
     aside = float(np.linalg.norm(found.aside))
     if aside > LARGEST_ASIDE * pair.baseline:
         raise InvalidImages(
-            f"pair {pair.name}: the images look as if the right camera lay {1000 * aside:.0f} mm off its baseline, "
-            f"rows disagree by {found.rows_before:.2f} px; they are not of one moment, its mount has moved, or its "
+            f"pair {pair.name}: the images look as if the right camera lay {1000 * aside:z.0f} mm off its baseline, "
+            f"rows disagree by {found.rows_before:z.2f} px; they are not of one moment, its mount has moved, or its "
             "calibration is wrong (principal points cx and cy; doffs, their difference)",
-            brief=f"right camera {1000 * aside:.0f} mm off its baseline",
+            brief=f"right camera {1000 * aside:z.0f} mm off its baseline",
             aside=aside,
             **details,
         )
     if found.rows_after > MOST_DISAGREEMENT:
         raise InvalidImages(
-            f"pair {pair.name}: rows disagree by {found.rows_after:.2f} px after correction "
+            f"pair {pair.name}: rows disagree by {found.rows_after:z.2f} px after correction "
             f"({MOST_DISAGREEMENT} px at most); the images may not be of one moment, not rectified, or calibrated "
             "wrongly (principal points cx and cy, focal length)",
-            brief=f"rows disagree by {found.rows_after:.1f} px",
+            brief=f"rows disagree by {found.rows_after:z.1f} px",
             **details,
         )
     aligned = turn_right_image(pair, found.rotation) if found.corrected else pair
@@ -180,8 +180,8 @@ def _require_ahead(pair: ImagePair, left: Array, right: Array) -> None:
     if behind > MOST_BEHIND:
         raise InvalidImages(
             f"pair {pair.name}: {behind:.0%} of the points found in both images would lie behind the cameras, by up to "
-            f"{-shifted.min():.0f} px; the calibration is wrong: check cx of both cameras, or doffs (cx of the right "
-            f"one less that of the left one, here {offset(pair):.1f} px), and that left and right are not exchanged",
+            f"{-shifted.min():z.0f} px; the calibration is wrong: check cx of both cameras, or doffs (cx of the right "
+            f"one less that of the left one, here {offset(pair):z.1f} px), and that left and right are not exchanged",
             brief=f"{behind:.0%} behind the cameras",
             behind=behind,
             pair=pair.name,

@@ -83,7 +83,7 @@ def require_simultaneous(name: str, time_left: float, time_right: float | None, 
     apart = 0.0 if time_right is None else abs(time_right - time_left)
     if not apart <= max_skew:
         raise InvalidImages(
-            f"pair {name}: the images were taken {apart:.3f} s apart, {max_skew:.3f} s at most: not synchronised",
+            f"pair {name}: the images were taken {apart:z.3f} s apart, {max_skew:z.3f} s at most: not synchronised",
             pair=name,
             apart=apart,
         )
@@ -115,8 +115,8 @@ def rectified_cameras(
         )
         if not (np.isfinite([left.f, left.cx, left.cy]).all() and FOCAL_RANGE[0] < left.f / a.fx < FOCAL_RANGE[1]):
             raise InvalidImages(
-                f"pair {calibration.name}: rectified, the focal length would be {left.f:.1f} px instead of about "
-                f"{a.fx:.0f}; the distortion coefficients or the poses are wrong",
+                f"pair {calibration.name}: rectified, the focal length would be {left.f:z.1f} px instead of about "
+                f"{a.fx:z.0f}; the distortion coefficients or the poses are wrong",
                 pair=calibration.name,
             )
     else:
@@ -160,8 +160,8 @@ def _whole_views(calibration: PairCalibration, *turns: NDArray[np.float64]) -> t
     if not (FOCAL_RANGE[0] < shares).all():
         raise InvalidImages(
             f"pair {calibration.name}: rectified, of {size[0]} × {size[1]} pixels "
-            f"{min(widths):.0f} × {bottom - top + 1:.0f} would be left; the distortion coefficients, the focal length "
-            "or the poses are wrong",
+            f"{min(widths):z.0f} × {bottom - top + 1:z.0f} would be left; the distortion coefficients, the focal "
+            "length or the poses are wrong",
             pair=calibration.name,
         )
     # a rounding more or less must not cost a pixel

@@ -141,8 +141,8 @@ def _usable(pair: ImagePair, side: str) -> NDArray[np.bool_]:
     deviation = float(image[usable].std())
     if deviation < MIN_DEVIATION:
         raise InvalidImages(
-            f"pair {pair.name}: the {side} image is blank; its grey varies by {deviation:.1f} levels, "
-            f"matching needs {MIN_DEVIATION:.0f}",
+            f"pair {pair.name}: the {side} image is blank; its grey varies by {deviation:z.1f} levels, "
+            f"matching needs {MIN_DEVIATION:z.0f}",
             pair=pair.name,
         )
     return usable
@@ -156,7 +156,7 @@ def _semi_global(
     count = max(16, math.ceil((largest - smallest) / 16) * 16)
     if count > left.shape[1]:
         raise InvalidImages(
-            f"pair {pair.name}: points {settings.min_range} m away are {largest:.0f} px apart in images "
+            f"pair {pair.name}: points {settings.min_range} m away are {largest:z.0f} px apart in images "
             f"{left.shape[1]} px wide; choose a larger min_range",
             pair=pair.name,
         )

@@ -67,7 +67,7 @@ class PostureFit(NamedTuple):
         found = sum(count > 0 for count in self.points)
         if not found:
             return "no leg was found in the images, all are taken to be where the encoders say"
-        return f"{found} of {len(self.points)} legs found in the images, wheels moved by up to {max(self.moved):.3f} m"
+        return f"{found} of {len(self.points)} legs found in the images, wheels moved by up to {max(self.moved):z.3f} m"
 
 
 class Points(NamedTuple):
