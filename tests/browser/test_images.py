@@ -84,6 +84,17 @@ def test_a_click_on_the_ground_in_an_image_chooses_the_footfall(console: Page, q
     expect(console.locator("#footfall-answer")).to_contain_text(f"{chosen['x']:.3f}")
     look("chosen")
 
+    # while the goal of a walk is asked for, it is that which is set
+    console.locator("#h-images").click()
+    console.keyboard.press("=")
+    expect(console.locator("#goal-note")).to_be_visible()
+    expect(console.locator("#picture-answer")).to_contain_text("it becomes the goal of the walk")
+    click_at(console, pair, at)
+    expect(console.locator("#picture-answer")).to_contain_text("Goal of the walk set at")
+    assert held(quiet)["view"]["goal"] == pytest.approx((-0.2, 2.2), abs=0.03)
+    assert held(quiet)["footfall"] == chosen
+    expect(console.locator("#goal-note")).to_be_hidden()
+
     click_at(console, pair, np.array([320.0, 6.0]))
     expect(console.locator("#picture-answer.no")).to_contain_text("not ground")
     assert held(quiet)["footfall"] == chosen
