@@ -133,6 +133,26 @@ def test_held_it_sends_nothing_more_and_goes_on_where_it_was(live, rover):
     assert ended(loop)[0] == "arrived"
 
 
+def test_let_go_on_before_the_row_has_ended_it_walks_as_if_it_was_not_held(live, rover):
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    loop.hold()
+    loop.go_on()
+    told = live.summary()["walk_loop"]
+    assert (told["state"], told["act"], live.gate["mode"]) == ("going", "go", "whole")
+    go_on.set()
+    assert ended(loop)[0] == "arrived"
+    assert live.summary()["walk_loop"]["outcome"] == "arrived"
+
+
 @pytest.mark.parametrize(
     ("act", "outcome", "reason"),
     [

@@ -57,7 +57,7 @@ class LiveSession(WalkingSession):
     def summary(self) -> dict[str, Any]:
         """The session as plain JSON, for a page that opens."""
         with self._journal.lock:
-            return summary(self)
+            return {**summary(self), "walk_loop": None if self._walk_loop is None else self._walk_loop.as_dict()}
 
     @property
     def idle(self) -> bool:

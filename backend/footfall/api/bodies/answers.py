@@ -260,9 +260,7 @@ class ToCommand(TypedDict):
 
 
 class LookAnswer(TypedDict):
-    """When the newest images reached the server [s since 1970], and whether the rover stands otherwise by now; null
-    where that is not known.
-    """
+    """When the newest images reached the server [s since 1970]. moved: the rover stands otherwise; null: not known."""
 
     taken: float
     moved: bool | None
@@ -305,6 +303,7 @@ class SessionAnswer(TypedDict):
     to_command: ToCommand | None
     commands_of_another_plan: bool
     walking: Annotated[dict[str, Any] | None, Field(description="how far the latest walk is")]
+    walk_loop: Annotated[dict[str, Any] | None, Field(description="the latest walk in a closed loop")]
     can_undo: bool
     can_redo: bool
     exports: list[dict[str, Any]]
