@@ -27,6 +27,7 @@ import * as ground from "./panels/ground.js";
 import * as hand from "./panels/hand.js";
 import * as images from "./panels/images.js";
 import * as legs from "./panels/legs.js";
+import * as loop from "./panels/loop.js";
 import * as map from "./panels/map.js";
 import * as next from "./panels/next.js";
 import * as others from "./panels/others.js";
@@ -48,7 +49,7 @@ import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

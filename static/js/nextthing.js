@@ -7,8 +7,9 @@ const SAME = 0.01; // m: a goal as near as this to another is that one
 // to do but wait; text, what it is; about, what to know of it; judge, whose verdict belongs to it: "run", "sequence", "walk",
 // or "".
 export function nextThing(facts) {
-  const { gate, armed, making, picking, stopped } = facts;
+  const { gate, armed, loop, making, picking, stopped } = facts;
   if (stopped) return wait("A stop is in force", "Clear it, left of STOP, once it is safe to go on.", "run");
+  if (loop && (loop.state === "held" || !gate.waiting)) return byItself(loop, facts);
   if (gate.state === "sending") return underWay(gate, facts);
   if (armed) return thing("send", "Send to rover", `Armed for ${armed} s more. The run holds where the rover does not stand as it was to.`, "sequence");
   if (making) return wait(`Wait for the ${making}`, "Progress and Cancel are in the bar above.");
@@ -26,6 +27,19 @@ const PICKS = wait("Click on the ground", "Or type how far to go, under Plan. Es
 const isMeant = ({ goal, walk }) => Boolean(walk && goal) && Math.hypot(walk.goal.x - goal[0], walk.goal.y - goal[1]) <= SAME;
 
 const isOnItsWay = (facts) => facts.walking !== null && facts.walking.next !== null && (facts.goal === null || isMeant(facts));
+
+const DOES = { look: "looks", replan: "plans", go: "goes" };
+
+// The rover walks to its goal by itself. A run of it that waits though nobody held the walk is told as any run.
+function byItself({ state, act, reason, goal }, { gate, part }) {
+  const where = `(${goal.x.toFixed(2)}, ${goal.y.toFixed(2)}) m`;
+  if (state === "held") {
+    const about = `The walk to ${where} is held. Cancel is under Plan.`;
+    return gate.state === "sending" && !gate.waiting ? wait("Held: the present row ends", about, "run") : thing("loop-on", "Go on by itself", about, "run");
+  }
+  const why = reason ? `It ${DOES[act] ?? "ends"}: ${reason}.` : "It begins.";
+  return wait(`By itself to ${where}${part && `: ${part}`}`, `${why} Hold and Cancel are under Plan.`, "run");
+}
 
 function underWay({ waiting, why, aborted }, { part }) {
   if (!waiting || aborted) return wait(aborted ? "The present row ends" : `Under way: ${part || "commands"}`, "It goes on while the rover stands as it was to. Hold and Abort are under Commands.", "run");

@@ -18,7 +18,7 @@ SCRIPT = """
     const asked = JSON.parse(await new Response(process.stdin).text());
     console.log(JSON.stringify(asked.map(nextThing)));
 """
-HELD = {"send", "run-next", "run-resume"}
+HELD = {"send", "run-next", "run-resume", "loop-on"}
 """What makes the rover move."""
 IDLE = {"state": "idle", "waiting": False, "mode": "whole", "why": "", "aborted": False}
 OUT = {**IDLE, "state": "sending"}
@@ -27,6 +27,7 @@ GOAL, ELSEWHERE = [1.0, 0.0], [3.0, 0.5]
 NOTHING = {
     "stopped": False,
     "gate": IDLE,
+    "loop": None,
     "making": "",
     "armed": 0,
     "picking": False,
@@ -118,6 +119,36 @@ def test_what_moves_the_rover_is_offered_only_armed_or_held_back(judged):
         sends = free and state["gate"] is IDLE and state["armed"] > 0
         assert (one["button"] == "send") == sends
         assert one["button"] not in HELD - {"send"} or (free and state["gate"]["waiting"])
+        assert one["button"] != "loop-on"
+
+
+def test_a_rover_that_walks_by_itself_is_all_that_is_told_until_it_is_held():
+    goal = {"x": GOAL[0], "y": GOAL[1], "yaw": None}
+    going = {"state": "going", "act": "look", "reason": "no ground is known yet", "goal": goal}
+    choices = {
+        "stopped": [False, True],
+        "gate": [IDLE, OUT, HELD_BACK, {**HELD_BACK, "mode": "steps"}],
+        "making": ["", "terrain"],
+        "armed": [0, 7],
+        "goal": [None, ELSEWHERE],
+        "ground": [None, {"time": 900.0}],
+        "part": ["", "foot move 1 of 2: leg 0"],
+        "loop": [going, {**going, "act": "", "reason": ""}, {**going, "state": "held"}],
+    }
+    states = [{**NOTHING, **dict(zip(choices, chosen, strict=True))} for chosen in product(*choices.values())]
+    for state, one in zip(states, asked(states), strict=True):
+        goes, loop = not state["stopped"], state["loop"]
+        row_out = state["gate"] is OUT
+        assert (one["button"] == "loop-on") == (goes and loop["state"] == "held" and not row_out)
+        if goes and loop["state"] == "going" and not state["gate"]["waiting"]:
+            assert one["button"] == ""
+            assert "(1.00, 0.00) m" in one["text"]
+            assert state["part"] in one["text"]
+            assert loop["reason"] in one["about"]
+        if goes and loop["state"] == "going" and state["gate"]["waiting"]:
+            assert one["button"] in ("run-resume", "run-next")
+        if not goes:
+            assert one["text"] == "A stop is in force"
 
 
 def test_a_walk_goes_on_from_where_the_rover_stands_and_else_is_planned_again(judged):

@@ -8,13 +8,14 @@ import { ruleTold } from "../rules.js";
 import { changed, known, subscribe } from "../store.js";
 import { armedFor } from "./commands.js";
 import { goalTold, picks } from "./goal.js";
+import { endTold, loopNow } from "./loop.js";
 import { verdictOf } from "./outcome.js";
 import { standsStopped } from "./status.js";
 import { walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
 const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
-const HELD = ["send", "run-resume", "run-next"]; // what makes the rover move is held, never clicked
+const HELD = ["send", "run-resume", "run-next", "loop-on"]; // what makes the rover move is held, never clicked
 
 let here = { button: "", text: "Wait for the server", about: "", judge: "" };
 let meant = ""; // the act that is held down
@@ -40,7 +41,7 @@ function factsOf({ summary, walk, sequence }) {
   const walked = walking !== null && walking.done > 0;
   return {
     stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
-    walking, walk, walked, goal: goalTold(), look, ground: terrain, now: Date.now() / 1000,
+    loop: loopNow(), walking, walk, walked, goal: goalTold(), look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
     ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? walking?.commanded ?? 0 : 0,
     rest: $("walk-until").value === "rest",
@@ -64,7 +65,7 @@ function draw() {
   $(shown).title = why || here.about;
   const told = why || here.about;
   if ($("next-about").textContent !== told) Object.assign($("next-about"), { textContent: told, className: why && here.button ? "doubt" : "hint" });
-  const verdict = failed() ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
+  const verdict = failed() ?? endTold(AWAITED) ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
   if ($("verdict").textContent !== verdict[1]) Object.assign($("verdict"), { className: verdict[0], textContent: verdict[1], title: verdict[1] });
   // who goes on by keyboard finds the next thing under the hand
   if (focused && !why && document.activeElement === document.body) $(shown).focus();

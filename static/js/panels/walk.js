@@ -54,17 +54,24 @@ function say(wanted) {
   $("walk-places-text").textContent = told && `Places: ${told}. Plan the walk to heed them.`;
 }
 
+// As the fields have it: yaw null where any heading will do.
+export function goalMeant() {
+  const heading = $("walk-yaw").value;
+  return { x: Number($("walk-x").value), y: Number($("walk-y").value), yaw: heading === "" ? null : (Number(heading) * Math.PI) / 180 };
+}
+
+export const walkSettings = () => ({ seed: Number($("seed").value), ...places });
+
 const plan = () => attempt(async () => {
   $("panel-walk").open = true;
   showTether();
   if (!$("walk-form").reportValidity()) return;
-  const heading = $("walk-yaw").value;
-  const goal = { x: Number($("walk-x").value), y: Number($("walk-y").value), yaw: heading === "" ? null : (Number(heading) * Math.PI) / 180 };
+  const goal = goalMeant();
   const gait = $("walk-gait").value;
   if (gait && tether()) throw new Error("No gait hangs on a tether: plan a free walk, or take the tether off.");
   await freeze();
   if (gait) await post("/sessions/current/gaits", { goal, settings: { gait } });
-  else await post("/sessions/current/walks", { goal, settings: { seed: Number($("seed").value), ...places }, tether: tether() });
+  else await post("/sessions/current/walks", { goal, settings: walkSettings(), tether: tether() });
 });
 
 function draw({ summary, walk }) {

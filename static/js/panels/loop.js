@@ -1,0 +1,92 @@
+// Loop: the rover walks to the goal by itself, over ground that it looks at on the way. Begun, watched, held and ended here;
+// each decision with its time and reason.
+
+import { act } from "../acts.js";
+import { once, post } from "../api.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { events, subscribeToEvents, when } from "../events.js";
+import { known, subscribe } from "../store.js";
+import { refresh } from "../stream.js";
+import { kept, unsure } from "./conn.js";
+import { goalTold } from "./goal.js";
+import { tether } from "./tether.js";
+import { goalMeant, walkSettings } from "./walk.js";
+
+const SHOWN = 8; // decisions
+const LIMITS = ["foot_moves", "look_every", "least_margin", "most_torque", "most_anew"];
+const CLASSES = { arrived: "yes", stopped: "no", cancelled: "" };
+
+export function start() {
+  act({ text: "Walk to the goal by itself", button: "loop-begin", held: true, run: begin, refusal: notBegun });
+  act({ text: "Hold the walk by itself", button: "loop-hold", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") });
+  act({ text: "Go on with the walk by itself", button: "loop-on", held: true, run: () => steer("resume"), refusal: () => notSteered() || (loopNow().state === "held" ? unsure() : "It goes on already.") });
+  act({ text: "Cancel the walk by itself", button: "loop-cancel", run: () => steer("cancel"), refusal: notSteered });
+  subscribeToEvents((fresh) => { if (fresh.some(isDecision)) drawDecisions(); });
+  subscribe(draw);
+}
+
+const latest = () => known.summary?.walk_loop ?? null;
+
+// The walk that the rover is on by itself, held or not; null where it is on none.
+export const loopNow = () => (latest()?.state === "ended" ? null : latest());
+
+const notSteered = () => (loopNow() ? kept() : "The rover does not walk by itself.");
+
+function notBegun() {
+  if (loopNow()) return "The rover walks by itself already.";
+  if (!goalTold()) return "Say where it is to go: the goal of the walk, above.";
+  if (tether()) return "No command drives the drum of a tether: take it off.";
+  if (!known.summary?.link.connected) return "No rover is connected.";
+  if (known.summary.stop.latched) return "A stop is in force: clear it first.";
+  if (known.summary.gate.state === "sending") return "A sequence is being sent already.";
+  return kept() || unsure();
+}
+
+const begin = () => attempt(async () => {
+  $("panel-loop").open = true;
+  if (!$("loop-form").reportValidity()) return;
+  const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
+  const { seed, forbidden } = walkSettings(); // a pinned place is one of the walk that it was pinned in
+  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value) }, once());
+  await refresh();
+});
+
+const steer = (what) => attempt(async () => {
+  await post(`/sessions/current/walk-loop/${what}`, {});
+  await refresh();
+});
+
+function draw({ frame }) {
+  const loop = latest();
+  const [className, textContent] = loop ? told(loop) : ["", ""];
+  if ($("loop-now").textContent !== textContent) Object.assign($("loop-now"), { className, textContent });
+  $("loop-far").textContent = loop ? howFar(loop, frame?.T_site_base) : "";
+}
+
+function told({ state, outcome, act: what, reason }) {
+  if (state === "ended") return endWords(outcome, reason);
+  const latestly = what ? `${what}: ${reason}` : "it begins";
+  return state === "held" ? ["doubt", `Held. Decided last: ${latestly}`] : ["", `Decided: ${latestly}`];
+}
+
+const endWords = (outcome, reason) => [CLASSES[outcome] ?? "", `By itself to the goal: ${outcome}: ${reason}`];
+
+function howFar({ goal, foot_moves: moves, decided }, T) {
+  const left = T ? `${fixed(Math.hypot(goal.x - T[0][3], goal.y - T[1][3]), 2)} m from` : "On the way to";
+  return `${left} (${fixed(goal.x, 2)}, ${fixed(goal.y, 2)}) m; foot moves ${moves}, looks ${decided.look ?? 0}, plans ${decided.replan ?? 0}`;
+}
+
+const isDecision = ({ type }) => type === "walk_decided";
+
+function drawDecisions() {
+  const shown = events.filter(isDecision).slice(-SHOWN).reverse();
+  $("loop-decisions").replaceChildren(...shown.map(({ time, payload }) => element("li", { textContent: `${when(time)} ${payload.act}: ${payload.reason}` })));
+}
+
+// How the latest walk by itself ended, as a class and in words, until something is sent or made of these kinds; else undefined.
+export function endTold(kinds) {
+  const last = events.findLast(({ type, payload }) => type === "walk_decided" || type === "run_started" || (type === "product" && kinds.includes(payload.kind)));
+  if (last?.payload.act !== "end") return undefined;
+  const [outcome, ...reason] = last.payload.reason.split(": ");
+  return endWords(outcome, reason.join(": "));
+}

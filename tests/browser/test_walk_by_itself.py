@@ -1,0 +1,74 @@
+"""A walk by itself on the page: begun over the sample's rover, held, let go on, cancelled; its decisions in sight."""
+
+import re
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from footfall.core.value import fields_of
+from footfall.planning.walk_execution.decision import WayOnSettings
+from tests.browser.test_console_access import violations
+from tests.support.page_steps import held, keep_pressed
+from tests.support.server import Running
+from tests.support.waiting import BOUND_MS, until
+
+Keep = Callable[[str], None]
+LOOP = "/sessions/current/walk-loop"
+
+
+def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, look: Keep) -> None:
+    begin, next_hold = page.locator("#loop-begin"), page.locator("#next-hold")
+    page.locator("#panel-loop > summary").click()
+    expect(begin).to_be_disabled()
+    expect(begin).to_have_attribute("title", re.compile("Say where it is to go"))
+    page.locator("#panel-walk > summary").click()
+    page.locator("#walk-ahead").fill("1")
+    page.locator("#seed").fill("3")
+    begin.click()
+    assert held(served)["walk_loop"] is None  # a click is not held
+
+    page.locator("#loop-look_every").fill("0")  # the sample's ground is seen already
+    with page.expect_request(lambda one: one.method == "POST" and one.url.endswith("/walk-loop")) as asked:
+        keep_pressed(page, "#loop-begin")
+    order = asked.value.post_data_json
+    assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}
+    assert (order["farthest"], order["walk"]["seed"]) == (3.0, 3)
+    until(lambda: held(served)["run"], "the first commands")
+    goal = held(served, LOOP)["goal"]
+    expect(page.locator("#loop-now")).to_contain_text("Decided: go: the walk fits", timeout=BOUND_MS)
+    expect(page.locator("#next-act")).to_contain_text(f"By itself to ({goal['x']:.2f}, {goal['y']:.2f}) m")
+    expect(page.locator("#next-act")).to_be_disabled()
+    expect(begin).to_be_disabled()
+    decisions = page.locator("#loop-decisions li")
+    expect(decisions.last).to_have_text(re.compile(r"\d\d:\d\d:\d\d replan: there is no walk yet$"))
+    look("goes")
+
+    page.locator("#loop-hold").click()
+    until(lambda: held(served, LOOP)["state"] == "held", "the hold")
+    expect(page.locator("#loop-now")).to_contain_text("Held. Decided last: go")
+    until(lambda: held(served)["gate"]["waiting"] or held(served)["gate"]["state"] == "idle", "the end of the row")
+    expect(next_hold).to_have_text("Go on by itself", timeout=BOUND_MS)
+    assert violations(page) == []
+    look("held")
+    next_hold.click()
+    assert held(served, LOOP)["state"] == "held"
+
+    # by keyboard: Enter is held
+    next_hold.focus()
+    page.keyboard.down("Enter")
+    until(lambda: held(served, LOOP)["state"] == "going", "the walk's going on")
+    page.keyboard.up("Enter")
+    expect(page.locator("#loop-on")).to_be_disabled()
+
+    page.keyboard.press("Control+k")
+    page.keyboard.type("cancel the walk by itself")
+    page.keyboard.press("Enter")
+    until(lambda: held(served, LOOP)["state"] == "ended", "the end")
+    assert held(served, LOOP)["outcome"] == "cancelled"
+    words = "By itself to the goal: cancelled: ended by the operator"
+    expect(page.locator("#loop-now")).to_have_text(words)
+    expect(page.locator("#verdict")).to_have_text(words, timeout=BOUND_MS)
+    expect(decisions.first).to_contain_text("end: cancelled")
+    expect(page.locator("#loop-cancel")).to_be_disabled()
+    until(lambda: held(served)["gate"]["state"] == "idle", "the end of the run")
+    look("cancelled")
