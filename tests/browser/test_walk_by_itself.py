@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Request, expect
 
 from footfall.core.value import fields_of
 from footfall.planning.walk_execution.decision import WayOnSettings
@@ -28,7 +28,11 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     assert held(served)["walk_loop"] is None  # a click is not held
 
     page.locator("#loop-look_every").fill("0")  # the sample's ground is seen already
-    with page.expect_request(lambda one: one.method == "POST" and one.url.endswith("/walk-loop")) as asked:
+
+    def begins(one: Request) -> bool:
+        return one.method == "POST" and one.url.endswith("/walk-loop")
+
+    with page.expect_request(begins, timeout=BOUND_MS) as asked:
         keep_pressed(page, "#loop-begin")
     order = asked.value.post_data_json
     assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}

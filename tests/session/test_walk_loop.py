@@ -153,6 +153,18 @@ def test_let_go_on_before_the_row_has_ended_it_walks_as_if_it_was_not_held(live,
     assert live.summary()["walk_loop"]["outcome"] == "arrived"
 
 
+def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it(live, rover, monkeypatch):
+    loop = live.walk_to(GOAL, UNSEEN)
+    loop.cancel()
+    ended(loop)
+    aborted = []
+    monkeypatch.setattr(live, "abort_run", lambda *who: aborted.append(who))
+    for act in (loop.hold, loop.go_on, loop.cancel):
+        with pytest.raises(Conflict, match="has ended"):
+            act()
+    assert (loop.state, aborted) == ("ended", [])
+
+
 @pytest.mark.parametrize(
     ("act", "outcome", "reason"),
     [
@@ -237,13 +249,6 @@ def test_what_ends_it_while_commands_are_made_lets_none_go(live, rover, making, 
     found = ended(loop)
     assert (found[0], reason in found[1]) == (outcome, True), found
     assert rover.sent == []
-
-
-def test_of_a_walk_that_has_ended_nothing_is_cancelled(live, rover):
-    loop = live.walk_to(WalkGoal(0.0, 0.0), UNSEEN)
-    ended(loop)
-    with pytest.raises(Conflict, match="has ended"):
-        loop.cancel()
 
 
 def test_without_the_conn_it_is_neither_held_nor_ended(live, rover, making):
