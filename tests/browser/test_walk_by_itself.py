@@ -35,6 +35,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     with page.expect_request(begins, timeout=BOUND_MS) as asked:
         keep_pressed(page, "#loop-begin")
     order = asked.value.post_data_json
+    assert order is not None
     assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}
     assert (order["farthest"], order["walk"]["seed"]) == (3.0, 3)
     until(lambda: held(served)["run"], "the first commands")
