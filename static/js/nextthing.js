@@ -34,11 +34,11 @@ const DOES = { look: "looks", replan: "plans", go: "goes" };
 function byItself({ state, act, reason, goal }, { gate, part }) {
   const where = `(${goal.x.toFixed(2)}, ${goal.y.toFixed(2)}) m`;
   if (state === "held") {
-    const about = `The walk to ${where} is held. Cancel is under Plan.`;
+    const about = `The walk to ${where} is held.`;
     return gate.state === "sending" && !gate.waiting ? wait("Held: the present row ends", about, "run") : thing("loop-on", "Go on by itself", about, "run");
   }
   const why = reason ? `It ${DOES[act] ?? "ends"}: ${reason}.` : "It begins.";
-  return wait(`By itself to ${where}${part && `: ${part}`}`, `${why} Hold and Cancel are under Plan.`, "run");
+  return wait(`By itself to ${where}${part && `: ${part}`}`, why, "run");
 }
 
 function underWay({ waiting, why, aborted }, { part }) {

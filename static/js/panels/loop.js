@@ -18,9 +18,13 @@ const CLASSES = { arrived: "yes", stopped: "no", cancelled: "" };
 
 export function start() {
   act({ text: "Walk to the goal by itself", button: "loop-begin", held: true, run: begin, refusal: notBegun });
-  act({ text: "Hold the walk by itself", button: "loop-hold", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") });
+  const hold = { text: "Hold the walk by itself", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") };
+  const cancel = { text: "Cancel the walk by itself", run: () => steer("cancel"), refusal: notSteered };
+  for (const [one, button] of [[hold, "hold"], [cancel, "cancel"]]) {
+    act({ ...one, button: `loop-${button}` });
+    act({ ...one, button: `next-loop-${button}`, quiet: true }); // in sight whichever panels are
+  }
   act({ text: "Go on with the walk by itself", button: "loop-on", held: true, run: () => steer("resume"), refusal: () => notSteered() || (loopNow().state === "held" ? unsure() : "It goes on already.") });
-  act({ text: "Cancel the walk by itself", button: "loop-cancel", run: () => steer("cancel"), refusal: notSteered });
   subscribeToEvents((fresh) => { if (fresh.some(isDecision)) drawDecisions(); });
   subscribe(draw);
 }

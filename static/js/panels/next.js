@@ -55,6 +55,8 @@ const partOf = ({ foot_moves: moves }, row) => moves.findLast((one) => one.first
 function draw() {
   if (!known.summary) return;
   here = nextThing(factsOf(known));
+  $("next-loop").hidden = !loopNow();
+  $("walk-until").parentElement.hidden = Boolean(loopNow());
   const held = HELD.includes(here.button);
   const [shown, other] = held ? ["next-hold", "next-act"] : ["next-act", "next-hold"];
   if ($(shown).textContent !== here.text) Object.assign($(shown), { textContent: here.text, ariaLabel: `Next: ${here.text}` }); // the panels have buttons of the same names
