@@ -4,8 +4,8 @@ const OLD = 3600; // s: ground that was seen longer ago is looked at again
 const SAME = 0.01; // m: a goal as near as this to another is that one
 
 // facts: as panels/next.js gathers them. The answer: button, the id of the button whose act it is, "" where there is nothing
-// to do but wait; text, what it is; about, what to know of it; judge, whose verdict belongs to it: "run", "sequence", "walk",
-// or "".
+// to do but wait; text, what it is; about, what to know of it; judge, whose verdict belongs to it: "run", "loop", "sequence",
+// "walk", or "".
 export function nextThing(facts) {
   const { gate, armed, loop, making, picking, stopped } = facts;
   if (stopped) return wait("A stop is in force", "Clear it, left of STOP, once it is safe to go on.", "run");
@@ -28,17 +28,13 @@ const isMeant = ({ goal, walk }) => Boolean(walk && goal) && Math.hypot(walk.goa
 
 const isOnItsWay = (facts) => facts.walking !== null && facts.walking.next !== null && (facts.goal === null || isMeant(facts));
 
-const DOES = { look: "looks", replan: "plans", go: "goes" };
-
-// The rover walks to its goal by itself. A run of it that waits though nobody held the walk is told as any run.
-function byItself({ state, act, reason, goal }, { gate, part }) {
+// The rover walks to its goal by itself: it is held, or let go on. part: of the walk, that is under way or next.
+function byItself({ state, goal, part: next, waits_for: waits }, { gate, part }) {
   const where = `(${goal.x.toFixed(2)}, ${goal.y.toFixed(2)}) m`;
-  if (state === "held") {
-    const about = `The walk to ${where} is held.`;
-    return gate.state === "sending" && !gate.waiting ? wait("Held: the present row ends", about, "run") : thing("loop-on", "Go on by itself", about, "run");
-  }
-  const why = reason ? `It ${DOES[act] ?? "ends"}: ${reason}.` : "It begins.";
-  return wait(`By itself to ${where}${part && `: ${part}`}`, why, "run");
+  const about = `By itself to ${where}${part || next ? `: ${part || next}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
+  if (state !== "held") return thing("loop-hold", "Hold the walk", about, "loop");
+  if (gate.state === "sending" && !gate.waiting) return wait(`Held: the present ${gate.mode === "steps" ? "row ends" : "commands end"}`, about, "loop");
+  return thing("loop-on", "Go on by itself", about, "loop");
 }
 
 function underWay({ waiting, why, aborted }, { part }) {

@@ -56,6 +56,9 @@ def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
     told = client.get(LOOP).json()
     assert (told["state"], told["act"], told["reason"]) == ("going", "look", "no ground is known yet")
     assert told["goal"] == {"x": 2.0, "y": 0.5, "yaw": None}
+    assert told["part"] == ""
+    until(lambda: client.get(LOOP).json()["waits_for"] == "images", "what it waits for")
+    assert (told["limits"]["look_every"], told["limits"]["most_torque"], told["farthest"]) == (2, 0.9, 3.0)
     assert client.post(f"{LOOP}/hold").json()["state"] == "held"
     assert client.post(f"{LOOP}/resume").json()["state"] == "going"
     assert client.post(f"{LOOP}/cancel").status_code == 200

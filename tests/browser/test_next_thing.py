@@ -99,10 +99,10 @@ def judged() -> list[tuple[dict, dict]]:
     return list(zip(states, asked(states), strict=True))
 
 
-def test_it_is_always_said_in_words_and_is_a_button_of_the_page(judged):
+def test_it_is_always_said_in_words_and_is_a_button_of_the_page(judged, looped):
     buttons = set(re.findall(r'<button id="([\w-]+)"', (STATIC / "index.html").read_text())) | {""}
-    assert {one["button"] for _, one in judged} <= buttons
-    assert all(one["text"] and "undefined" not in one["text"] + one["about"] for _, one in judged)
+    assert {one["button"] for _, one in judged + looped} <= buttons
+    assert all(one["text"] and "undefined" not in one["text"] + one["about"] for _, one in judged + looped)
     assert len({one["button"] for _, one in judged}) >= 11
 
 
@@ -122,33 +122,68 @@ def test_what_moves_the_rover_is_offered_only_armed_or_held_back(judged):
         assert one["button"] != "loop-on"
 
 
-def test_a_rover_that_walks_by_itself_is_all_that_is_told_until_it_is_held():
-    goal = {"x": GOAL[0], "y": GOAL[1], "yaw": None}
-    going = {"state": "going", "act": "look", "reason": "no ground is known yet", "goal": goal}
+def by_itself(state: str = "going", part: str = "", waits_for: str = "") -> dict:
+    """A walk in a closed loop to GOAL."""
+    return {"state": state, "goal": {"x": GOAL[0], "y": GOAL[1], "yaw": None}, "part": part, "waits_for": waits_for}
+
+
+@pytest.fixture(scope="module")
+def looped() -> list[tuple[dict, dict]]:
+    """Every combination of what a session may be in whose rover walks by itself, with what comes next."""
+    loops = product(["going", "held"], ["", "foot move 2 of 9: leg 4"], ["", "images"])
     choices = {
         "stopped": [False, True],
-        "gate": [IDLE, OUT, HELD_BACK, {**HELD_BACK, "mode": "steps"}],
+        "gate": [IDLE, OUT, {**OUT, "mode": "steps"}, HELD_BACK, {**HELD_BACK, "why": "step by step"}],
         "making": ["", "terrain"],
         "armed": [0, 7],
+        "picking": [False, True],
         "goal": [None, ELSEWHERE],
         "ground": [None, {"time": 900.0}],
+        "walking": [None, walking(1), walking(1, "the chassis is 0.2 m off")],
         "part": ["", "foot move 1 of 2: leg 0"],
-        "loop": [going, {**going, "act": "", "reason": ""}, {**going, "state": "held"}],
+        "loop": [by_itself(*loop) for loop in loops],
     }
     states = [{**NOTHING, **dict(zip(choices, chosen, strict=True))} for chosen in product(*choices.values())]
-    for state, one in zip(states, asked(states), strict=True):
-        goes, loop = not state["stopped"], state["loop"]
-        row_out = state["gate"] is OUT
-        assert (one["button"] == "loop-on") == (goes and loop["state"] == "held" and not row_out)
-        if goes and loop["state"] == "going" and not state["gate"]["waiting"]:
-            assert one["button"] == ""
-            assert "(1.00, 0.00) m" in one["text"]
-            assert state["part"] in one["text"]
-            assert loop["reason"] in one["about"]
-        if goes and loop["state"] == "going" and state["gate"]["waiting"]:
-            assert one["button"] in ("run-resume", "run-next")
-        if not goes:
-            assert one["text"] == "A stop is in force"
+    return list(zip(states, asked(states), strict=True))
+
+
+def test_a_rover_that_walks_by_itself_is_held_or_let_go_on_and_nothing_else(looped):
+    for state, one in looped:
+        gate, is_held = state["gate"], state["loop"]["state"] == "held"
+        row_out = gate["state"] == "sending" and not gate["waiting"]
+        if state["stopped"]:
+            assert (one["button"], one["text"]) == ("", "A stop is in force")
+        elif is_held:
+            assert one["button"] == ("" if row_out else "loop-on")
+            assert not row_out or ("row" in one["text"]) == (gate["mode"] == "steps")
+        elif gate["waiting"]:
+            assert one["button"] == ("run-next" if gate["why"] == "step by step" else "run-resume")
+        else:
+            assert one["button"] == "loop-hold"
+
+
+def test_of_a_walk_by_itself_is_said_where_to_which_foot_move_and_what_it_waits_for(looped):
+    told = [(state, one) for state, one in looped if one["judge"] == "loop"]
+    assert len(told) > len(looped) / 3
+    for state, one in told:
+        loop = state["loop"]
+        assert one["about"].startswith("By itself to (1.00, 0.00) m")
+        assert (state["part"] or loop["part"]) in one["about"]
+        assert ("foot move" in one["about"]) == bool(state["part"] or loop["part"])
+        assert ("Waits for images." in one["about"]) == bool(loop["waits_for"])
+
+
+def test_it_is_begun_held_let_go_on_and_then_something_else_comes_next():
+    way = {
+        "plan-walk": {"loop": None},
+        "loop-hold": {"loop": by_itself("going", "foot move 2 of 9: leg 4"), "gate": OUT},
+        "": {"loop": by_itself("held", "foot move 2 of 9: leg 4"), "gate": {**OUT, "mode": "steps"}},
+        "loop-on": {"loop": by_itself("held", "foot move 2 of 9: leg 4"), "gate": HELD_BACK},
+    }
+    there = {**NOTHING, "ground": {"time": 900.0}, "goal": GOAL}
+    answers = asked([{**there, **state} for state in way.values()])
+    assert [one["button"] for one in answers] == list(way)
+    assert [one["text"] for one in answers[1:]] == ["Hold the walk", "Held: the present row ends", "Go on by itself"]
 
 
 def test_a_walk_goes_on_from_where_the_rover_stands_and_else_is_planned_again(judged):

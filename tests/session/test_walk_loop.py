@@ -12,6 +12,7 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.session.access.identity import Identity, Role
+from footfall.session.products.kinds import WALK
 from footfall.session.replay.recompute import replay
 from footfall.session.walk_loop import LoopSettings
 from footfall.telemetry.state import TelemetryFrame
@@ -129,8 +130,45 @@ def test_held_it_sends_nothing_more_and_goes_on_where_it_was(live, rover):
     number = rover.number
     until(lambda: rover.number > number + 5, "more telemetry")
     assert len(rover.sent) == rover.rows == 2
+    until(lambda: loop.as_dict()["waits_for"] == "somebody to let it go on: held by local", "what it waits for")
+    assert loop.as_dict()["part"] == live.walking().text.split("next: ")[1] == name_of_first(live)
     loop.go_on()
     assert ended(loop)[0] == "arrived"
+    assert (loop.as_dict()["part"], loop.as_dict()["waits_for"]) == ("", "")
+
+
+def name_of_first(live):
+    plan = live.get(live.state.newest(WALK)).plan
+    return f"foot move 1 of {plan.foot_moves}: leg {plan.legs[0]}"
+
+
+@pytest.mark.parametrize("act", ["hold", "cancel"])
+def test_what_steers_it_just_as_its_commands_end_counts_all_the_same(live, rover, monkeypatch, act):
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == len(live.get(live.state.sequence).commands) - 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    steer = {"hold": "hold_run", "cancel": "abort_run"}[act]
+    late = getattr(live, steer)
+
+    def after_the_end(who):
+        go_on.set()
+        until(lambda: live.gate["run"] is None, "the end of the run")
+        late(who)
+
+    monkeypatch.setattr(live, steer, after_the_end)
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    getattr(loop, act)()
+    if act == "hold":
+        until(lambda: loop.as_dict()["waits_for"] == "somebody to let it go on", "what it waits for")
+        assert (loop.state, loop.foot_moves) == ("held", 1)
+        loop.go_on()
+    assert ended(loop)[0] == {"hold": "arrived", "cancel": "cancelled"}[act]
 
 
 def test_let_go_on_before_the_row_has_ended_it_walks_as_if_it_was_not_held(live, rover):

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from footfall.core.errors import CommandRefused, Conflict, FootFallError
+from footfall.core.value import fields_of
+from footfall.planning.walk.excerpt import parts_count
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.session.access.acting import acting
@@ -21,6 +23,7 @@ from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
 from footfall.session.products.remembered import on_map
 from footfall.session.storage.interface import StoreRefused
+from footfall.session.walking import name_of
 from footfall.terrain.settings import TerrainSettings
 
 if TYPE_CHECKING:
@@ -34,6 +37,8 @@ LOOKS_EVERY = 0.5
 """How often what is waited for is looked at where nothing is told of it [s]."""
 IMAGES_WITHIN = 600.0
 """A rover that sent no images after this sends none [s]."""
+LET_GO_ON, CARRIED_OUT = "somebody to let it go on", "the rover to carry it out"
+"""What it waits for."""
 MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 """Checks of the gate that another plan may pass."""
 
@@ -57,12 +62,14 @@ class WalkLoop:
     """One walk to a goal. Every method may be called from any thread; made by :meth:`LiveSession.walk_to`.
 
     state: "going", "held" or "ended"; outcome: of one that has ended: "arrived", "stopped" or "cancelled"; act, reason:
-    what was decided last, and why. foot_moves: parts of walks that were carried out.
+    what was decided last, and why. part: of the walk that is planned, which is next or under way; waits_for: what has
+    to come before it does anything else. foot_moves: parts of walks that were carried out.
     """
 
     def __init__(self, live: "LiveSession", goal: WalkGoal, settings: LoopSettings, who: Identity = LOCAL) -> None:
         self._live, self.goal, self._settings, self._who = live, goal, settings, who
         self.state, self.outcome, self.act, self.reason = "going", "", "", ""
+        self.part, self.waits_for = "", ""
         self.foot_moves = 0
         self._walk: str | None = None
         self._seen = -1
@@ -84,16 +91,15 @@ class WalkLoop:
         """Plain JSON for the interface."""
         goal = {"x": self.goal.x, "y": self.goal.y, "yaw": self.goal.yaw}
         told = {"state": self.state, "outcome": self.outcome, "act": self.act, "reason": self.reason}
-        return {"goal": goal, **told, "foot_moves": self.foot_moves, "decided": dict(self.decided)}
+        under_way = {"part": self.part, "waits_for": self.waits_for}
+        limits = {"limits": fields_of(self._settings.way_on), "farthest": self._settings.farthest}
+        return {"goal": goal, **told, **under_way, "foot_moves": self.foot_moves, "decided": dict(self.decided), **limits}
 
     def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""
         with self._sending:
             self._require_going()
-            if self._is_sending():
-                self._live.hold_run(who)
-            else:
-                self._live.require_may_leave(who)
+            self._steer(self._live.hold_run, who)
             self._free.clear()
             self.state = "held"
 
@@ -101,10 +107,7 @@ class WalkLoop:
         """Go on after :meth:`hold`. Raises CommandRefused, naming the check, where the gate does not let it."""
         with self._sending:
             self._require_going()
-            if self._is_sending():
-                self._live.resume_run(who)
-            else:
-                self._live.require_may_leave(who)
+            self._steer(self._live.resume_run, who)
             self.state = "going"
             self._free.set()
             self._news.set()
@@ -116,10 +119,7 @@ class WalkLoop:
         """
         with self._sending:
             self._require_going()
-            if self._is_sending():
-                self._live.abort_run(who)
-            else:
-                self._live.require_may_leave(who)
+            self._steer(self._live.abort_run, who)
             self._leave()
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -137,6 +137,17 @@ class WalkLoop:
         self._cancelled = True
         self._free.set()
         self._news.set()
+
+    def _steer(self, steer: Callable[[Identity], None], who: Identity) -> None:
+        """Steer its run, where one is under way; else only require that ``who`` may. Raises CommandRefused."""
+        if self._is_sending():
+            try:
+                return steer(who)
+            except CommandRefused:
+                if self._is_sending():
+                    raise
+        # there is none, or it has ended just now
+        return self._live.require_may_leave(who)
 
     def _is_sending(self) -> bool:
         """Whether a run that this loop began is under way, and not one of somebody else."""
@@ -183,10 +194,11 @@ class WalkLoop:
         from footfall.planning.walk_execution.way_on import way_on
 
         # held for hours, the rover may stand elsewhere by now
-        self._until(self._free.is_set)
+        self._until(self._free.is_set, LET_GO_ON)
         state = self._at_rest()
         decision = way_on(self._live.robot, self._dem, state, self.goal, walk, number, so_far, limits)
         self.act, self.reason = decision.act.value, decision.reason
+        self.part = "" if walk is None or number >= parts_count(walk) else name_of(walk, number)
         self.decided[self.act] += 1
         self._live.record_decision(self.act, self.reason)
         return decision
@@ -195,10 +207,10 @@ class WalkLoop:
         before = self._live.state.snapshot
         self._live.request_images(self._settings.pairs)
         since = time.monotonic()
-        self._until(lambda: self._live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN)
+        self._until(lambda: self._live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN, "images")
         if self._live.state.snapshot == before:
             raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
-        self._finish(self._live.build_terrain(self._settings.terrain))
+        self._finish(self._live.build_terrain(self._settings.terrain), "the ground made of the images")
         return replace(so_far, moved=0, looked=True, refused="")
 
     def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
@@ -212,7 +224,7 @@ class WalkLoop:
             return None, 0, replace(so_far, refused="no ground is known on the way to the goal")
         live.snapshot_state()
         asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
-        self._walk = self._finish(live.plan_walk(goal, asked))
+        self._walk = self._finish(live.plan_walk(goal, asked), "the walk that is planned")
         found = live.get(self._walk)
         if not isinstance(found, WalkResult) or found.plan is None:
             return None, 0, replace(so_far, refused=f"no walk is found: {getattr(found, 'reason', '')}")
@@ -220,6 +232,7 @@ class WalkLoop:
 
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:
         live, before = self._live, self._live.state.runs
+        self.waits_for = "its commands"
         try:
             sequence = live.command_foot_moves(self._walk, number, count)
         except FootFallError as error:
@@ -227,11 +240,12 @@ class WalkLoop:
         refused = None
         while refused is None:
             # making them may have taken longer than telemetry is good for
-            self._until(lambda: self._free.is_set() and self._is_fresh(STALE_AFTER / 2))
+            self._until(self._free.is_set, LET_GO_ON)
+            self._until(lambda: not self._free.is_set() or self._is_fresh(STALE_AFTER / 2), "telemetry that is new")
             refused = self._send(sequence)
         if refused:
             return number, replace(so_far, refused=refused)
-        self._until(lambda: self._is_carried_out(before))
+        self._until(lambda: self._is_carried_out(before), CARRIED_OUT)
         ended, frame = live.state.run, live.frame
         self._seen = -1 if frame is None else frame.number
         if ended is None or ended.outcome != "done":
@@ -279,7 +293,7 @@ class WalkLoop:
             rested = frame is not None and frame.number != self._seen and frame.state.mode == "idle"
             return rested and self._is_fresh(STALE_AFTER)
 
-        self._until(rests)
+        self._until(rests, "telemetry of the rover at rest")
         frame = self._live.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry")
@@ -293,22 +307,25 @@ class WalkLoop:
         """Whether a run that came after number ``before`` has ended. One that waits by itself holds the walk."""
         with self._sending:
             gate = self._live.gate
-            if self._is_sending() and gate["waiting"] and self._free.is_set() and not self._cancelled:
-                self.state, self.reason = "held", gate["why"]
+            waits = self._is_sending() and gate["waiting"]
+            self.waits_for = f"{LET_GO_ON}: {gate['why']}" if waits else CARRIED_OUT
+            if waits and self._free.is_set() and not self._cancelled:
+                self.state = "held"
                 self._free.clear()
         run = self._live.state.run
         return run is not None and run.number > before and run.state == "ended"
 
-    def _finish(self, job: Job) -> str:
+    def _finish(self, job: Job, what: str) -> str:
         try:
-            self._until(lambda: job.ended)
+            self._until(lambda: job.ended, what)
         except _Cancelled:
             job.cancel()
             raise
         return job.finish()
 
-    def _until(self, holds: Callable[[], bool]) -> None:
-        """Wait until something holds; raises what ends the loop meanwhile."""
+    def _until(self, holds: Callable[[], bool], what: str) -> None:
+        """Wait for ``what`` until something holds; raises what ends the loop meanwhile."""
+        self.waits_for = what
         while True:
             self._news.clear()
             if self._cancelled:
@@ -332,7 +349,9 @@ class WalkLoop:
     def _end(self, outcome: str, reason: str) -> None:
         self._unlisten()
         with self._sending:
-            self.state, self.outcome, self.reason = "ended", outcome, reason
+            # whoever reads it at this moment finds no end without its reason
+            self.reason, self.outcome, self.part, self.waits_for = reason, outcome, "", ""
+            self.state = "ended"
         try:
             self._live.record_decision("end", f"{outcome}: {reason}")
         finally:

@@ -16,6 +16,8 @@ const SHOWN = 8; // decisions
 const LIMITS = ["foot_moves", "look_every", "least_margin", "most_torque", "most_anew"];
 const CLASSES = { arrived: "yes", stopped: "no", cancelled: "" };
 
+let opened = false; // whether the session was seen since the page was opened
+
 export function start() {
   act({ text: "Walk to the goal by itself", button: "loop-begin", held: true, run: begin, refusal: notBegun });
   const hold = { text: "Hold the walk by itself", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") };
@@ -60,17 +62,30 @@ const steer = (what) => attempt(async () => {
   await refresh();
 });
 
-function draw({ frame }) {
+function draw({ summary, frame }) {
   const loop = latest();
-  const [className, textContent] = loop ? told(loop) : ["", ""];
+  if (summary && !opened) openWith(loopNow());
+  const [className, textContent] = loop ? loopTold(loop) : ["", ""];
   if ($("loop-now").textContent !== textContent) Object.assign($("loop-now"), { className, textContent });
+  $("loop-part").textContent = loop ? underWay(loop) : "";
   $("loop-far").textContent = loop ? howFar(loop, frame?.T_site_base) : "";
 }
 
-function told({ state, outcome, act: what, reason }) {
+// A page that finds the rover on its way shows that, with the limits that it walks by.
+function openWith(loop) {
+  opened = true;
+  if (!loop) return;
+  $("panel-loop").open = true;
+  for (const [name, value] of Object.entries({ ...loop.limits, farthest: loop.farthest })) $(`loop-${name}`).value = value;
+}
+
+const underWay = ({ part, waits_for: waits }) => [part && `${part}.`, waits && `Waits for ${waits}.`].filter(Boolean).join(" ");
+
+// What was decided last and why, or how it ended, as a class and in words.
+export function loopTold({ state, outcome, act: what, reason }) {
   if (state === "ended") return endWords(outcome, reason);
-  const latestly = what ? `${what}: ${reason}` : "it begins";
-  return state === "held" ? ["doubt", `Held. Decided last: ${latestly}`] : ["", `Decided: ${latestly}`];
+  const decided = what ? `${what}: ${reason}` : "it begins";
+  return state === "held" ? ["doubt", `Held. Decided last: ${decided}`] : ["", `Decided: ${decided}`];
 }
 
 const endWords = (outcome, reason) => [CLASSES[outcome] ?? "", `By itself to the goal: ${outcome}: ${reason}`];

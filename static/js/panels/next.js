@@ -8,7 +8,7 @@ import { ruleTold } from "../rules.js";
 import { changed, known, subscribe } from "../store.js";
 import { armedFor } from "./commands.js";
 import { goalTold, picks } from "./goal.js";
-import { endTold, loopNow } from "./loop.js";
+import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
 import { standsStopped } from "./status.js";
 import { walkTold } from "./walk.js";
@@ -28,6 +28,8 @@ export function start() {
   for (const type of ["pointerdown", "keydown"]) $("next-hold").addEventListener(type, ({ repeat }) => { if (!repeat) meant = here.button; });
   act({ text: "Send or go on, as what comes next says", button: "next-hold", quiet: true, held: true, run: goAsHeld, refusal: () => (HELD.includes(here.button) ? against() : "Nothing is to be sent.") });
   $("walk-until").addEventListener("change", changed);
+  // a key that is held on the other button goes on here, and must not act
+  $("next-act").addEventListener("keydown", (event) => { if (event.repeat) event.preventDefault(); });
   for (const id of ["next-act", "next-hold"]) $(id).addEventListener("focus", ({ target }) => { focused = target.matches(":focus-visible") ? id : ""; });
   addEventListener("focusin", ({ target }) => { if (!["next-act", "next-hold"].includes(target.id)) focused = ""; });
   subscribe(draw);
@@ -56,6 +58,7 @@ function draw() {
   if (!known.summary) return;
   here = nextThing(factsOf(known));
   $("next-loop").hidden = !loopNow();
+  $("next-loop-hold").hidden = here.button === "loop-hold" || loopNow()?.state === "held";
   $("walk-until").parentElement.hidden = Boolean(loopNow());
   const held = HELD.includes(here.button);
   const [shown, other] = held ? ["next-hold", "next-act"] : ["next-act", "next-hold"];
@@ -67,7 +70,7 @@ function draw() {
   $(shown).title = why || here.about;
   const told = why || here.about;
   if ($("next-about").textContent !== told) Object.assign($("next-about"), { textContent: told, className: why && here.button ? "doubt" : "hint" });
-  const verdict = failed() ?? endTold(AWAITED) ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
+  const verdict = byItself() ?? failed() ?? endTold(AWAITED) ?? VERDICTS[here.judge]?.(known) ?? ["", ""];
   if ($("verdict").textContent !== verdict[1]) Object.assign($("verdict"), { className: verdict[0], textContent: verdict[1], title: verdict[1] });
   // who goes on by keyboard finds the next thing under the hand
   if (focused && !why && document.activeElement === document.body) $(shown).focus();
@@ -90,6 +93,9 @@ const VERDICTS = {
     return [CLASSES[state], `Run ${run.number} ${text}`];
   },
 };
+
+// While the rover walks by itself, what it decided last: what failed is decided over, too.
+const byItself = () => (here.judge === "loop" ? loopTold(loopNow()) : undefined);
 
 // What was asked for last and did not come to be: commands that were refused, ground that could not be built.
 function failed() {

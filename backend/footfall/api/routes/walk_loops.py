@@ -37,7 +37,9 @@ class LoopGoalAnswer(TypedDict):
 
 class WalkLoopAnswer(TypedDict):
     """The latest walk in a closed loop. act: what was decided last (`go`, `look`, `replan`, `stop`, `arrived`), for the
-    `reason` given; outcome: of one that has ended. foot_moves: parts of walks carried out; decided: how often each was.
+    `reason` given; outcome: of one that has ended. part: of the walk that is planned, which is next or under way;
+    waits_for: what has to come first. foot_moves: parts of walks carried out; decided: how often each was. limits,
+    farthest: as it was begun with.
     """
 
     goal: LoopGoalAnswer
@@ -45,8 +47,12 @@ class WalkLoopAnswer(TypedDict):
     outcome: Literal["", "arrived", "stopped", "cancelled"]
     act: str
     reason: str
+    part: str
+    waits_for: str
     foot_moves: int
     decided: dict[str, int]
+    limits: dict[str, float]
+    farthest: float
 
 
 @router.post("/sessions/{session}/walk-loop", status_code=202, name="begin")
