@@ -17,7 +17,9 @@ LOOP = "/sessions/current/walk-loop"
 
 
 def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, look: Keep) -> None:
-    begin, next_hold = page.locator("#loop-begin"), page.locator("#next-hold")
+    begin, next_act, next_hold = (page.locator(f"#{name}") for name in ("loop-begin", "next-act", "next-hold"))
+    steered: list[str] = []
+    page.on("request", lambda one: steered.append(one.url.rpartition("/")[2]) if "/walk-loop/" in one.url else None)
     page.locator("#panel-loop > summary").click()
     expect(begin).to_be_disabled()
     expect(begin).to_have_attribute("title", re.compile("Say where it is to go"))
@@ -41,8 +43,10 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     until(lambda: held(served)["run"], "the first commands")
     goal = held(served, LOOP)["goal"]
     expect(page.locator("#loop-now")).to_contain_text("Decided: go: the walk fits", timeout=BOUND_MS)
-    expect(page.locator("#next-act")).to_contain_text(f"By itself to ({goal['x']:.2f}, {goal['y']:.2f}) m")
-    expect(page.locator("#next-act")).to_be_disabled()
+    expect(next_act).to_have_text("Hold the walk", timeout=BOUND_MS)
+    at_which = re.compile(r"foot move \d+ of \d+: leg \d")
+    expect(page.locator("#next-about")).to_contain_text(f"By itself to ({goal['x']:.2f}, {goal['y']:.2f}) m: foot move")
+    expect(page.locator("#loop-part")).to_have_text(at_which)
     for button in (begin, page.locator("#loop-on")):
         expect(button).to_be_disabled()
     expect(page.locator("#loop-hold")).to_be_enabled()
@@ -52,10 +56,21 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
 
     expect(page.locator("#walk-until")).to_be_hidden()
     expect(page.locator("#next-loop-cancel")).to_be_in_viewport(ratio=1)
-    page.locator("#next-loop-hold").click()
+    # a page that is loaded anew shows it, with the limits that it walks by
+    page.reload()
+    expect(page.locator("#loop-now")).to_contain_text("Decided: go: the walk fits", timeout=BOUND_MS)
+    expect(page.locator("#loop-part")).to_have_text(at_which)
+    expect(page.locator("#loop-look_every")).to_have_value("0")
+    expect(decisions.filter(has_text="go: the walk fits").first).to_be_visible()
+    expect(page.locator("#next-loop-cancel")).to_be_in_viewport(ratio=1)
+
+    next_act.click()
     until(lambda: held(served, LOOP)["state"] == "held", "the hold")
     expect(page.locator("#loop-now")).to_contain_text("Held. Decided last: go")
     until(lambda: held(served)["gate"]["waiting"] or held(served)["gate"]["state"] == "idle", "the end of the row")
+    expect(page.locator("#verdict")).to_contain_text("Held. Decided last: go")
+    expect(page.locator("#next-about")).to_contain_text("Waits for somebody to let it go on", timeout=BOUND_MS)
+    expect(page.locator("#next-loop-hold")).to_be_hidden()
     expect(next_hold).to_have_text("Go on by itself", timeout=BOUND_MS)
     assert violations(page) == []
     look("held")
@@ -63,9 +78,13 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     assert held(served, LOOP)["state"] == "held"
 
     # by keyboard: Enter is held
-    next_hold.focus()
+    for key in ("Tab", "Shift+Tab"):
+        page.keyboard.press(key)
+    expect(next_hold).to_be_focused()
     page.keyboard.down("Enter")
     until(lambda: held(served, LOOP)["state"] == "going", "the walk's going on")
+    expect(next_act).to_be_focused(timeout=BOUND_MS)
+    page.keyboard.down("Enter")  # still: it repeats on the button that holds the walk
     page.keyboard.up("Enter")
     expect(page.locator("#loop-on")).to_be_disabled()
 
@@ -74,6 +93,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     page.keyboard.press("Enter")
     until(lambda: held(served, LOOP)["state"] == "ended", "the end")
     assert held(served, LOOP)["outcome"] == "cancelled"
+    assert steered == ["hold", "resume", "cancel"]
     words = "By itself to the goal: cancelled: ended by the operator"
     expect(page.locator("#loop-now")).to_have_text(words)
     expect(page.locator("#verdict")).to_have_text(words, timeout=BOUND_MS)

@@ -91,9 +91,9 @@ class WalkLoop:
         """Plain JSON for the interface."""
         goal = {"x": self.goal.x, "y": self.goal.y, "yaw": self.goal.yaw}
         told = {"state": self.state, "outcome": self.outcome, "act": self.act, "reason": self.reason}
-        under_way = {"part": self.part, "waits_for": self.waits_for}
+        so_far = {"part": self.part, "waits_for": self.waits_for, "foot_moves": self.foot_moves}
         limits = {"limits": fields_of(self._settings.way_on), "farthest": self._settings.farthest}
-        return {"goal": goal, **told, **under_way, "foot_moves": self.foot_moves, "decided": dict(self.decided), **limits}
+        return {"goal": goal, **told, **so_far, "decided": dict(self.decided), **limits}
 
     def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""
