@@ -209,7 +209,7 @@ class Load:
         bounds: list[tuple[float | None, float | None]] = [(None, None)] * (free + 1)
         if pull is not None:
             bounds[free - 1] = (max(pull - PULLED, 0.0), pull + PULLED)
-        found = linprog(
+        program = (
             np.append(np.zeros(free), 1.0),
             np.vstack(
                 [
@@ -222,8 +222,11 @@ class Load:
             np.column_stack([self.A, np.zeros(6)]),
             self.b,
             bounds,
-            "highs",
         )
+        found = linprog(*program, "highs")
+        if found.status not in (SOLVED, INFEASIBLE):
+            # of a weight far outside of the feet the simplex method may end without an answer
+            found = linprog(*program, "highs-ipm")
         if found.status not in (SOLVED, INFEASIBLE):
             raise FootFallError("the torque program was not solved", status=int(found.status))
         return found.x[:-1] if found.status == SOLVED else None
