@@ -89,6 +89,10 @@ def plan_walk(
     ] = EDGE,
     tether_force: Annotated[float, typer.Option(help="The most that its drum pulls with [N].")] = 12_000.0,
     tether_length: Annotated[float, typer.Option(help="The most that its drum pays out [m].")] = 30.0,
+    payload: Annotated[float | None, typer.Option(help="Mass on the deck [kg]; otherwise the description's.")] = None,
+    payload_at: Annotated[
+        tuple[float, float, float] | None, typer.Option(help="Its centre in base [m].", metavar="X Y Z")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz, for `footfall export`.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -106,13 +110,18 @@ def plan_walk(
 
     wanted = WalkGoal(*goal, yaw=goal_yaw)
     if is_legged(robot):
-        others = {"--mode": mode is not None, "--tether": tether is not None, "--posture": posture is not None}
+        given = {"--mode": mode, "--tether": tether, "--posture": posture}
+        given |= {"--payload": payload, "--payload-at": payload_at}
+        others = {name: one is not None for name, one in given.items()}
         limit = LeggedSettings(time_limit=time_limit)
         plan_legged_walk(load_legged(robot), terrain, wanted, at or (x, y, yaw), limit, out, as_json, others)
     if mode is not None and mode not in HELD:
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     smoothing = Smoothing(rounds=rounds, posture=posture)
-    settings = WalkSettings(seed=seed, time_limit=time_limit, smoothing=smoothing)
+    place = None if payload_at is None else np.array(payload_at)
+    settings = WalkSettings(
+        seed=seed, time_limit=time_limit, smoothing=smoothing, payload_mass=payload, payload_position=place
+    )
     hung = None
     if tether is not None:
         hung = Tether(np.array(tether), np.array(tether_at), tether_force, tether_length)

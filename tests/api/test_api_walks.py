@@ -135,6 +135,14 @@ def test_a_walk_on_its_way_can_be_cancelled(standing):
         assert standing.get(SESSION).json()["walk"] == before
 
 
+def test_a_payload_is_taken_as_given_and_refused_where_it_can_t_be_held(standing):
+    settings = {"payload_mass": 300.0, "payload_position": [0.0, 9.0, 0.3]}
+    told = result(standing, finished(standing, standing.post(WALKS, json={"goal": NEAR, "settings": settings})))
+    assert "300 kg at (0, 9, 0.3) m" in told["reason"]
+    assert {name: told["provenance"]["settings"][name] for name in settings} == settings
+    problem(standing.post(WALKS, json={"goal": NEAR, "settings": {"payload_mass": 1000.0}}), 422, "invalid-input")
+
+
 def test_a_session_without_ground_has_no_walks(standing):
     before = standing.get(SESSION).json()["id"]
     empty = standing.post("/sessions", json={"name": "nothing yet"}).json()["id"]
@@ -150,5 +158,6 @@ def test_walks_are_described(standing):
     told = document["components"]["schemas"]
     assert {"anchor", "attachment", "free_length", "most_force"} <= told["TetherModel"]["properties"].keys()
     assert told["TetherModel"]["required"] == ["anchor"]
-    assert {"support", "forbidden", "pinned", "seed"} <= told["WalkSettings"]["properties"].keys()
+    asked = told["WalkSettings"]["properties"].keys()
+    assert {"support", "forbidden", "pinned", "seed", "payload_mass", "payload_position"} <= asked
     assert {"status", "reason", "plan", "partial", "checks", "blocked"} <= told["WalkResultValue"]["properties"].keys()

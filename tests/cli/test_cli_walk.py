@@ -99,6 +99,13 @@ def test_a_refusal_is_an_answer_with_its_reason(waves, tmp_path):
     assert told["reason"]
 
 
+def test_a_payload_that_can_t_be_held_is_refused_with_its_mass_and_place(waves):
+    load = ("--payload", 300, "--payload-at", 0, 9, 0.3)
+    told = run("plan", "walk", waves, "--goal", 0.5, 0, *load, "--json", code=1).stdout
+    assert "300 kg at (0, 9, 0.3) m" in json.loads(told)["reason"]
+    assert "payload" in run("plan", "walk", waves, "--goal", 0.5, 0, "--payload-at", 0, 0, 0.3, code=2).stderr
+
+
 def test_what_stopped_a_walk_and_how_far_it_comes_are_told(waves, monkeypatch, athlete):
     from footfall.planning.stance.stand import stand
     from footfall.planning.step.problem import Check, Status

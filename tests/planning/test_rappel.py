@@ -193,7 +193,7 @@ def test_headings_and_places_turn_there_and_back(downhill, steep, yaw):
     assert np.allclose(R @ R.T, np.eye(3), atol=1e-12)
     assert np.allclose(R[:, 2] @ [np.cos(downhill), np.sin(downhill), -np.tan(steep)], 0.0, atol=1e-3)
     # against gravity in the slope's frame, as balance has it
-    settings = Hung(found, Tether(np.ones(3), np.zeros(3))).balance(0.6)
+    settings = Hung(found, Tether(np.ones(3), np.zeros(3))).balance(BalanceSettings(friction=0.6))
     assert np.allclose(settings.R_level_site, R, atol=1e-9)
     goal = WalkGoal(0.3, -0.2, yaw, within=0.01, turned=0.01)
     hung = Hung(found, Tether(np.ones(3), np.zeros(3)), goal)

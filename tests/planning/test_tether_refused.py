@@ -9,6 +9,7 @@ import pytest
 import footfall
 from benchmarks.walks.rappel import hanging
 from benchmarks.walks.terrains import terrain
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
@@ -25,6 +26,7 @@ from tests.support.chassis_ground import wavy
 ATTACHMENT = np.array([-1.05, 0.615, -0.1])
 TETHER = Tether(np.array([-3.2, 1.9, 2.0]), ATTACHMENT)
 NEAR = WalkGoal(0.4, 0.1, 0.0)
+BALANCE = BalanceSettings(friction=0.6)
 SETTINGS = WalkSettings(seed=1, smoothing=Smoothing(rounds=0))
 
 
@@ -156,15 +158,15 @@ def test_a_drum_that_is_too_weak_is_told_what_would_do(athlete, steep, hangs):
     tether, state, _ = hangs
     start = start_of(athlete, steep, state)
     assert not isinstance(start, str), start
-    assert hold_refused(athlete, start, 0.6, tether) == ""
-    reason = hold_refused(athlete, start, 0.6, replace(tether, most_force=500.0))
+    assert hold_refused(athlete, start, BALANCE, tether) == ""
+    reason = hold_refused(athlete, start, BALANCE, replace(tether, most_force=500.0))
     told = re.search(r"(\d+) N are needed", reason)
     assert told is not None, reason
     needed = float(told[1])
-    assert hold_refused(athlete, start, 0.6, replace(tether, most_force=needed)) == ""
-    assert "N are needed" in hold_refused(athlete, start, 0.6, replace(tether, most_force=needed - 20.0))
+    assert hold_refused(athlete, start, BALANCE, replace(tether, most_force=needed)) == ""
+    assert "N are needed" in hold_refused(athlete, start, BALANCE, replace(tether, most_force=needed - 20.0))
     # along the slope its weight pulls with m·g·sin, of which friction bears at most its share of m·g·cos
     weight = athlete.mass * 9.81
     assert needed > 0.5 * weight * (np.sin(np.radians(60)) - 0.6 * np.cos(np.radians(60)))
     below = replace(tether, anchor=2 * np.array(state.T_site_base[:3, 3]) - tether.anchor)
-    assert "more would not do" in hold_refused(athlete, start, 0.6, below)
+    assert "more would not do" in hold_refused(athlete, start, BALANCE, below)

@@ -19,7 +19,8 @@ from footfall.session.products.kinds import WALK
 from footfall.session.replay.recompute import replay
 from tests.support.chassis_ground import wavy
 
-NEAR = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=1, forbidden=(Place(3.0, 3.0, leg=1),)))
+LOAD = {"payload_mass": 40.0, "payload_position": np.array([0.2, 0.1, 0.4])}
+NEAR = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=1, forbidden=(Place(3.0, 3.0, leg=1),), **LOAD))
 TETHER = Tether(np.array([-3.2, 1.9, 2.0]), np.array(EDGE))
 ON_TETHER = WalkRequest(WalkGoal(0.4, 0.1, 0.0), WalkSettings(seed=1, smoothing=Smoothing(rounds=0)), tether=TETHER)
 OFF = WalkRequest(WalkGoal(90.0, 0.0), WalkSettings())

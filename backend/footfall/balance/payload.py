@@ -12,20 +12,26 @@ ON_DECK = (0.0, 0.0, 0.3)
 """Centre of a payload that stands on the deck, in base [m]."""
 
 
+def carried(robot: Robot, settings: BalanceSettings) -> tuple[float, Array] | None:
+    """Mass [kg] of what the rover carries by the settings, and its centre in base, (3,) [m]; None: nothing."""
+    own = robot.description.payload
+    if settings.payload_mass is None:
+        return None if own is None else (own.mass, own.position)
+    if settings.payload_position is not None:
+        return settings.payload_mass, settings.payload_position
+    return settings.payload_mass, own.position if own is not None else np.array(ON_DECK)
+
+
 def loaded(robot: Robot, coms_base: Array, settings: BalanceSettings) -> tuple[float, Array]:
     """Mass [kg] and centres of mass in base, (…, 3) [m], with the payload of the settings instead of the robot's.
 
     coms_base: those of the robot as its description has it.
     """
-    if settings.payload_mass is None:
+    load, own = carried(robot, settings), robot.description.payload
+    if settings.payload_mass is None or load is None:
         return robot.mass, coms_base
-    own = robot.description.payload
-    place = own.position if own is not None else np.array(ON_DECK)
-    moment = robot.mass * coms_base
-    mass = robot.mass
+    moment, mass = robot.mass * coms_base, robot.mass
     if own is not None:
         moment, mass = moment - own.mass * own.position, mass - own.mass
-    if settings.payload_position is not None:
-        place = settings.payload_position
-    mass += settings.payload_mass
-    return mass, (moment + settings.payload_mass * place) / mass
+    mass += load[0]
+    return mass, (moment + load[0] * load[1]) / mass

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.balance.payload import ON_DECK
+from footfall.balance.payload import carried
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import require_transform, transform
 from footfall.maps.standing import STANDING_GAP, contacts
@@ -267,13 +267,9 @@ def _body(robot: Robot, settings: ComplianceSettings, stiffness: Array, wheel_st
     description, balance = robot.description, settings.balance
     inertias = list(robot.model.inertias)
     mass, moment = inertias[0].mass, inertias[0].mass * inertias[0].lever
-    own = description.payload
-    if balance.payload_mass is not None:
-        place = own.position if own is not None else np.array(ON_DECK)
-        place = place if balance.payload_position is None else balance.payload_position
-        mass, moment = mass + balance.payload_mass, moment + balance.payload_mass * place
-    elif own is not None:
-        mass, moment = mass + own.mass, moment + own.mass * own.position
+    load = carried(robot, balance)
+    if load is not None:
+        mass, moment = mass + load[0], moment + load[0] * load[1]
     links = inertias[1:]
     return Body(
         lengths=np.array([leg_lengths(leg) for leg in description.legs]),

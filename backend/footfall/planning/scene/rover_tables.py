@@ -5,19 +5,23 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from footfall.balance.payload import carried, loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.core.bounds import require_distances
 from footfall.core.grid import GridGeometry
 from footfall.planning.scene.rover_kernel import BEYOND, BODIES, CHASSIS, CLEAR, PAYLOAD, TERRAIN, RoverTables
 from footfall.robot import bvh
 from footfall.robot.clearance import SLACK, leg_covers, link_shells, radius_classes, wheel_drums
 from footfall.robot.cover import BallTree, ball_tree
-from footfall.robot.description import PARTS, RobotDescription
+from footfall.robot.description import PARTS
 from footfall.robot.ground_tables import ground_tables
 from footfall.robot.leg_frames import PART_COUNT, leg_lengths
 from footfall.robot.model import Robot
 from footfall.robot.shells import CENTER, REACH
 
 Array = NDArray[np.float64]
+
+_AS_DESCRIBED = BalanceSettings()
 
 _EDGES = (0.7, 0.25, (0.1, 0.1, 0.25))
 """Longest edges of the cells that chassis and payload are covered in, level by level [m]. A ball around a column that
@@ -43,12 +47,14 @@ def rover_tables(
     clearance: float = 0.0,
     around: ArrayLike | None = None,
     within: float = np.inf,
+    balance: BalanceSettings = _AS_DESCRIBED,
 ) -> RoverTables:
     """What the functions of rover_kernel.py take.
 
     heights: (rows, cols) [m], NaN where unknown, which is no obstacle. clearance: added to every δ [m]. around,
-    within: (x, y) and radius [m] of a circle outside of which nothing is called clear. Raises InvalidInput where
-    heights and geometry don't fit together, and where the ground is too large for tables.
+    within: (x, y) and radius [m] of a circle outside of which nothing is called clear. balance: whose payload
+    counts in the centre of mass; its box stays that of the description. Raises InvalidInput where heights and geometry
+    don't fit together, and where the ground is too large for tables.
     """
     require_distances(clearance=clearance)
     description = robot.description
@@ -69,7 +75,7 @@ def rover_tables(
     return RoverTables(
         hips=np.array([leg.T_base_hip[:3] for leg in description.legs]),
         lengths=np.array([leg_lengths(leg) for leg in description.legs]),
-        masses=_masses(robot),
+        masses=_masses(robot, balance),
         shells=shells,
         points=points,
         own=np.array(
@@ -142,15 +148,14 @@ def _covers(robot: Robot) -> list[BallTree]:
     return [*(legs[part] for part in PARTS), *(ball_tree(mesh, _EDGES) for mesh in solids), legs[bvh.TOUCHING_WHEEL]]
 
 
-def _masses(robot: Robot) -> Array:
+def _masses(robot: Robot, balance: BalanceSettings) -> Array:
     """Rows of ``RoverTables.masses``."""
-    description: RobotDescription = robot.description
     bodies = [robot.model.inertias[joint + 1] for joint in range(6 * robot.leg_count)]
     rows = [(body.mass, *body.lever) for body in bodies]
-    chassis, payload = robot.model.inertias[0], description.payload
+    chassis, load = robot.model.inertias[0], carried(robot, balance)
     mass, moment = chassis.mass, chassis.mass * chassis.lever
-    if payload is not None:
-        mass, moment = mass + payload.mass, moment + payload.mass * payload.position
+    if load is not None:
+        mass, moment = mass + load[0], moment + load[0] * load[1]
     masses = np.array([*rows, (mass, *moment / mass)])
-    masses[:, 0] /= robot.mass
+    masses[:, 0] /= loaded(robot, np.zeros(3), balance)[0]
     return masses

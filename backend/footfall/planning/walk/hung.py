@@ -25,9 +25,9 @@ class Hung:
     tether: Tether
     goal: WalkGoal | None = None
 
-    def balance(self, friction: float) -> BalanceSettings:
-        """Gravity as it is in the slope's frame."""
-        return BalanceSettings(friction=friction, slope=self.frame.steep, uphill=self.frame.uphill)
+    def balance(self, level: BalanceSettings) -> BalanceSettings:
+        """The same with gravity as it is in the slope's frame."""
+        return replace(level, slope=self.frame.steep, uphill=self.frame.uphill)
 
     def is_at_goal(self, vector: Array) -> bool:
         """Whether a chassis at ``vector`` (6,) in the slope's frame is where it is to be in site."""

@@ -27,7 +27,7 @@ from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResu
 from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance_of
 from footfall.planning.walk.search import Search
 from footfall.planning.walk.smooth import smoothed
-from footfall.planning.walk.start import start_of
+from footfall.planning.walk.start import overloaded, start_of
 from footfall.planning.walk.tether_refused import through_chassis
 from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.travel_cost import TravelCost, travel_cost
@@ -108,7 +108,7 @@ def _rappel(
         return WalkResult(asked[0], None, asked[1], (), goal, provenance)
     ground = asked.hung.frame.ground
     attempt = _Attempt(robot, ground, state, asked.goal, asked.settings, provenance, progress, asked)
-    return in_site(robot, asked, attempt.run(), settings.friction)
+    return in_site(robot, asked, attempt.run())
 
 
 def goal_of(numbers: tuple[float, ...]) -> WalkGoal:
@@ -143,6 +143,9 @@ class _Attempt:
         start = start_of(self.robot, self.dem, self.state) if self.slope is None else self.slope.start
         if isinstance(start, str):
             return self._no(Status.START_INVALID, start)
+        refusal = overloaded(self.robot, start, self.settings) if self.slope is None else ""
+        if refusal:
+            return self._no(Status.START_INVALID, refusal)
         here, there = start.T_site_base[:2, 3], np.array([self.goal.x, self.goal.y])
         away = float(np.linalg.norm(there - here))
         if away > FARTHEST:
@@ -287,6 +290,7 @@ class _Attempt:
         reason = (
             f"no walk to the goal was found after {tried} foot moves were tried: {why}; the nearest comes within "
             f"{short:z.2f} m with {made}; what failed most: {stopped or 'nothing'}; {TRY}"
+            f"{'' if self.settings.payload_mass is None else ', or take off payload'}"
         )
         blocked = tuple(Blocked(check, leg if leg >= 0 else None, x, y, count) for (check, leg, x, y), count in failed)
         return self._no(status, reason, partial, blocked)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.friction import FRICTION
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import Tether
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
@@ -80,6 +81,8 @@ class WalkSettings(Value):
 
     support: one of SUPPORTS. least_margin: of the centre of mass to the support polygon of the feet that stand [m].
     friction: between wheel and ground. most_torque: largest share of a joint's torque limit.
+    payload_mass [kg], payload_position (3,) [m]: as of BalanceSettings, in support, friction and torques; the box that
+    must stay clear is that of the robot's description.
     clearance: added to every clearance of the robot description [m].
     reach_reserve: how far every leg on the ground stays from straight and from folded [m]; joint_reserve: how far
     joints stay from their limits [rad]. What the start has less of is only not to get less.
@@ -108,6 +111,15 @@ class WalkSettings(Value):
     seed: int = 0
     time_limit: float = 60.0
     smoothing: Smoothing = field(default=Smoothing(), metadata=before(Smoothing(rounds=0)))
+    payload_mass: float | None = field(default=None, metadata=LATER)
+    payload_position: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+
+    @property
+    def balance(self) -> BalanceSettings:
+        """What the rover is held by: friction and payload, on Earth."""
+        return BalanceSettings(
+            friction=self.friction, payload_mass=self.payload_mass, payload_position=self.payload_position
+        )
 
     def check(self) -> None:
         if self.support not in SUPPORTS:
@@ -132,6 +144,7 @@ class WalkSettings(Value):
             raise InvalidInput(f"the spacing of footfalls is at least {FINEST:g} m", spacing=self.spacing)
         if self.seed < 0 or not self.most_torque <= 1.0:
             raise InvalidInput("the seed must not be negative, and most_torque at most 1")
+        self.balance.check()
 
 
 @value

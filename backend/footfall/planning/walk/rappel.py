@@ -63,7 +63,7 @@ def on_slope(
     if not np.isfinite(at).all():
         reason = "the ground below the goal, along the slope's normal, is unknown; choose another goal"
         return Status.UNKNOWN_GROUND, reason
-    refusal = refused_before(robot, dem, start, goal, frame.to_site(at), settings.friction, tether)
+    refusal = refused_before(robot, dem, start, goal, frame.to_site(at), settings.balance, tether)
     if refusal is not None:
         return refusal
     yaw = None if goal.yaw is None else hung.heading(goal.yaw)
@@ -78,29 +78,30 @@ def on_slope(
     return OnSlope(hung, turned, own, began)
 
 
-def in_site(robot: Robot, asked: OnSlope, result: WalkResult, friction: float) -> WalkResult:
+def in_site(robot: Robot, asked: OnSlope, result: WalkResult) -> WalkResult:
     """A result of the slope's frame in the site, with what the tether does."""
     hung = asked.hung
     goal = hung.goal if hung.goal is not None else result.goal
     plan, partial = (
-        None if one is None else plan_in_site(robot, hung, one, friction, goal) for one in (result.plan, result.partial)
+        None if one is None else plan_in_site(robot, hung, one, asked.settings.balance, goal)
+        for one in (result.plan, result.partial)
     )
     checks = (*result.checks, *_checks(plan)) if plan is not None else result.checks
     return replace(result, plan=plan, partial=partial, goal=goal, checks=checks, blocked=hung.blocked(result.blocked))
 
 
-def plan_in_site(robot: Robot, hung: Hung, plan: WalkPlan, friction: float, goal: WalkGoal) -> WalkPlan:
+def plan_in_site(robot: Robot, hung: Hung, plan: WalkPlan, balance: BalanceSettings, goal: WalkGoal) -> WalkPlan:
     """A walk of the slope's frame in the site, with how long the tether is and how hard it pulls at each waypoint.
 
     The pull is that with which the largest share of a limit, of a joint or of the drum, is least.
     """
-    frame, settings = hung.frame, BalanceSettings(friction=friction)
+    frame = hung.frame
     stances = tuple(frame.stance(stance, True) for stance in plan.stances)
     Ts = frame.poses_to_site(np.asarray(plan.Ts_site_base))
     pulls = []
     for q, T, move, phase in zip(plan.waypoints, Ts, plan.moves, plan.phases, strict=True):
         feet = [leg for leg in robot.legs if phase == BODY or leg != plan.legs[move]]
-        pulls.append(torque_check(robot, q, T, feet, stances[move].normals[feet], settings, hung.tether).pull)
+        pulls.append(torque_check(robot, q, T, feet, stances[move].normals[feet], balance, hung.tether).pull)
     up = np.array(frame.R_site_slope[:, 2])
     tethered = Tethered(hung.tether, up, hung.tether.lengths(Ts), np.array(pulls))
     return replace(plan, goal=goal, stances=stances, Ts_site_base=Ts, tethered=tethered)

@@ -3,10 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.payload import carried
+from footfall.balance.torques import torque_check
+from footfall.core.beside import beside
 from footfall.maps.standing import contacts, standing
+from footfall.planning.step.held import NOTHING_HOLDS
 from footfall.planning.step.lift import branch_of
 from footfall.planning.walk.foot_move import At
-from footfall.planning.walk.problem import Stance
+from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.robot.kinematics import wheel_pose
 from footfall.robot.model import Robot
 from footfall.robot.tolerance import outside_told, state_inside
@@ -33,3 +37,21 @@ def start_of(robot: Robot, dem: Dem, state: RobotState) -> At | str:
     Ts_site_wheel = np.array([T_site_base @ wheel_pose(robot, q, leg) for leg in robot.legs])
     branches = np.array([branch_of(robot, leg, q[6 * leg : 6 * leg + 6]) for leg in robot.legs], np.int64)
     return At(Stance(feet.points, feet.normals, Ts_site_wheel, branches), T_site_base, q)
+
+
+def overloaded(robot: Robot, start: At, settings: WalkSettings) -> str:
+    """Why the rover can't stand where a walk begins with the payload that the settings give it, or ""."""
+    load = carried(robot, settings.balance)
+    if settings.payload_mass is None or load is None:
+        return ""
+    q, T_site_base, normals = start.posture, start.T_site_base, start.stance.normals
+    held = torque_check(robot, q, T_site_base, robot.legs, normals, settings.balance)
+    if held.holds:
+        return ""
+    ratio, limit = beside(held.ratio, 1.0, 2)
+    needs = f"{held.joint_name} would need {ratio} of its torque limit ({limit}), however the load is shared"
+    mass, (x, y, z) = load
+    return (
+        f"the rover can't stand where the walk begins with {mass:g} kg at ({x:g}, {y:g}, {z:g}) m in base: "
+        f"{needs if held.feasible else NOTHING_HOLDS}; take off payload, or put it nearer to the chassis' middle"
+    )

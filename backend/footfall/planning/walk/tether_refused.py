@@ -81,26 +81,24 @@ def goal_refused(tether: Tether, goal: WalkGoal, at_goal: Array) -> str:
     )
 
 
-def hold_refused(robot: Robot, start: At, friction: float, tether: Tether) -> str:
+def hold_refused(robot: Robot, start: At, balance: BalanceSettings, tether: Tether) -> str:
     """Why ground and tether don't hold the rover where the walk begins, or "". start: in site."""
-    if _holds(robot, start, friction, tether):
+    if _holds(robot, start, balance, tether):
         return ""
     told = f"ground and tether don't hold the rover where it stands: its drum pulls with {tether.most_force:z.0f} N"
     most, least = STRONGEST, tether.most_force
-    if most <= least or not _holds(robot, start, friction, replace(tether, most_force=most)):
+    if most <= least or not _holds(robot, start, balance, replace(tether, most_force=most)):
         return f"{told}, and more would not do from that anchor; choose one that is up the slope from the rover"
     while most - least > 0.1 * _ROUND:
         middle = 0.5 * (most + least)
-        held = _holds(robot, start, friction, replace(tether, most_force=middle))
+        held = _holds(robot, start, balance, replace(tether, most_force=middle))
         most, least = (middle, least) if held else (most, middle)
     return f"{told} at most, and {np.ceil(most / _ROUND) * _ROUND:z.0f} N are needed; give a stronger one"
 
 
-def _holds(robot: Robot, start: At, friction: float, tether: Tether) -> bool:
-    settings = BalanceSettings(friction=friction)
-    return torque_check(
-        robot, start.posture, start.T_site_base, robot.legs, start.stance.normals, settings, tether
-    ).holds
+def _holds(robot: Robot, start: At, balance: BalanceSettings, tether: Tether) -> bool:
+    normals = start.stance.normals
+    return torque_check(robot, start.posture, start.T_site_base, robot.legs, normals, balance, tether).holds
 
 
 def through_chassis(world: World, start: At) -> str:
@@ -118,7 +116,7 @@ def through_chassis(world: World, start: At) -> str:
 
 
 def refused_before(
-    robot: Robot, dem: Dem, start: At, goal: WalkGoal, at_goal: Array, friction: float, tether: Tether
+    robot: Robot, dem: Dem, start: At, goal: WalkGoal, at_goal: Array, balance: BalanceSettings, tether: Tether
 ) -> tuple[Status, str] | None:
     """What speaks against a walk on the tether before any search; start and at_goal (3,): in site."""
     reason = anchor_refused(dem, np.asarray(start.T_site_base), tether)
@@ -127,5 +125,5 @@ def refused_before(
     reason = goal_refused(tether, goal, at_goal)
     if reason:
         return Status.GOAL_INVALID, reason
-    reason = hold_refused(robot, start, friction, tether)
+    reason = hold_refused(robot, start, balance, tether)
     return (Status.START_INVALID, reason) if reason else None

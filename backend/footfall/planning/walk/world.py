@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from footfall.balance.held import held_tables
 from footfall.balance.held_kernel import HeldTables
-from footfall.balance.settings import BalanceSettings
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.scene.tether_tables import tether_tables
 from footfall.planning.step.ground import Nearby
@@ -67,9 +66,9 @@ class World:
             settings.joint_reserve,
         )
         self.balance = Balance(_SUPPORT[settings.support], settings.least_margin)
-        friction, gap = settings.friction, max(settings.clearance, LEAST_GAP)
+        gap = max(settings.clearance, LEAST_GAP)
         tether = None if hung is None else hung.frame.tether(hung.tether)
-        balance = BalanceSettings(friction=friction) if hung is None else hung.balance(friction)
+        balance = settings.balance if hung is None else hung.balance(settings.balance)
         self._held: HeldTables = held_tables(robot, balance, tether)
         self._tether = tether_tables(robot, ground.dem, tether, gap)
         meshes = robot_meshes(robot.description)
@@ -88,7 +87,7 @@ class World:
     def _piece(self, middle: Array) -> Piece:
         dem, clearance = self.ground.dem, self.settings.clearance
         heights, geometry = dem.heights, dem.geometry
-        rover = rover_tables(self.robot, heights, geometry, clearance, middle, self._within)
+        rover = rover_tables(self.robot, heights, geometry, clearance, middle, self._within, self.settings.balance)
         checks = Checks(
             self.legs._replace(wrist=WRIST_ON_THE_WAY, knee_roll=KNEE_ROLL_ON_THE_WAY),
             rover,

@@ -8,6 +8,7 @@ margin, friction, largest torque, places) is asked for here too.
 
 from collections.abc import Callable
 
+from footfall.balance.payload import ON_DECK
 from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import Check
 from footfall.planning.walk.problem import WalkSettings
@@ -19,6 +20,7 @@ from footfall.planning.walk.recheck.motion import Motion
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.stretches import stretches
 from footfall.planning.walk.recheck.tethering import Tethering
+from footfall.robot.description import with_payload
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -55,14 +57,15 @@ def recheck_walk(
     if not first[0].holds:
         return tuple(first)
     contacts, branches = Contacts(robot, plan), Branches(plan)
-    holding = Holding(robot, plan, settings, every.hold)
+    carrying = _carrying(robot, settings)
+    holding = Holding(carrying, plan, settings, every.hold)
     clearances = Clearances(robot, dem, plan, every.watched)
     tethered = plan.tethered
     tethering = None if tethered is None else Tethering(robot, dem, plan, tethered)
     for number in range(len(plan.stances)):
         contacts.grounded(dem, number)
         clearances.grounded(number)
-    for stretch in stretches(robot, plan, every):
+    for stretch in stretches(carrying, plan, every):
         pulse()
         contacts.stood(stretch)
         branches.kept(stretch)
@@ -79,3 +82,13 @@ def recheck_walk(
         *clearances.checks(),
         *(tethering.checks() if tethering is not None else ()),
     )
+
+
+def _carrying(robot: Robot, settings: WalkSettings) -> Robot:
+    """The robot as if its description carried what the settings say: for weights alone, its box may be another."""
+    if settings.payload_mass is None:
+        return robot
+    own, place = robot.description.payload, settings.payload_position
+    if place is None:
+        place = ON_DECK if own is None else own.position
+    return Robot(with_payload(robot.description, settings.payload_mass, position=place))
