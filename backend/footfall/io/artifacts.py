@@ -79,6 +79,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.planning.walk.problem": (
         "Blocked",
+        "FootfallCosts",
         "Place",
         "Stance",
         "Tethered",

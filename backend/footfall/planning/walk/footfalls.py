@@ -28,11 +28,15 @@ _JITTER = 0.4
 
 @dataclass(frozen=True, eq=False)
 class Footfalls:
-    """contacts: (n, 3) site [m]; normals: (n, 3) unit; pinned: (n,) which of the pinned places each is, or −1."""
+    """contacts: (n, 3) site [m]; normals: (n, 3) unit; pinned: (n,) which of the pinned places each is, or −1.
+
+    costs: (n,) what each costs by its ground, in foot moves (ground_cost.py); nothing until that was asked.
+    """
 
     contacts: Array
     normals: Array
     pinned: NDArray[np.int64]
+    costs: Array
     tree: KDTree
 
 
@@ -48,7 +52,7 @@ def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSet
     pinned = np.concatenate([np.arange(len(pins)), np.full(len(xy), -1)])
     xy = np.concatenate([pins, xy])
     contacts, normals, rows = standable(robot, dem, xy, settings)
-    return Footfalls(contacts, normals, pinned[rows], KDTree(contacts[:, :2]))
+    return Footfalls(contacts, normals, pinned[rows], np.zeros(len(contacts)), KDTree(contacts[:, :2]))
 
 
 def standable(robot: Robot, dem: Dem, xy: Array, settings: WalkSettings) -> tuple[Array, Array, NDArray[np.int64]]:

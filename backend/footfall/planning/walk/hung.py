@@ -48,8 +48,10 @@ class Hung:
         """Footfalls of the slope's frame, on the site's very ground; without those where that is unknown."""
         contacts, normals = self.frame.seated(places.contacts, radius)
         good = np.isfinite(contacts).all(axis=1) & np.isfinite(normals).all(axis=1)
-        contacts, normals = contacts[good], normals[good]
-        return Footfalls(contacts, normals, places.pinned[good], type(places.tree)(contacts[:, :2].reshape(-1, 2)))
+        contacts, normals, tree = contacts[good], normals[good], type(places.tree)
+        return Footfalls(
+            contacts, normals, places.pinned[good], places.costs[good], tree(contacts[:, :2].reshape(-1, 2))
+        )
 
     def blocked(self, blocked: tuple[Blocked, ...]) -> tuple[Blocked, ...]:
         """What stopped a search, at its places in site."""

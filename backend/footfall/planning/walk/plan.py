@@ -22,6 +22,7 @@ from footfall.planning.walk.assemble import checks_of, walk_of
 from footfall.planning.walk.foot_move import At
 from footfall.planning.walk.footfalls import Footfalls, footfalls
 from footfall.planning.walk.footprint import Footprint, footprint
+from footfall.planning.walk.ground_cost import costed
 from footfall.planning.walk.guide import guide
 from footfall.planning.walk.problem import Blocked, WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
 from footfall.planning.walk.rappel import OnSlope, in_site, on_slope, provenance_of
@@ -206,9 +207,12 @@ class _Attempt:
         return without_holes_between(self.dem, low - BESIDE, high + BESIDE, np.array(start.stance.contacts))
 
     def _places(self, low: Array, high: Array) -> Footfalls:
-        """Where feet may be put between two corners (2,) [m]."""
+        """Where feet may be put between two corners (2,) [m], and what that costs."""
         found = footfalls(self.robot, self.dem, low, high, self.settings)
-        return found if self.slope is None else self.slope.hung.places(found, self.robot.wheel_radius)
+        radius, weights, frame = self.robot.wheel_radius, self.settings.footfall_costs, None
+        if self.slope is not None:
+            frame, found = self.slope.hung.frame, self.slope.hung.places(found, radius)
+        return costed(self.dem, found, radius, weights, frame)
 
     def _around(self, straight: TravelCost, start: At) -> Array | NoWay:
         """The chassis' way to the goal, around what is in the straight one."""

@@ -76,11 +76,30 @@ class Place(Value):
 
 
 @value
+class FootfallCosts(Value):
+    """What a footfall costs by the ground under its wheel, in foot moves; 0: it is no matter.
+
+    slope: of each radian. roughness: of each metre that the ground is off its plane (RMS). age: of each hour by which
+    the oldest of it was measured before the newest of the map. deviation: of each metre of the standard deviation of
+    its heights. A map that does not say how old or how sure it is costs nothing for that.
+    """
+
+    slope: float = 0.0
+    roughness: float = 0.0
+    age: float = 0.0
+    deviation: float = 0.0
+
+    def check(self) -> None:
+        require_not_negative(slope=self.slope, roughness=self.roughness, age=self.age, deviation=self.deviation)
+
+
+@value
 class WalkSettings(Value):
     """spacing: between footfalls that are considered [m]. steepest: slope under a footfall, at most [rad].
 
     support: one of SUPPORTS. least_margin: of the centre of mass to the support polygon of the feet that stand [m].
     friction: between wheel and ground. most_torque: largest share of a joint's torque limit.
+    footfall_costs: by the ground under the wheel, in whose place as good ground beside it is taken.
     payload_mass [kg], payload_position (3,) [m]: as of BalanceSettings, in support, friction and torques; the box that
     must stay clear is that of the robot's description.
     clearance: added to every clearance of the robot description [m].
@@ -113,6 +132,7 @@ class WalkSettings(Value):
     smoothing: Smoothing = field(default=Smoothing(), metadata=before(Smoothing(rounds=0)))
     payload_mass: float | None = field(default=None, metadata=LATER)
     payload_position: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+    footfall_costs: FootfallCosts = field(default=FootfallCosts(), metadata=before(FootfallCosts()))
 
     @property
     def balance(self) -> BalanceSettings:

@@ -187,7 +187,8 @@ class Search:
         low, high = before.low.copy(), before.high.copy()
         low[leg], high[leg] = self._reaches[leg].low[place], self._reaches[leg].high[place]
         left = float(self._left(low[None], high[None])[0])
-        return Reached(moved.to, before.cost + 1.0 + _way_cost(moved), under, low, high, left, before, moved, pins)
+        cost = before.cost + 1.0 + _way_cost(moved) + float(self.places.costs[place])
+        return Reached(moved.to, cost, under, low, high, left, before, moved, pins)
 
     def _stance(self, stance: Stance, leg: int, place: int) -> Stance:
         """The stance with a foot on a place."""
@@ -235,6 +236,7 @@ class Search:
             bonus = np.array([pin >= 0 and pin not in reached.pins for pin in pins.tolist()], bool) * PINNED
             priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high) - bonus
             priority += LACKING * np.clip(begin - end, 0.0, 1.0) + EASE * np.maximum(ENOUGH - reach.best[rows], 0.0)
+            priority += self.places.costs[rows]
             priority += self._noise * self._rng.exponential(size=len(rows))
             priority += STUCK * self._stuck[leg, int(reached.places[leg])]
             for i in np.argsort(priority, kind="stable")[:PLACES]:

@@ -1,6 +1,7 @@
 """What it costs the chassis to be over a place, a metre of the way: 1 where walking is easy, more where it is not.
 
-It tells from the footfalls near the feet of a rover at ease, the plane through them, and the ground under the belly.
+It tells from the footfalls near the feet of a rover at ease, what they cost, the plane through them, and the ground
+under the belly.
 It is an estimate, for guides; only ``may_stand`` is sure, and of the "no" alone.
 """
 
@@ -47,7 +48,8 @@ _UNDER = 48
 
 @dataclass(frozen=True, eq=False)
 class TravelCost:
-    """contacts: (n, 3) where feet may be put, about ``spacing`` apart [m]; begin, end: (3,) x, y, yaw of the chassis.
+    """contacts: (n, 3) where feet may be put, about ``spacing`` apart [m], and costs: (n,) of that, in foot moves;
+    begin, end: (3,) x, y, yaw of the chassis.
 
     Its heading goes evenly from the one to the other beside the straight way between them.
     """
@@ -55,6 +57,7 @@ class TravelCost:
     robot: Robot
     dem: Dem
     contacts: Array
+    costs: Array
     tree: KDTree
     spacing: float
     footprint: Footprint
@@ -66,7 +69,8 @@ class TravelCost:
         feet = self._feet(xy)
         away, nearest = self.tree.query(feet, np.arange(1, CHOICE + 1))
         lacking = np.clip(away[..., -1] - NEAR * self.spacing, 0.0, NOWHERE).sum(axis=1)
-        z = self.contacts[np.minimum(nearest[..., 0], len(self.contacts) - 1), 2]
+        nearest = np.minimum(nearest, len(self.contacts) - 1)
+        z = self.contacts[nearest[..., 0], 2]
         dx, dy = feet[..., 0] - xy[:, :1], feet[..., 1] - xy[:, 1:]
         middle, east, north = plane_of(dx, dy, z)
         off = np.abs(z - middle[:, None] - east[:, None] * dx - north[:, None] * dy).max(axis=1)
@@ -85,6 +89,7 @@ class TravelCost:
             + UNEVEN * np.maximum(off - EVEN, 0.0)
             + BELLY_HIGH * np.maximum(BELLY - room, 0.0)
             + TALL_COSTS * tall
+            + self.costs[nearest].min(axis=2).mean(axis=1)
         )
 
     def may_stand(self, grid_xy: Array, spacing: float) -> NDArray[np.bool_]:
@@ -148,7 +153,8 @@ def travel_cost(
 ) -> TravelCost:
     """standing: (legs, 3) contacts where the feet are; they count as places too. dem: with its holes."""
     contacts = np.concatenate([places.contacts, standing])
-    return TravelCost(robot, dem, contacts, KDTree(contacts[:, :2]), spacing, footprint, begin, end)
+    costs = np.concatenate([places.costs, np.zeros(len(standing))])
+    return TravelCost(robot, dem, contacts, costs, KDTree(contacts[:, :2]), spacing, footprint, begin, end)
 
 
 def plane_of(dx: Array, dy: Array, z: Array) -> tuple[Array, Array, Array]:
