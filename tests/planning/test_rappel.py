@@ -102,6 +102,21 @@ def test_a_walk_down_60_degrees_passes_by_other_means(athlete, slope, walk, star
     assert walk.Ts_site_base[-1, 2, 3] < walk.Ts_site_base[0, 2, 3] - 0.3
 
 
+def test_a_payload_is_held_by_ground_and_tether(athlete, slope, walk, start, asked):
+    tether, _, goal = asked
+    loaded = replace(SETTINGS, seed=1, payload_mass=100.0, payload_position=np.array([0.2, 0.1, 0.3]))
+    found = plan_walk(athlete, slope, start, goal, settings=loaded, tether=tether)
+    assert found.plan is not None, found.reason
+    assert found.plan.tethered is not None
+    checks = {one.name: one for one in recheck_walk(athlete, slope, found.plan, every=COARSE)}
+    assert not [one for one in checks.values() if not one.holds]
+    # where both begin the drum pulls harder by about the payload's share of the weight
+    more = found.plan.tethered.pulls[0] / walk.tethered.pulls[0]
+    assert 1.0 < more < 1.0 + 2.0 * 100.0 / athlete.mass
+    # the pulls of the bare rover don't hold the loaded one
+    assert "torque" in {one.name for one in recheck_walk(athlete, slope, walk, loaded, COARSE) if not one.holds}
+
+
 def test_what_is_paid_out_is_the_tethers_way(walk, asked):
     tether = asked[0]
     out = walk.paid_out

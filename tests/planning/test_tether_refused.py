@@ -168,5 +168,13 @@ def test_a_drum_that_is_too_weak_is_told_what_would_do(athlete, steep, hangs):
     # along the slope its weight pulls with m·g·sin, of which friction bears at most its share of m·g·cos
     weight = athlete.mass * 9.81
     assert needed > 0.5 * weight * (np.sin(np.radians(60)) - 0.6 * np.cos(np.radians(60)))
+    loaded = []
+    for mass in (0.0, 100.0, 300.0):
+        reason = hold_refused(athlete, start, replace(BALANCE, payload_mass=mass), replace(tether, most_force=500.0))
+        told = re.search(r"(\d+) N are needed", reason)
+        assert told is not None, reason
+        loaded.append(float(told[1]))
+    assert loaded[0] == needed
+    assert np.diff(loaded).min() > 0.5 * 100.0 * 9.81 * (np.sin(np.radians(60)) - 0.6 * np.cos(np.radians(60)))
     below = replace(tether, anchor=2 * np.array(state.T_site_base[:3, 3]) - tether.anchor)
     assert "more would not do" in hold_refused(athlete, start, BALANCE, below)

@@ -91,6 +91,7 @@ def free(athlete, dem, start):
 def walked(robot, dem, state, costs):
     found = plan_walk(robot, dem, state, GOAL, settings=replace(SETTINGS, footfall_costs=costs))
     assert found.status is Status.FOUND, found.reason
+    assert found.plan is not None
     return found.plan
 
 
