@@ -16,6 +16,7 @@ from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.carried_out import carried_out
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
+from footfall.session.jobs.requests import WalkRequest
 from footfall.session.linked import LinkedSession
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
@@ -162,11 +163,16 @@ class CommandedSession(LinkedSession):
         return len(self._shelf.typed(Sequence, sequence).commands)
 
     def _weight(self, sequence: str) -> float:
-        """Weight of rover and payload that a sequence was planned with [N]; for a rigid step, that of its robot."""
+        """Weight of rover and payload that a sequence was planned with [N]; of a rigid step, that of its robot."""
         from footfall.balance.payload import loaded
 
-        executed = self.executed_with(sequence)
-        balance = BalanceSettings() if executed is None else executed.compliance.balance
+        executed, behind = self.executed_with(sequence), self.state.plan_behind(sequence)
+        balance = BalanceSettings()
+        if executed is not None:
+            balance = executed.compliance.balance
+        elif behind is not None and behind.settings is not None:
+            asked = self._shelf.get(behind.settings)
+            balance = asked.settings.balance if isinstance(asked, WalkRequest) else balance
         mass, _ = loaded(self.robot, np.zeros(3), balance)
         return mass * balance.gravity
 

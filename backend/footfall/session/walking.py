@@ -12,6 +12,7 @@ from footfall.planning.execution.settings import HELD, ExecutionSettings
 from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.excerpt import end_of, parts_count, start_of
 from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings, foot_moves_told
+from footfall.planning.walk_execution.payload import with_load_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows, foot_moves
 from footfall.sequence.rest import PredictedRest, predicted_rest
@@ -148,7 +149,8 @@ class WalkingSession(PlannedSession):
         request = FootMovesRequest(first, min(count, of - first))
         if self._sags and not as_commanded:
             set_points = set_points_at(self.link.frame, self._shelf.typed(RobotState, parents["state"]))
-            request = replace(request, settings=settings or self.settings_in_force(), set_points=set_points)
+            settings = with_load_of(plan, settings or self.settings_in_force())
+            request = replace(request, settings=settings, set_points=set_points)
         # the checks of a row take a tenth of a second
         return self._workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
 

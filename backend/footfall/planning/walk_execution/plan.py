@@ -20,6 +20,7 @@ from footfall.planning.step.problem import Check, Status, StepPlan
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkPlan, part_told
 from footfall.planning.walk_execution.off_walk import off_walk
+from footfall.planning.walk_execution.payload import with_load_of
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution, WalkExecutionResult
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -42,7 +43,8 @@ def plan_walk_execution(
     """What to command so that the yielding rover makes ``count`` foot moves of a walk from number ``first`` on.
 
     The chassis is held on its planned way; feet go where they were planned, from where they are predicted to stand.
-    state: as measured now, where foot move ``first`` starts. settings: their mode, one of HELD, is that of the steps.
+    state: as measured now, where foot move ``first`` starts. settings: their mode, one of HELD, is that of the steps;
+    where they name no payload, that of the walk's settings counts.
     commanded: (legs × 6,) the present set points; None: posture + torque / stiffness. count: None: all that are left
     and the chassis' way after the last one. progress: may raise Cancelled.
 
@@ -52,6 +54,7 @@ def plan_walk_execution(
     settings = settings or ExecutionSettings()
     if not isinstance(settings, ExecutionSettings) or settings.mode not in HELD:
         raise InvalidInput(f"a walk is executed with ExecutionSettings of a mode of {', '.join(HELD)}")
+    settings = with_load_of(walk, settings)
     if walk.tethered is not None:
         raise InvalidInput("a walk on a tether is not executed yet: how the rover sags on one is not predicted")
     asked = _asked(walk, first, count)
