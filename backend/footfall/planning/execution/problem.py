@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
+from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
@@ -18,8 +19,28 @@ def ends_of(phases: tuple[str, ...]) -> list[int]:
     return [i for i, phase in enumerate(phases) if i == len(phases) - 1 or phases[i + 1] != phase]
 
 
+class Paced(Product):
+    """Base of the executions, whose own fields these are: how long each motion takes, and the pause after it [s]."""
+
+    __slots__ = ()
+
+    durations: NDArray[np.float64]
+    pauses: NDArray[np.float64]
+
+    @property
+    def seconds(self) -> float:
+        """How long it takes [s]."""
+        return float(self.durations.sum() + self.pauses.sum())
+
+
+def require_execution(status: Status, execution: object) -> None:
+    """Raises InvalidInput where a status FOUND comes without an execution."""
+    if status is Status.FOUND and execution is None:
+        raise InvalidInput("an execution comes with status FOUND")
+
+
 @value
-class Execution(Value):
+class Execution(Paced):
     """A checked motion: set points, waypoint by waypoint, and where the rover is predicted to be at each.
 
     plan: the step as it is executed; in the mode as_commanded it may be lifted higher than the one asked for.
@@ -61,16 +82,6 @@ class Execution(Value):
     touch_down_offset: float
     provenance: Provenance
 
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was computed from."""
-        return dict(self.provenance.parents)
-
-    @property
-    def seconds(self) -> float:
-        """How long it takes [s]."""
-        return float(self.durations.sum() + self.pauses.sum())
-
 
 @value
 class ExecutionResult(Value):
@@ -87,12 +98,11 @@ class ExecutionResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        if self.status is Status.FOUND and self.execution is None:
-            raise InvalidInput("an execution comes with status FOUND")
+        require_execution(self.status, self.execution)
 
 
 @value
-class BodyExecution(Value):
+class BodyExecution(Paced):
     """A checked move of the chassis over its standing wheels: set points, and where the rover is predicted to be.
 
     plan: the move as it was planned for a rigid rover. wanted: (n, 4, 4) T_site_base that the set points are made for:
@@ -117,16 +127,6 @@ class BodyExecution(Value):
         """(n,), the same all the way."""
         return (BODY,) * len(self.commanded)
 
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was computed from."""
-        return dict(self.provenance.parents)
-
-    @property
-    def seconds(self) -> float:
-        """How long it takes [s]."""
-        return float(self.durations.sum() + self.pauses.sum())
-
 
 @value
 class BodyExecutionResult(Value):
@@ -139,8 +139,7 @@ class BodyExecutionResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        if self.status is Status.FOUND and self.execution is None:
-            raise InvalidInput("an execution comes with status FOUND")
+        require_execution(self.status, self.execution)
 
 
 Predicted = Execution | BodyExecution

@@ -9,7 +9,6 @@ of a gait has the phases of a foot move of a walk.
 
 from collections.abc import Mapping
 from dataclasses import field
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,8 @@ from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
-from footfall.planning.step.problem import Check, Status
+from footfall.planning.step.problem import Check, Status, require_answer
+from footfall.planning.walk.checked_motion import CheckedMotion
 from footfall.planning.walk.problem import Stance, WalkGoal, WalkPlan, WalkSettings
 
 TRIPOD, RIPPLE, WAVE = "tripod", "ripple", "wave"
@@ -121,7 +121,7 @@ class GaitFailure(Value):
 
 
 @value
-class GaitPlan(Value):
+class GaitPlan(CheckedMotion):
     """A checked gait: a walk in which several feet may move at once.
 
     groups: (m,) legs that each foot move moves together; stances: m + 1. The first ``settling`` foot moves put feet,
@@ -148,9 +148,7 @@ class GaitPlan(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        count = len(self.waypoints)
-        if {len(self.Ts_site_base), len(self.moves), len(self.phases), len(self.margins), len(self.torques)} != {count}:
-            raise InvalidInput("every waypoint of a gait needs a pose, a foot move, a phase, a margin and a torque")
+        self.require_all_told("a gait")
         if len(self.stances) != len(self.groups) + 1:
             raise InvalidInput("a gait of m foot moves has m + 1 stances")
 
@@ -163,11 +161,6 @@ class GaitPlan(Value):
     def feet_moved(self) -> int:
         """How many feet are removed and placed."""
         return sum(len(group) for group in self.groups)
-
-    @property
-    def chassis_way(self) -> float:
-        """How far the chassis' origin goes [m]."""
-        return float(sum(np.linalg.norm(b - a) for a, b in pairwise(self.Ts_site_base[:, :3, 3])))
 
     @property
     def walk(self) -> WalkPlan:
@@ -208,5 +201,4 @@ class GaitResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.plan is not None):
-            raise InvalidInput("a plan comes with status FOUND, and only then")
+        require_answer(self.status, self.plan)

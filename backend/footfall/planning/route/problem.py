@@ -8,7 +8,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance, Value, value
 from footfall.maps.layers import MapSettings
-from footfall.planning.step.problem import Status
+from footfall.planning.step.problem import Status, require_answer
 
 
 @value
@@ -94,5 +94,4 @@ class RouteResult(Value):
     cut_off: tuple[float, ...] = ()
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.plan is not None):
-            raise InvalidInput("a plan comes with status FOUND, and only then")
+        require_answer(self.status, self.plan)

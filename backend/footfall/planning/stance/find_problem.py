@@ -8,7 +8,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import Provenance, Value, before, value
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE, BodyMovePlan, BodyMoveSettings
-from footfall.planning.step.problem import Check, Footfall, Status
+from footfall.planning.step.problem import Check, Footfall, Status, require_answer
 
 
 @value
@@ -83,7 +83,6 @@ class ShiftResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.shift is not None):
-            raise InvalidInput("a shift comes with status FOUND, and only then")
+        require_answer(self.status, self.shift, "a shift")
         if self.plan is not None and self.shift is None:
             raise InvalidInput("a plan comes with its shift")

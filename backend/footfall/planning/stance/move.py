@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
-from footfall.core.errors import InvalidInput
+from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, before, value
 from footfall.planning.stance.body_shift import BodyShift
-from footfall.planning.step.problem import Check, Status
+from footfall.planning.step.problem import Check, Status, require_answer
 
 REACH_RESERVE = 0.02
 """What a move of the chassis leaves every leg short of straight, unless asked otherwise [m]; `stand` leaves 3 cm."""
@@ -45,7 +45,7 @@ class BodyMoveSettings(Value):
 
 
 @value
-class BodyMovePlan(Value):
+class BodyMovePlan(Product):
     """A checked motion of the chassis while every standing wheel stays locked where it is.
 
     waypoints: (n, legs × 6) postures [rad]; the first is the start, the last the goal; joints move in straight lines
@@ -60,11 +60,6 @@ class BodyMovePlan(Value):
     contacts: NDArray[np.float64]
     provenance: Provenance
 
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was planned from."""
-        return dict(self.provenance.parents)
-
 
 @value
 class BodyMoveResult(Value):
@@ -78,5 +73,4 @@ class BodyMoveResult(Value):
     provenance: Provenance
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.plan is not None):
-            raise InvalidInput("a plan comes with status FOUND, and only then")
+        require_answer(self.status, self.plan)

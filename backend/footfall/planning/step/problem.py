@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
+from footfall.core.product import Product
 from footfall.core.value import LATER, Provenance, Value, value, value_enum
 
 PLANNERS: Mapping[str, str] = {
@@ -48,6 +49,12 @@ class Status(Enum):
     GOAL_INVALID = "goal_invalid"
     OFF_MAP = "off_map"
     UNKNOWN_GROUND = "unknown_ground"
+
+
+def require_answer(status: Status, found: object, called: str = "a plan") -> None:
+    """Raises InvalidInput unless what was found is there with status FOUND, and only then."""
+    if (status is Status.FOUND) != (found is not None):
+        raise InvalidInput(f"{called} comes with status FOUND, and only then")
 
 
 @value
@@ -146,7 +153,7 @@ class Decision(Value):
 
 
 @value
-class StepPlan(Value):
+class StepPlan(Product):
     """A checked motion of one leg; the chassis and the other legs stay as they are.
 
     waypoints: (n, legs × 6) postures [rad]; the first is the start, the last the goal.
@@ -166,11 +173,6 @@ class StepPlan(Value):
     branch: int
     planner: str
     provenance: Provenance
-
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was planned from."""
-        return dict(self.provenance.parents)
 
 
 @value
@@ -206,5 +208,4 @@ class PlanResult(Value):
     instead: NearestPlace | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.plan is not None):
-            raise InvalidInput("a plan comes with status FOUND, and only then")
+        require_answer(self.status, self.plan)

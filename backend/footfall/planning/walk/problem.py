@@ -7,7 +7,6 @@ before each foot move, and after the last one, the chassis moves over all its fe
 
 from collections.abc import Mapping
 from dataclasses import field
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,8 @@ from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Provenance, Value, before, value
 from footfall.planning.stance.move import JOINT_RESERVE, REACH_RESERVE
-from footfall.planning.step.problem import Check, Status
+from footfall.planning.step.problem import Check, Status, require_answer
+from footfall.planning.walk.checked_motion import CheckedMotion
 from footfall.planning.walk.smoothing import Smoothed, Smoothing
 
 SUPPORTS: Mapping[str, str] = {
@@ -202,7 +202,7 @@ class Tethered(Value):
 
 
 @value
-class WalkPlan(Value):
+class WalkPlan(CheckedMotion):
     """A checked walk. Joints move in straight lines between waypoints.
 
     stances: m + 1, of which each differs from the next by the foot of legs[i]; legs: (m,). waypoints: (n, legs × 6)
@@ -229,18 +229,11 @@ class WalkPlan(Value):
     tethered: Tethered | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
-        count = len(self.waypoints)
-        if self.tethered is not None and len(self.tethered.lengths) != count:
+        if self.tethered is not None and len(self.tethered.lengths) != len(self.waypoints):
             raise InvalidInput("every waypoint of a tethered walk needs a length and a pull")
-        if {len(self.Ts_site_base), len(self.moves), len(self.phases), len(self.margins), len(self.torques)} != {count}:
-            raise InvalidInput("every waypoint of a walk needs a pose, a foot move, a phase, a margin and a torque")
+        self.require_all_told("a walk")
         if len(self.stances) != len(self.legs) + 1:
             raise InvalidInput("a walk of m foot moves has m + 1 stances")
-
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was planned from."""
-        return dict(self.provenance.parents)
 
     @property
     def groups(self) -> tuple[tuple[int, ...], ...]:
@@ -260,12 +253,6 @@ class WalkPlan(Value):
         if self.tethered is not None:
             np.add.at(out, self.moves[1:], np.diff(self.tethered.lengths))
         return out
-
-    @property
-    def chassis_way(self) -> float:
-        """How far the chassis' origin goes [m]."""
-        at = self.Ts_site_base[:, :3, 3]
-        return float(sum(np.linalg.norm(b - a) for a, b in pairwise(at)))
 
 
 def part_told(number: int, of: int) -> str:
@@ -312,5 +299,4 @@ class WalkResult(Value):
     smoothed: Smoothed | None = field(default=None, metadata=LATER)
 
     def check(self) -> None:
-        if (self.status is Status.FOUND) != (self.plan is not None):
-            raise InvalidInput("a plan comes with status FOUND, and only then")
+        require_answer(self.status, self.plan)

@@ -3,8 +3,9 @@
 import numpy as np
 
 from footfall.core.errors import InvalidInput
+from footfall.core.product import Product
 from footfall.core.value import Provenance, Value, value
-from footfall.planning.execution.problem import BodyExecution, Execution, Predicted
+from footfall.planning.execution.problem import BodyExecution, Execution, Predicted, require_execution
 from footfall.planning.step.problem import Check, Status
 
 
@@ -36,7 +37,7 @@ class FootMoveExecution(Value):
 
 
 @value
-class WalkExecution(Value):
+class WalkExecution(Product):
     """Executions of neighbouring foot moves of a walk; each part starts from the rest that the one before ends in."""
 
     moves: tuple[FootMoveExecution, ...]
@@ -46,11 +47,6 @@ class WalkExecution(Value):
         numbers = [move.number for move in self.moves]
         if not numbers or np.any(np.diff(numbers) != 1):
             raise InvalidInput("an execution of a walk is of neighbouring foot moves, one or more", numbers=numbers)
-
-    @property
-    def parents(self) -> dict[str, str]:
-        """name → digest of the values it was computed from."""
-        return dict(self.provenance.parents)
 
     @property
     def parts(self) -> tuple[Predicted, ...]:
@@ -83,5 +79,4 @@ class WalkExecutionResult(Value):
     def check(self) -> None:
         if (self.status is Status.FOUND) != (self.failed_at is None):
             raise InvalidInput("a foot move fails where the status is not FOUND, and only then")
-        if self.status is Status.FOUND and self.execution is None:
-            raise InvalidInput("an execution comes with status FOUND")
+        require_execution(self.status, self.execution)
