@@ -5,22 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import Rest
+from footfall.planning.execution.begin import Beginning, asked_of, beginning, moved
 from footfall.planning.execution.body_course import BodyCourse
-from footfall.planning.execution.checks import body_checks_of, refusal_told
+from footfall.planning.execution.checks import body_checks_of, judged
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import durations, pauses
-from footfall.planning.execution.plan import moved, require_fit
 from footfall.planning.execution.problem import BODY, BodyExecution, BodyExecutionResult
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import Lost
-from footfall.planning.stance.body_move import No, stance_of
+from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
-from footfall.planning.stance.whole_body import WholeBody
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -44,12 +41,7 @@ def plan_body_execution(
     Returns a result; a move that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
     settings are of another robot or make no sense.
     """
-    settings = settings or ExecutionSettings()
-    if not isinstance(settings, ExecutionSettings):
-        raise InvalidInput("an execution takes ExecutionSettings")
-    require_fit(robot, state, plan.parents)
-    parents = {"plan": plan.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
-    provenance = Provenance(parents, settings)
+    settings, provenance = asked_of(robot, dem, state, plan, settings)
 
     def no(status: Status, reason: str) -> BodyExecutionResult:
         return BodyExecutionResult(status, None, reason, (), provenance)
@@ -58,15 +50,10 @@ def plan_body_execution(
     away = moved(state, plan.waypoints[0], plan.Ts_site_base[0])
     if away:
         return no(Status.START_INVALID, f"{away}; plan the move anew from where the rover is")
-    stance = stance_of(robot, dem, state, settings.clearance)
-    if isinstance(stance, No):
-        return no(stance.status, stance.reason)
-    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance, stance.body.ground.filled)
-    try:
-        start = measured(rover, state, commanded)
-    except InvalidInput as err:
-        return no(Status.START_INVALID, f"{err.message}; put the legs down first")
-    return body_executed(rover, stance.body, start, plan, settings, provenance, progress).result
+    began = beginning(robot, dem, state, settings, commanded)
+    if isinstance(began, No):
+        return no(began.status, began.reason)
+    return body_executed(began, plan, settings, provenance, progress).result
 
 
 @dataclass(frozen=True)
@@ -78,17 +65,16 @@ class BodyExecuted:
 
 
 def body_executed(
-    rover: CompliantRover,
-    body: WholeBody,
-    start: Rest,
+    began: Beginning,
     plan: BodyMovePlan,
     settings: ExecutionSettings,
     provenance: Provenance,
     progress: Progress = no_progress,
 ) -> BodyExecuted:
-    """The move from the rest ``start``, measured or predicted, checked where the rover is predicted to be."""
+    """The move from the rest it begins with, measured or predicted, checked where the rover is predicted to be."""
+    rover = began.rover
     try:
-        course = BodyCourse(rover, start, plan, settings, part(progress, 0.0, 0.7))
+        course = BodyCourse(rover, began.rest, plan, settings, part(progress, 0.0, 0.7))
     except Lost as lost:
         reason = f"{lost}; move the chassis less far, or step with that leg first"
         return BodyExecuted(BodyExecutionResult(Status.NO_PATH, None, reason, (), provenance), None)
@@ -110,8 +96,7 @@ def body_executed(
         provenance=provenance,
     )
     progress(0.7, "checking where the rover will be")
-    checks = body_checks_of(rover.robot, done, rests, body, settings)
+    checks = body_checks_of(rover.robot, done, rests, began.body, settings)
     progress(1.0, "done")
-    bad = [check for check in checks if not check.holds]
-    status, reason = (Status.NO_PATH, refusal_told(bad[0])) if bad else (Status.FOUND, "")
+    status, reason = judged(checks)
     return BodyExecuted(BodyExecutionResult(status, done, reason, checks, provenance), rests[-1])

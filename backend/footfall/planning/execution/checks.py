@@ -1,6 +1,6 @@
 """What must hold of a predicted motion, and by how much it does."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from footfall.planning.execution.problem import BodyExecution, Execution, Predic
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.stance.move_checks import LOCKED, Path, coms_of, dense
 from footfall.planning.stance.whole_body import Nearest, WholeBody
-from footfall.planning.step.problem import Check
+from footfall.planning.step.problem import Check, Status
 from footfall.robot.description import link_name
 from footfall.robot.limits import room_to_limits
 from footfall.robot.model import Robot
@@ -242,7 +242,11 @@ def _offset(done: Execution, settings: ExecutionSettings) -> Check:
     return Check(name, offset <= settings.largest_offset, settings.largest_offset - offset, "m", f"{offset:z.3f} m off")
 
 
-def refusal_told(check: Check) -> str:
-    """The check that fails, by how much, where, and what to try."""
+def judged(checks: Iterable[Check]) -> tuple[Status, str]:
+    """Whether all checks hold, or the first that fails, by how much, where, and what to try."""
+    check = next((one for one in checks if not one.holds), None)
+    if check is None:
+        return Status.FOUND, ""
     size = f" by {-check.margin:.3g} {check.unit}" if check.margin < 0 else ""
-    return f"the predicted motion fails the check of {check.name}{size} ({check.where}); {ADVICE[check.name]}"
+    reason = f"the predicted motion fails the check of {check.name}{size} ({check.where}); {ADVICE[check.name]}"
+    return Status.NO_PATH, reason

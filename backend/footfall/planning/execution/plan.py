@@ -4,20 +4,19 @@ The method of the prediction is in :mod:`footfall.planning.compliance.rover`, th
 :mod:`footfall.planning.execution.course`.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.compliance.settings import WIDEST, ComplianceSettings
-from footfall.planning.execution.checks import checks_of, refusal_told
+from footfall.planning.execution.begin import REACH_OUT, Beginning, asked_of, beginning, moved
+from footfall.planning.execution.checks import checks_of, judged
 from footfall.planning.execution.course import COMMANDERS, FALL, Course
 from footfall.planning.execution.forces import borne
 from footfall.planning.execution.pace import GENTLE, durations, pauses
@@ -25,8 +24,7 @@ from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import rim_clearance
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.execution.walker import Lost
-from footfall.planning.stance.body_move import No, stance_of
-from footfall.planning.stance.whole_body import WholeBody
+from footfall.planning.stance.body_move import No
 from footfall.planning.step.plan import plan_step
 from footfall.planning.step.problem import Check, Status, StepPlan, StepSettings
 from footfall.robot.model import Robot
@@ -39,10 +37,6 @@ MOST_LIFTS = 5
 """Heights of the lift that are tried."""
 MORE = 0.02
 """Lifted more than what was lacking, as a higher lift sags more [m]."""
-REACH_OUT = 0.5
-"""Ground beyond feet and chassis that the leg may step onto [m]."""
-MOVED_Q, MOVED = 0.02, 0.03
-"""A joint [rad] and the chassis [m] may be so far from where the plan starts: more, and it is another stance."""
 
 
 def plan_execution(
@@ -62,12 +56,7 @@ def plan_execution(
     Returns a result; a step that can't be executed is a result with a reason. Raises InvalidInput where plan, state or
     settings are of another robot or make no sense.
     """
-    settings = settings or ExecutionSettings()
-    if not isinstance(settings, ExecutionSettings):
-        raise InvalidInput("an execution takes ExecutionSettings")
-    require_fit(robot, state, plan.parents)
-    parents = {"plan": plan.digest, "state": state.digest, "dem": dem.digest, "robot": robot.digest}
-    provenance = Provenance(parents, settings)
+    settings, provenance = asked_of(robot, dem, state, plan, settings)
 
     def no(status: Status, reason: str) -> ExecutionResult:
         return ExecutionResult(status, None, reason, (), provenance)
@@ -76,15 +65,10 @@ def plan_execution(
     away = moved(state, plan.waypoints[0], plan.T_site_base)
     if away:
         return no(Status.START_INVALID, f"{away}; plan the step anew from where the rover is")
-    stance = stance_of(robot, dem, state, settings.clearance, reach_out=REACH_OUT)
-    if isinstance(stance, No):
-        return no(stance.status, stance.reason)
-    rover = CompliantRover(robot, stance.body.ground.dem, settings.compliance, stance.body.ground.filled)
-    try:
-        start = measured(rover, state, commanded)
-    except InvalidInput as err:
-        return no(Status.START_INVALID, f"{err.message}; put the legs down first")
-    return executed(rover, stance.body, dem, state, start, plan, settings, provenance, progress).result
+    began = beginning(robot, dem, state, settings, commanded, REACH_OUT)
+    if isinstance(began, No):
+        return no(began.status, began.reason)
+    return executed(began, dem, state, plan, settings, provenance, progress).result
 
 
 @dataclass(frozen=True)
@@ -96,21 +80,19 @@ class Executed:
 
 
 def executed(
-    rover: CompliantRover,
-    body: WholeBody,
+    began: Beginning,
     dem: Dem,
     state: RobotState,
-    start: Rest,
     plan: StepPlan,
     settings: ExecutionSettings,
     provenance: Provenance,
     progress: Progress = no_progress,
 ) -> Executed:
-    """The step from the rest ``start``, measured or predicted, checked where the rover is predicted to be.
+    """The step from the rest it begins with, measured or predicted, checked where the rover is predicted to be.
 
     state: what telemetry says, or would say, of that rest; dem: the map, where ``as_commanded`` plans a higher lift.
     """
-    attempt = _Attempt(rover, body, state, start, settings, provenance)
+    attempt = _Attempt(began, state, settings, provenance)
     try:
         if settings.mode == "as_commanded":
             done, checks = attempt.lifted_enough(dem, plan, progress)
@@ -120,22 +102,16 @@ def executed(
         reason = f"{lost}; move the chassis, choose another footfall, or take another mode"
         return Executed(ExecutionResult(Status.NO_PATH, None, reason, (), provenance), None)
     progress(1.0, "done")
-    bad = [check for check in checks if not check.holds]
-    status, reason = (Status.NO_PATH, refusal_told(bad[0])) if bad else (Status.FOUND, "")
+    status, reason = judged(checks)
     return Executed(ExecutionResult(status, done, reason, checks, provenance), attempt.end)
 
 
 class _Attempt:
     def __init__(
-        self,
-        rover: CompliantRover,
-        body: WholeBody,
-        state: RobotState,
-        start: Rest,
-        settings: ExecutionSettings,
-        provenance: Provenance,
+        self, began: Beginning, state: RobotState, settings: ExecutionSettings, provenance: Provenance
     ) -> None:
-        self.rover, self.robot, self.body, self.state, self.start = rover, rover.robot, body, state, start
+        self.rover, self.robot, self.body = began.rover, began.rover.robot, began.body
+        self.state, self.start = state, began.rest
         self.settings, self.provenance = settings, provenance
         self.end: Rest | None = None
 
@@ -233,25 +209,3 @@ def softer(settings: ComplianceSettings, share: float) -> ComplianceSettings:
     """The settings with all springs softer by a share 0…1."""
     joint, wheel = (max(scale * (1 - share), 1 / WIDEST) for scale in (settings.joint_scale, settings.wheel_scale))
     return replace(settings, joint_scale=joint, wheel_scale=wheel)
-
-
-def require_fit(robot: Robot, state: RobotState, parents: Mapping[str, str]) -> None:
-    """Raises InvalidInput where the state, or a plan of these parents, is of another robot."""
-    if state.robot != robot.name or state.leg_count != robot.leg_count:
-        raise InvalidInput(f"the state is of {state.robot}, the robot is {robot.name}")
-    planned_for = parents.get("robot")
-    if planned_for is not None and planned_for != robot.digest:
-        raise InvalidInput(
-            f"the plan was made for another robot than {robot.name}; give the one it was planned with",
-            planned_for=planned_for,
-            given=robot.digest,
-        )
-
-
-def moved(state: RobotState, posture: Array, T_site_base: Array) -> str:
-    """How far the rover is from where a plan starts, (legs × 6,) and (4, 4); empty where it is there."""
-    joints = float(np.abs(state.posture - posture).max())
-    chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
-    if joints > MOVED_Q or chassis > MOVED:
-        return f"a joint is {joints:z.3f} rad and the chassis {chassis:z.3f} m from where the plan starts"
-    return ""

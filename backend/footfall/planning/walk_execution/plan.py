@@ -8,13 +8,13 @@ from numpy.typing import ArrayLike
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
-from footfall.planning.compliance.from_telemetry import measured
-from footfall.planning.compliance.rover import CompliantRover, Rest
+from footfall.planning.compliance.rover import Rest
+from footfall.planning.execution.begin import REACH_OUT, Beginning, beginning, require_fit
 from footfall.planning.execution.body_plan import BodyExecuted, body_executed
-from footfall.planning.execution.plan import REACH_OUT, Executed, executed, require_fit
+from footfall.planning.execution.plan import Executed, executed
 from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.execution.settings import HELD, ExecutionSettings
-from footfall.planning.stance.body_move import No, Stance, stance_of
+from footfall.planning.stance.body_move import No
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import Check, Status, StepPlan
 from footfall.planning.walk.parts import parts_of
@@ -144,38 +144,24 @@ class _Way:
         away = off_walk(self.robot, self.state, plan.waypoints[0], T_site_base)
         if away:
             return No(Status.START_INVALID, f"{away}; plan a walk from there")
-        stance = stance_of(self.robot, self.dem, self.state, self.settings.clearance, reach_out=REACH_OUT)
-        if isinstance(stance, No):
-            return stance
-        rover = CompliantRover(self.robot, stance.body.ground.dem, self.settings.compliance, stance.body.ground.filled)
-        start = self._start(rover)
-        if isinstance(start, No):
-            return start
-        found = self._executed(rover, stance, start, plan, progress)
+        # the rest that the part before ended in; of the first part the measured one
+        began = beginning(self.robot, self.dem, self.state, self.settings, self._commanded, REACH_OUT, self.rest)
+        if isinstance(began, No):
+            return began
+        found = self._executed(began, plan, progress)
         result = found.result
         told = tuple(replace(check, where=f"{called}: {check.where}") for check in result.checks)
         if result.status is not Status.FOUND or result.execution is None or found.end is None:
             return No(result.status, result.reason, told)
         self.checks += told
-        self.rest, self.state = found.end, rover.state(found.end, self.state.time)
+        self.rest, self.state = found.end, began.rover.state(found.end, self.state.time)
         return result.execution
 
-    def _executed(
-        self, rover: CompliantRover, stance: Stance, start: Rest, plan: Part, progress: Progress
-    ) -> BodyExecuted | Executed:
+    def _executed(self, began: Beginning, plan: Part, progress: Progress) -> BodyExecuted | Executed:
         provenance = replace(self.provenance, parents=dict(self.provenance.parents) | {"plan": plan.digest})
         if isinstance(plan, BodyMovePlan):
-            return body_executed(rover, stance.body, start, plan, self.settings, provenance, progress)
-        return executed(rover, stance.body, self.dem, self.state, start, plan, self.settings, provenance, progress)
-
-    def _start(self, rover: CompliantRover) -> Rest | No:
-        """The rest that the part before ended in; of the first part the measured one."""
-        if self.rest is not None:
-            return self.rest
-        try:
-            return measured(rover, self.state, self._commanded)
-        except InvalidInput as err:
-            return No(Status.START_INVALID, f"{err.message}; put the legs down first")
+            return body_executed(began, plan, self.settings, provenance, progress)
+        return executed(began, self.dem, self.state, plan, self.settings, provenance, progress)
 
 
 def _asked(walk: WalkPlan, first: int, count: int | None) -> list[tuple[int, tuple[Part, ...]]]:
