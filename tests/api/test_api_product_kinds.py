@@ -35,7 +35,6 @@ def echo(parents, settings, progress):
 def served(monkeypatch, tmp_path, athlete):
     kind = Kind("echo", "RobotState", "BodyShift", GROUND, f"{__name__}:echo", from_the_rover=True, watched=True)
     entry = Asked(
-        route="POST /sessions/{session}/echoes",
         folder="echoes",
         tag="stances",
         verb="make",

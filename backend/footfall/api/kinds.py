@@ -5,7 +5,7 @@ needs no routes of its own: :mod:`footfall.api.routes.products` makes them, and 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import BaseModel
@@ -29,6 +29,8 @@ from footfall.session.live import LiveSession
 from footfall.session.products import kinds
 from footfall.session.products.kinds import Kind
 
+_SESSION = "/sessions/{session}"
+
 
 @dataclass(frozen=True)
 class Served:
@@ -50,12 +52,21 @@ class Asked(Served):
     order: body of the request; answer: the value; ask: has it made for an order.
     """
 
+    route: str = field(init=False)
     tag: str
     verb: str
     text: str
     order: type[BaseModel]
     answer: type[Value]
     ask: Callable[[LiveSession, Any], Job]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "route", f"POST {self.path}")
+
+    @property
+    def path(self) -> str:
+        """Of its orders; its results are read below."""
+        return f"{_SESSION}/{self.folder}"
 
 
 def _find_shift(live: LiveSession, order: ShiftOrder) -> Job:
@@ -83,8 +94,6 @@ def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
     return live.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
 
 
-_SESSION = "/sessions/{session}"
-
 SERVED: dict[Kind, Served] = {
     kinds.TERRAIN: Served(f"POST {_SESSION}/terrains", "terrains"),
     kinds.PHOTOGRAPHS: Served(f"POST {_SESSION}/terrains/photographs", "terrains"),
@@ -96,7 +105,6 @@ SERVED: dict[Kind, Served] = {
     kinds.WHAT_IF: Served(f"PUT {_SESSION}/what-if"),
     kinds.EXECUTION: Served(f"POST {_SESSION}/executions", "executions"),
     kinds.SHIFT: Asked(
-        route=f"POST {_SESSION}/shifts",
         folder="shifts",
         tag="stances",
         verb="find",
@@ -106,7 +114,6 @@ SERVED: dict[Kind, Served] = {
         ask=_find_shift,
     ),
     kinds.BODY_MOVE: Asked(
-        route=f"POST {_SESSION}/body-moves",
         folder="body-moves",
         tag="stances",
         verb="plan",
@@ -116,7 +123,6 @@ SERVED: dict[Kind, Served] = {
         ask=_plan_body_move,
     ),
     kinds.WALK: Asked(
-        route=f"POST {_SESSION}/walks",
         folder="walks",
         tag="plans",
         verb="plan",
@@ -126,7 +132,6 @@ SERVED: dict[Kind, Served] = {
         ask=_plan_walk,
     ),
     kinds.GAIT: Asked(
-        route=f"POST {_SESSION}/gaits",
         folder="gaits",
         tag="plans",
         verb="plan",
@@ -136,7 +141,6 @@ SERVED: dict[Kind, Served] = {
         ask=_plan_gait,
     ),
     kinds.ROUTE: Asked(
-        route=f"POST {_SESSION}/routes",
         folder="routes",
         tag="plans",
         verb="plan",

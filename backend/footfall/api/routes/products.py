@@ -32,10 +32,10 @@ def _add(router: Routes, kind: Kind, served: Asked) -> None:
     order_one.__doc__ = served.text
     order_one.__annotations__["order"] = served.order
     read_one.__annotations__["return"] = served.answer
-    path = f"/sessions/{{session}}/{served.folder}"
     named: dict[str, Any] = {"tags": [served.tag]}
-    router.add_api_route(path, order_one, methods=["POST"], status_code=202, name=f"{served.verb}_{kind.name}", **named)
-    router.add_api_route(f"{path}/{{digest}}", read_one, methods=["GET"], name=f"read_{kind.name}", **named)
+    ordered = f"{served.verb}_{kind.name}"
+    router.add_api_route(served.path, order_one, methods=["POST"], status_code=202, name=ordered, **named)
+    router.add_api_route(f"{served.path}/{{digest}}", read_one, methods=["GET"], name=f"read_{kind.name}", **named)
 
 
 router = routes()
