@@ -10,6 +10,7 @@ HEAVY = {
     "maps/test_traversability_tiles.py",
     "planning/test_benchmark_figures.py",
     "planning/test_body_move.py",
+    "planning/test_choice_iteration.py",
     "planning/test_coarse_ground.py",
     "planning/test_compliance.py",
     "planning/test_execution.py",

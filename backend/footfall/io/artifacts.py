@@ -98,6 +98,10 @@ HOMES: dict[str, tuple[str, ...]] = {
         "WalkExecution",
         "WalkExecutionResult",
     ),
+    "footfall.planning.choice.policy": ("GaitPolicy",),
+    "footfall.planning.choice.reward": ("RewardWeights",),
+    "footfall.planning.choice.settings": ("ChoiceSettings",),
+    "footfall.planning.choice.state": ("StateSpace",),
     "footfall.planning.gait.problem": ("GaitFailure", "GaitPlan", "GaitResult", "GaitSettings"),
     "footfall.planning.walk.recheck.settings": ("RecheckSettings",),
     "footfall.planning.walk.smoothing": (

@@ -1,0 +1,23 @@
+"""Tables that choose gaits, as files: a GaitPolicy is one artifact, the same bytes for the same table."""
+
+from pathlib import Path
+
+from footfall.core.errors import InvalidBundle
+from footfall.io.artifacts import decode, encode
+from footfall.planning.choice.policy import GaitPolicy, require_made_for
+from footfall.planning.choice.settings import ChoiceSettings
+
+
+def read_policy(path: Path, robot: str, settings: ChoiceSettings | None = None) -> GaitPolicy:
+    """The policy of a file for a robot (digest). Raises InvalidBundle where the file holds none, InvalidInput where it
+    was made for another robot, version or, where they are given, settings."""
+    policy = decode(path.read_bytes(), name=path.name)
+    if not isinstance(policy, GaitPolicy):
+        raise InvalidBundle(f"{path.name} holds {type(policy).__name__}, no policy", file=path.name)
+    require_made_for(policy, robot, settings)
+    return policy
+
+
+def write_policy(path: Path, policy: GaitPolicy) -> None:
+    """Write a policy."""
+    path.write_bytes(encode(policy))

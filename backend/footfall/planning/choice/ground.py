@@ -1,0 +1,70 @@
+"""The ground as a choice sees it: what is least, steepest and oldest under the rover and where it goes next."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.grid import GridGeometry
+from footfall.maps.layers import MapSettings
+from footfall.maps.traversability import traversability
+from footfall.planning.choice.actions import WALK
+from footfall.planning.choice.state import Features
+from footfall.planning.route.cost import reach
+from footfall.robot.model import Robot
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+MAPS = MapSettings()
+"""Window and limits of the planes that are fitted: about one wheel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """Layers (rows, cols) of a map. good: goodness × certainty, 0 where unknown. gradient: rise to east and north,
+    (rows, cols, 2), NaN where unknown. ages: [s] before the newest cell, 0 where the map does not say. around: how far
+    the wheels are from the middle of the rover [m]."""
+
+    geometry: GridGeometry
+    good: Array
+    gradient: Array
+    ages: Array
+    around: float
+
+
+def ground_of(robot: Robot, dem: Dem) -> Ground:
+    """The ground of a map for a robot."""
+    found = traversability(dem, MAPS)
+    good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
+    ages = np.zeros(dem.geometry.shape)
+    if dem.time is not None and np.isfinite(dem.time).any():
+        ages = np.nan_to_num(np.nanmax(dem.time) - dem.time)
+    return Ground(dem.geometry, good, found.gradient, ages, reach(robot))
+
+
+def features_at(
+    ground: Ground, T_site_base: Array, onto: Array, current: str = WALK, refused: bool = False
+) -> Features:
+    """Of the rover at T_site_base (4, 4) that goes straight on to x, y (2,) [m]: the ground under it from here to
+    there, as far around as its wheels are. Beyond the map nothing is known."""
+    here, lean = T_site_base[:2, 3], math.acos(min(1.0, max(-1.0, float(T_site_base[2, 2]))))
+    way = np.asarray(onto, np.float64) - here
+    length = float(np.hypot(*way))
+    centers = ground.geometry.centers() - here
+    along = np.clip(centers @ way / max(length, 1e-9) ** 2, 0.0, 1.0)
+    under = np.hypot(*np.moveaxis(centers - along[..., None] * way, -1, 0)) <= ground.around
+    if not under.any() or _leaves(ground, here, here + way):
+        return Features(0.0, 0.0, lean, 0.0, current, refused)
+    rises = ground.gradient[under] @ (way / max(length, 1e-9))
+    rise = float(np.nanmean(rises)) if np.isfinite(rises).any() else 0.0
+    least, oldest = float(ground.good[under].min()), float(ground.ages[under].max())
+    return Features(least, math.atan(rise), lean, oldest, current, refused)
+
+
+def _leaves(ground: Ground, here: Array, there: Array) -> bool:
+    """Whether the ground around the way is not all on the map."""
+    west, south, east, north = ground.geometry.bounds
+    low, high = np.minimum(here, there) - ground.around, np.maximum(here, there) + ground.around
+    return bool(low[0] < west or low[1] < south or high[0] > east or high[1] > north)

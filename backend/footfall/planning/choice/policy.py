@@ -1,0 +1,92 @@
+"""A learned policy: for each state the action to take, as a table that goes with one robot and one version."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidInput
+from footfall.core.value import Provenance, Value, value
+from footfall.planning.choice.actions import ACTIONS, WALK
+from footfall.planning.choice.mdp import Seen, estimated, value_iteration
+from footfall.planning.choice.settings import ChoiceSettings
+from footfall.planning.choice.state import Features
+
+VERSION = 1
+"""Of the meaning of a table: features, actions and their order."""
+LEARN_AGAIN = "learn one with `python -m training.gait_policy`"
+
+
+@value
+class GaitPolicy(Value):
+    """version: VERSION of the program that learned it. actions: ACTIONS then. settings: it was learned with.
+
+    action_values: (states, actions), what each is worth, −inf where it was never tried; visits: (states, actions), how
+    often it was. bound: how far values may be from those of the estimated process. seeds: how many rollouts it was
+    learned from. The provenance names the robot.
+    """
+
+    version: int
+    actions: tuple[str, ...]
+    settings: ChoiceSettings
+    action_values: NDArray[np.float64]
+    visits: NDArray[np.int64]
+    bound: float
+    seeds: int
+    provenance: Provenance
+
+    def check(self) -> None:
+        shape = (self.settings.space.size, len(self.actions))
+        if self.action_values.shape != shape or self.visits.shape != shape:
+            raise InvalidInput(f"a policy needs one number for each state and action, {shape[0]} × {shape[1]}")
+        if np.isnan(self.action_values).any() or not np.isfinite(self.action_values).any(axis=1).all():
+            raise InvalidInput("every state of a policy needs an action of finite worth, and no number may be missing")
+
+    @property
+    def robot(self) -> str:
+        """Digest of the robot that it was learned for."""
+        return self.provenance.parents["robot"]
+
+    @property
+    def choices(self) -> NDArray[np.int64]:
+        """(states,): the best action of each, the first of equals."""
+        return np.argmax(self.action_values, axis=1)
+
+    def choose(self, features: Features) -> str:
+        """The action to take: one of ACTIONS."""
+        return self.actions[int(self.choices[self.settings.space.index(features)])]
+
+
+def learned(seen: Sequence[Seen], settings: ChoiceSettings, robot: str, seeds: int) -> GaitPolicy:
+    """The optimal policy of the process that was seen; robot: digest of whose iterations those were."""
+    space = settings.space
+    tried = np.zeros((space.size, len(ACTIONS)), np.int64)
+    np.add.at(tried, ([one.state for one in seen], [one.action for one in seen]), 1)
+    process = estimated(seen, space.size, len(ACTIONS), ACTIONS.index(WALK))
+    solved = value_iteration(process, settings.discount)
+    provenance = Provenance({"robot": robot}, settings)
+    return GaitPolicy(VERSION, ACTIONS, settings, solved.action_values, tried, solved.bound, seeds, provenance)
+
+
+def require_made_for(policy: GaitPolicy, robot: str, settings: ChoiceSettings | None = None) -> None:
+    """Raises InvalidInput where a policy is of another version or robot (digest), or was learned with other settings
+    than ``settings``, if such are given."""
+    if policy.version != VERSION or policy.actions != ACTIONS:
+        raise InvalidInput(
+            f"the policy is of version {policy.version} for {', '.join(policy.actions)}, this program reads version "
+            f"{VERSION} for {', '.join(ACTIONS)}; {LEARN_AGAIN}",
+            version=policy.version,
+        )
+    if policy.robot != robot:
+        raise InvalidInput(
+            f"the policy was learned for robot {policy.robot[:8]}…, this one is {robot[:8]}…; {LEARN_AGAIN}",
+            learned_for=policy.robot,
+            robot=robot,
+        )
+    if settings is not None and policy.settings.digest != settings.digest:
+        raise InvalidInput(
+            f"the policy was learned with settings {policy.settings.digest[:8]}…, these are {settings.digest[:8]}…; "
+            f"{LEARN_AGAIN}, or take its own",
+            learned_with=policy.settings.digest,
+            settings=settings.digest,
+        )
