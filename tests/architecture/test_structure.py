@@ -24,6 +24,7 @@ VAGUE = {"data", "manager", "handler", "util", "utils", "helper", "helpers", "no
 def sources() -> Iterator[Path]:
     yield from sorted(BACKEND.rglob("*.py"))
     yield from sorted((ROOT / "footfall_ui").rglob("*.py"))
+    yield from sorted((ROOT / "training").rglob("*.py"))
 
 
 @cache
@@ -74,6 +75,11 @@ def test_pure_layers_open_no_files() -> None:
                     if name in calls:
                         offenders.append(f"{path.relative_to(ROOT)}:{part.lineno} {name}")
     assert not offenders
+
+
+def test_nobody_needs_what_learns() -> None:
+    """A policy is a file: who walks by it does not learn."""
+    assert not [path for path in sources() if ROOT / "training" not in path.parents and "training" in imported(path)]
 
 
 def test_no_assert_as_validation() -> None:
