@@ -87,12 +87,14 @@ def _route(robot: Robot, ground: Dem, state: RobotState) -> None:
     import footfall
     from footfall.core.grid import GridGeometry
     from footfall.planning.route.field import CostField
+    from footfall.planning.route.problem import COSTS, RouteSettings
 
     costs = CostField(GridGeometry(0.0, 0.0, 1.0, 8, 8), [[1.0] * 8, [2.0] * 8] * 4, (1.0, 1.0))
     costs.plan((5.0, 6.0))
     costs.change([[3, 3]], [float("inf")])
     costs.plan((5.0, 6.0))
-    footfall.plan_route(robot, ground, state, (0.5, 0.5))
+    for cost in COSTS:
+        footfall.plan_route(robot, ground, state, (0.5, 0.5), settings=RouteSettings(cost=cost))
 
 
 def _gait(robot: Robot, ground: Dem, state: RobotState) -> None:

@@ -61,6 +61,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "LeggedSettings",
         "LeggedState",
     ),
+    "footfall.planning.route.feasible": ("FeasibleGround",),
     "footfall.planning.route.problem": (
         "CostGrid",
         "NoGo",

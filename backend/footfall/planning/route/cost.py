@@ -33,15 +33,15 @@ def cost_grid(
     settings = settings or RouteSettings()
     found = traversability(dem, settings.maps, progress)
     good = np.nan_to_num(np.asarray(found.goodness, np.float64)) * found.certainty
-    geometry, size = _coarse_geometry(dem.geometry, settings.resolution)
+    geometry, size = coarse_geometry(dem.geometry, settings.resolution)
     side = _side(reach(robot) / geometry.resolution)
-    mean = _mean_under(_blocks(good, size, 0.0).mean(axis=(1, 3)), side)
+    mean = _mean_under(blocks(good, size, 0.0).mean(axis=(1, 3)), side)
     with np.errstate(divide="ignore"):
         costs = np.maximum(np.where(mean >= settings.worst, 1.0 / mean, math.inf), 1.0)
-    heights = _blocks(dem.heights.astype(np.float64), size, math.nan)
+    heights = blocks(dem.heights.astype(np.float64), size, math.nan)
     costs[_rise_under(heights, side) > settings.highest] = math.inf
     for area in settings.no_go:
-        costs[_inside(geometry, area)] = math.inf
+        costs[inside(geometry, area)] = math.inf
     provenance = Provenance({"dem": dem.digest, "robot": robot.digest}, settings)
     return CostGrid(costs, geometry, provenance)
 
@@ -53,7 +53,7 @@ def reach(robot: Robot) -> float:
     return float(np.hypot(feet[:, 0], feet[:, 1]).max())
 
 
-def _coarse_geometry(geometry: GridGeometry, resolution: float) -> tuple[GridGeometry, int]:
+def coarse_geometry(geometry: GridGeometry, resolution: float) -> tuple[GridGeometry, int]:
     """Blocks of cells about as large as ``resolution`` [m], and how many cells a side of one has."""
     size = max(1, round(resolution / geometry.resolution))
     rows, cols = (math.ceil(count / size) for count in geometry.shape)
@@ -61,7 +61,7 @@ def _coarse_geometry(geometry: GridGeometry, resolution: float) -> tuple[GridGeo
     return GridGeometry(geometry.x0 + shift, geometry.y0 + shift, size * geometry.resolution, rows, cols), size
 
 
-def _blocks(layer: Array, size: int, beyond: float) -> Array:
+def blocks(layer: Array, size: int, beyond: float) -> Array:
     """(rows, size, cols, size) of a layer; beyond: what stands for the cells that the last blocks lack."""
     rows, cols = (math.ceil(count / size) for count in layer.shape)
     padded = np.full((rows * size, cols * size), beyond)
@@ -80,7 +80,7 @@ def _mean_under(layer: Array, side: int) -> Array:
 
 
 def _rise_under(heights: Array, side: int) -> Array:
-    """How far the ground under the rover rises over its mean plane there, at least [m]; heights: blocks, see _blocks.
+    """How far the ground under the rover rises over its mean plane there, at least [m]; heights: blocks, see blocks.
 
     What is unknown rises nowhere. The plane's own rise over the square is left out, so slopes do not count.
     """
@@ -103,6 +103,6 @@ def _slope(mean: Array, some: Array, axis: int) -> Array:
     return np.where(known > 0, rise, 0.0)
 
 
-def _inside(geometry: GridGeometry, area: NoGo) -> NDArray[np.bool_]:
+def inside(geometry: GridGeometry, area: NoGo) -> NDArray[np.bool_]:
     away = geometry.centers() - (area.x, area.y)
     return np.hypot(away[..., 0], away[..., 1]) <= area.radius

@@ -1,12 +1,14 @@
 """One route: what is asked, with which settings, and what comes back. A *route* is a path without footfalls."""
 
+from dataclasses import field
+
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.bounds import require_above_zero
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
-from footfall.core.value import Provenance, Value, value
+from footfall.core.value import LATER, Provenance, Value, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import Status, require_answer
 
@@ -25,12 +27,20 @@ class NoGo(Value):
         require_above_zero(radius=self.radius)
 
 
+COSTS = ("goodness", "feasible")
+"""What the ground may cost by: Morphin's goodness (cost.py), or the Ambler's feasible traversability (feasible.py)."""
+MOST_HEADINGS = 32
+
+
 @value
 class RouteSettings(Value):
     """resolution: of the cells that the way is looked for on [m].
 
     worst: least mean of goodness × certainty under the rover. highest: ground under it that rises at most so far over
     the mean plane there [m]: more is not stepped over. no_go: what the chassis keeps off. maps: how goodness is judged.
+    cost: one of COSTS. "feasible" takes ``worst`` for the trust in the ground, ``maps.slope_limit`` for footfalls, and
+    has no use for ``highest``. headings: so many are looked at, 8 or 16 or another multiple of 4. fades: ground seen so
+    long before the newest is trusted half [s].
     """
 
     resolution: float = 0.1
@@ -38,11 +48,21 @@ class RouteSettings(Value):
     highest: float = 0.5
     no_go: tuple[NoGo, ...] = ()
     maps: MapSettings = MapSettings()
+    cost: str = field(default="goodness", metadata=LATER)
+    headings: int = field(default=8, metadata=LATER)
+    fades: float = field(default=86400.0, metadata=LATER)
 
     def check(self) -> None:
         require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
         if self.worst > 1:
             raise InvalidInput("the worst ground that is allowed has a goodness of at most 1", worst=self.worst)
+        require_above_zero("s", fades=self.fades)
+        if self.cost not in COSTS:
+            raise InvalidInput(f"routes cost by {' or '.join(COSTS)}", cost=self.cost)
+        if self.headings % 4 or not 4 <= self.headings <= MOST_HEADINGS:
+            raise InvalidInput(
+                f"headings are counted in a multiple of 4, at most {MOST_HEADINGS}", headings=self.headings
+            )
 
 
 @value

@@ -1,0 +1,241 @@
+"""Compiled: what lies under the rover around every cell, and for which headings enough legs find a footfall there.
+
+Sums are of whole numbers, and the rest are largest, smallest and first: nothing depends on where a part of a map that
+is computed by itself begins.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.compiled import njit
+
+Heights = NDArray[np.float32]
+Array = NDArray[np.float64]
+Whole = NDArray[np.int32]
+Codes = NDArray[np.uint8]
+
+FREE, UNKNOWN, NO_FOOTING, TOO_HIGH, TOO_FEW, UNSUPPORTED = range(6)
+"""What forbids a cell; words for them are in feasible.py."""
+LEAST_LEGS = 5
+"""Legs that must find footfalls, those that support conservatively."""
+
+
+@njit()
+def footings(ground: Heights, beside: int, steepest: float, feet: Heights) -> None:
+    """Write the ground where a wheel may stand on it, −inf elsewhere, (rows, cols) [m].
+
+    It may where no cell ``beside`` cells away in one of eight directions is unknown, or so high or low that the rise
+    [m for each cell] is beyond ``steepest``.
+    """
+    rows, cols = ground.shape
+    for i in range(rows):
+        for j in range(cols):
+            here = np.float64(ground[i, j])
+            good = i >= beside and j >= beside and i < rows - beside and j < cols - beside and np.isfinite(here)
+            if good:
+                for di in range(-1, 2):
+                    for dj in range(-1, 2):
+                        rise = abs(np.float64(ground[i + di * beside, j + dj * beside]) - here)
+                        limit = steepest * beside * np.sqrt(np.float64(di * di + dj * dj))
+                        # a rise that is unknown is not within the limit
+                        if not rise <= limit:
+                            good = False
+            feet[i, j] = ground[i, j] if good else -np.inf
+
+
+@njit()
+def _wider(near: Heights, wide: Heights, largest: bool) -> None:
+    """Write for each cell the largest (or least) of ``near`` among it and the two beside it."""
+    last = near.size - 1
+    for j in range(1, last):
+        if largest:
+            wide[j] = max(near[j], max(near[j - 1], near[j + 1]))
+        else:
+            wide[j] = min(near[j], min(near[j - 1], near[j + 1]))
+    for j in (0, last):
+        other = near[min(j + 1, last)] if j == 0 else near[j - 1]
+        wide[j] = max(near[j], other) if largest else min(near[j], other)
+
+
+@njit()
+def _largest_under(layer: Heights, halves: Whole, largest: bool, out: Heights) -> None:
+    """Write the largest (or least) known number in the disc around each cell; halves: half its width, row by row."""
+    rows, cols = layer.shape
+    radius = halves.size // 2
+    nothing = np.float32(-np.inf) if largest else np.float32(np.inf)
+    out[:] = nothing
+    near, wide = np.empty(cols, np.float32), np.empty(cols, np.float32)
+    for i in range(rows):
+        for j in range(cols):
+            near[j] = layer[i, j] if np.isfinite(layer[i, j]) else nothing
+        for half in range(radius + 1):
+            for k in range(halves.size):
+                row = i + k - radius
+                if halves[k] == half and 0 <= row < rows:
+                    best = out[row]
+                    if largest:
+                        for j in range(cols):
+                            best[j] = max(best[j], near[j])
+                    else:
+                        for j in range(cols):
+                            best[j] = min(best[j], near[j])
+            _wider(near, wide, largest)
+            near, wide = wide, near
+
+
+@njit()
+def _sum_under(layer: Codes, halves: Whole, out: Whole) -> None:
+    """Write the sum over the disc around each cell; beyond the layer there is 0."""
+    rows, cols = layer.shape
+    radius = halves.size // 2
+    sums = np.zeros(cols + 2 * radius + 1, np.int32)
+    out[:] = 0
+    for i in range(rows):
+        total = np.int32(0)
+        for j in range(cols):
+            total += np.int32(layer[i, j])
+            sums[radius + 1 + j] = total
+        sums[radius + 1 + cols :] = total
+        for k in range(halves.size):
+            row, half = i + k - radius, halves[k]
+            if 0 <= row < rows:
+                before, after = sums[radius - half :], sums[radius + half + 1 :]
+                for j in range(cols):
+                    out[row, j] += after[j] - before[j]
+
+
+@njit()
+def under_rover(
+    ground: Heights,
+    feet: Heights,
+    trust: Codes,
+    halves: Whole,
+    highest: Heights,
+    lowest: Heights,
+    best: Heights,
+    trusted: Whole,
+    footed: Whole,
+) -> None:
+    """Write what lies in the disc around each cell, all (rows, cols).
+
+    highest, lowest known ground and highest footing [m]; sum of trust; how many cells have a footing.
+    """
+    _largest_under(ground, halves, True, highest)
+    _largest_under(ground, halves, False, lowest)
+    _largest_under(feet, halves, True, best)
+    _sum_under(trust, halves, trusted)
+    _sum_under(np.isfinite(feet).astype(np.uint8), halves, footed)
+
+
+@njit()
+def _first(feet, at, high, offsets, strokes, count):
+    """Whether a leg reaches any of its places."""
+    for k in range(count):
+        if high - np.float64(feet[at + offsets[k]]) <= strokes[k]:
+            return True
+    return False
+
+
+@njit()
+def _outermost(feet, at, high, offsets, strokes, by_angle, count, clockwise):
+    """The place farthest clockwise, or counter-clockwise, that a leg reaches, which it does."""
+    for k in range(count):
+        place = by_angle[k] if clockwise else by_angle[count - 1 - k]
+        if high - np.float64(feet[at + offsets[place]]) <= strokes[place]:
+            return place
+    return -1
+
+
+@njit()
+def _five_support(feet, at, high, offsets, strokes, by_angle, count, rows, cols, missing):
+    """Whether five legs find footfalls that support the middle conservatively.
+
+    Whether any closed half-plane at the middle holds fewer than two feet depends on their directions alone: none does
+    where no two feet with one between them are more than a half turn apart. Of legs that keep to sectors of 60° only
+    the pairs around the missing one can be, and these share no leg.
+    """
+    legs = count.size
+    for behind, ahead in ((missing - 2, missing + 1), (missing - 1, missing + 2)):
+        a, b = (behind + legs) % legs, ahead % legs
+        i = _outermost(feet, at, high, offsets[a], strokes[a], by_angle[a], count[a], False)
+        j = _outermost(feet, at, high, offsets[b], strokes[b], by_angle[b], count[b], True)
+        # the foot behind × the foot ahead: positive up to a half turn, in whole numbers
+        if cols[a, i] * rows[b, j] - rows[a, i] * cols[b, j] < 0:
+            return False
+    return True
+
+
+@njit()
+def find_footfalls(
+    feet: Heights,
+    highest: Heights,
+    lowest: Heights,
+    best: Heights,
+    trusted: Whole,
+    footed: Whole,
+    least_trusted: float,
+    all_cells: int,
+    stroke: float,
+    search_all: bool,
+    margin: int,
+    rows: Whole,
+    cols: Whole,
+    strokes: Array,
+    by_angle: Whole,
+    count: Whole,
+    legs: Codes,
+    why: Codes,
+) -> None:
+    """Write how many legs find footfalls that support, (headings, rows, cols), 0 where too few; and why all are 0.
+
+    feet: with ``margin`` cells of −inf all around. highest … footed: (rows, cols), of ``under_rover``. all_cells: of the
+    disc. Where each of these has a footing within ``stroke`` of the highest ground all legs find one, and nothing is
+    searched, unless ``search_all``. rows … count: of LegPlaces.
+    """
+    headings, leg_count = count.shape
+    width = feet.shape[1]
+    flat, offsets = feet.ravel(), rows * width + cols
+    deepest = -np.inf
+    for heading in range(headings):
+        for leg in range(leg_count):
+            for k in range(count[heading, leg]):
+                deepest = max(deepest, strokes[heading, leg, k])
+    for i in range(highest.shape[0]):
+        for j in range(highest.shape[1]):
+            high = np.float64(highest[i, j])
+            legs[:, i, j] = 0
+            if trusted[i, j] < least_trusted:
+                why[i, j] = UNKNOWN
+                continue
+            if not search_all and footed[i, j] == all_cells and high - np.float64(lowest[i, j]) <= stroke:
+                legs[:, i, j] = leg_count
+                why[i, j] = FREE
+                continue
+            if footed[i, j] == 0:
+                why[i, j] = NO_FOOTING
+                continue
+            if high - np.float64(best[i, j]) > deepest:
+                why[i, j] = TOO_HIGH
+                continue
+            at = (i + margin) * width + j + margin
+            reason = np.uint8(TOO_FEW)
+            for h in range(headings):
+                missing, lacking = -1, 0
+                for leg in range(leg_count):
+                    if not _first(flat, at, high, offsets[h, leg], strokes[h, leg], count[h, leg]):
+                        missing = leg
+                        lacking += 1
+                        if leg_count - lacking < LEAST_LEGS:
+                            break
+                if lacking == 0:
+                    legs[h, i, j] = leg_count
+                elif leg_count - lacking >= LEAST_LEGS:
+                    if _five_support(
+                        flat, at, high, offsets[h], strokes[h], by_angle[h], count[h], rows[h], cols[h], missing
+                    ):
+                        legs[h, i, j] = leg_count - lacking
+                    elif reason != FREE:
+                        reason = np.uint8(UNSUPPORTED)
+                if legs[h, i, j] > 0:
+                    reason = np.uint8(FREE)
+            why[i, j] = reason
