@@ -1,4 +1,4 @@
-"""Routes: how long Field D* takes at first and after changes, and how near its ways are to the cheapest.
+"""Routes: how long costs and Field D* take at first and after changes, and how near ways are to the cheapest.
 
 The peer is Dijkstra's algorithm over eight directions (scipy) on the same cells in the same run.
 """
@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from benchmarks import feasible
 from benchmarks.timing import SEED, Figure
 from footfall.core.grid import GridGeometry
 from footfall.planning.route.coarse import cheapest_way
@@ -47,6 +48,7 @@ def figures(quick: bool) -> Iterator[Figure]:
     cost, seconds = _against_eight(512, 2 if quick else 5)
     yield Figure("route/cost_over_8_directions", cost, "", 1.0)
     yield Figure("route/time_over_dijkstra", seconds, "")
+    yield from feasible.figures(quick)
     if not quick:
         geometry, costs = rough(4000, SEED)
         began = time.process_time()

@@ -25,6 +25,9 @@ def plan_route(
     resolution: Annotated[
         float, typer.Option(help="Of the cells that the way is looked for on [m].")
     ] = RouteSettings().resolution,
+    cost: Annotated[
+        str, typer.Option(help="What the ground costs by: goodness, or feasible (footfalls within the legs' reach).")
+    ] = RouteSettings().cost,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -33,7 +36,7 @@ def plan_route(
     from footfall.io.artifacts import encode
     from footfall.planning.route.plan import plan_route as run
 
-    settings = RouteSettings(worst=worst, resolution=resolution)
+    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost)
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     began = time.monotonic()
     with bar("route") as progress:

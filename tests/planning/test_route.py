@@ -14,7 +14,7 @@ from footfall.core.grid import GridGeometry
 from footfall.maps.traversability import traversability
 from footfall.planning.route.cost import _rise_under, cost_grid, reach
 from footfall.planning.route.field import CostField
-from footfall.planning.route.problem import NoGo, RouteSettings
+from footfall.planning.route.problem import Corridor, NoGo, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.terrain.from_arrays import from_heights
 
@@ -107,6 +107,37 @@ def test_a_route_keeps_off_what_is_no_go(athlete, start):
         away = np.hypot(*((1 - share) * a + share * b - (area.x, area.y)).T)
         assert away.min() > area.radius - 0.08
     assert found.plan.points[:, 1].min() < -1.0
+
+
+def test_a_route_keeps_to_its_corridors(athlete, start):
+    settings = RouteSettings(corridors=(Corridor(0.0, 0.0, 5.0, 4.0, 0.5), Corridor(5.0, 4.0, 10.0, 0.0, 0.5)))
+    found = footfall.plan_route(athlete, ground(), start, GOAL, settings)
+    assert found.plan is not None
+    share = np.linspace(0.0, 1.0, 100)[:, None]
+    for a, b in pairwise(found.plan.points):
+        x, y = ((1 - share) * a + share * b).T
+        # both pieces have this slope and meet at (5, 4)
+        away = np.abs(4.0 - 0.8 * np.abs(x - 5.0) - y) / math.hypot(1.0, 0.8)
+        assert away.max() < 0.5 + 0.08
+    refused = footfall.plan_route(athlete, ground(), start, (10.0, 2.0), settings)
+    assert refused.status is Status.GOAL_INVALID
+    assert "ground beside the corridors" in refused.reason
+
+
+def test_by_footfalls_a_route_goes_over_what_legs_step_over_and_around_what_is_higher(athlete, start):
+    """A wall of 0.9 m is no ground to roll over, but legs reach from above it to the ground; over 2 m they don't."""
+    settings = RouteSettings(cost="feasible")
+    flat, low, high = (footfall.plan_route(athlete, ground(wall=z), start, GOAL, settings).plan for z in (0, 0.9, 2.0))
+    assert flat is not None
+    assert low is not None
+    assert high is not None
+    assert flat.cost == pytest.approx(10.0, abs=0.05)
+    assert low.points[:, 1].max() < 0.5
+    assert flat.cost < low.cost < 20.0
+    assert np.interp(5.0, high.points[:, 0], high.points[:, 1]) > 2.0 + reach(athlete) - 0.5
+    blocked = footfall.plan_route(athlete, ground(wall=2.0), start, (5.0, -2.0), settings)
+    assert blocked.status is Status.GOAL_INVALID
+    assert "fewer than five legs find footfalls" in blocked.reason
 
 
 def test_a_goal_that_is_cut_off_is_told_where(athlete, start):

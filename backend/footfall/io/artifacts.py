@@ -63,6 +63,7 @@ HOMES: dict[str, tuple[str, ...]] = {
     ),
     "footfall.planning.route.feasible": ("FeasibleGround",),
     "footfall.planning.route.problem": (
+        "Corridor",
         "CostGrid",
         "NoGo",
         "Route",

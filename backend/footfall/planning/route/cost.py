@@ -14,7 +14,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
 from footfall.maps.traversability import traversability
-from footfall.planning.route.problem import CostGrid, NoGo, RouteSettings
+from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.ik import contact_point
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -40,8 +40,7 @@ def cost_grid(
         costs = np.maximum(np.where(mean >= settings.worst, 1.0 / mean, math.inf), 1.0)
     heights = blocks(dem.heights.astype(np.float64), size, math.nan)
     costs[_rise_under(heights, side) > settings.highest] = math.inf
-    for area in settings.no_go:
-        costs[inside(geometry, area)] = math.inf
+    costs[marked_off(geometry, settings)] = math.inf
     provenance = Provenance({"dem": dem.digest, "robot": robot.digest}, settings)
     return CostGrid(costs, geometry, provenance)
 
@@ -80,7 +79,7 @@ def _mean_under(layer: Array, side: int) -> Array:
 
 
 def _rise_under(heights: Array, side: int) -> Array:
-    """How far the ground under the rover rises over its mean plane there, at least [m]; heights: blocks, see blocks.
+    """How far the ground under the rover rises over its mean plane there, at least [m]; heights: of ``blocks``.
 
     What is unknown rises nowhere. The plane's own rise over the square is left out, so slopes do not count.
     """
@@ -103,6 +102,15 @@ def _slope(mean: Array, some: Array, axis: int) -> Array:
     return np.where(known > 0, rise, 0.0)
 
 
-def inside(geometry: GridGeometry, area: NoGo) -> NDArray[np.bool_]:
-    away = geometry.centers() - (area.x, area.y)
-    return np.hypot(away[..., 0], away[..., 1]) <= area.radius
+def marked_off(geometry: GridGeometry, settings: RouteSettings) -> NDArray[np.bool_]:
+    """Cells that the operator keeps the chassis off: no-go areas, and all beside the corridors where there are any."""
+    x, y = np.meshgrid(geometry.xs, geometry.ys)
+    off = np.full(geometry.shape, bool(settings.corridors))
+    for one in settings.corridors:
+        along, across = one.to_x - one.x, one.to_y - one.y
+        share = ((x - one.x) * along + (y - one.y) * across) / max(along**2 + across**2, 1e-12)
+        share = np.clip(share, 0.0, 1.0)
+        off &= np.hypot(x - one.x - share * along, y - one.y - share * across) > one.beside
+    for area in settings.no_go:
+        off |= np.hypot(x - area.x, y - area.y) <= area.radius
+    return off

@@ -20,7 +20,7 @@ from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance, Value, value
 from footfall.maps.layers import GROUND, LayerInfo
 from footfall.planning.route import feasible_kernel as kernel
-from footfall.planning.route.cost import blocks, coarse_geometry, inside
+from footfall.planning.route.cost import blocks, coarse_geometry, marked_off
 from footfall.planning.route.leg_places import LEGS, LegPlaces, leg_places
 from footfall.planning.route.problem import CostGrid, RouteSettings
 from footfall.robot.model import Robot
@@ -35,14 +35,14 @@ LAYER = LayerInfo(
     "ground and on five legs; infinite where forbidden (Ambler)",
     GROUND,
 )
-NO_GO = kernel.UNSUPPORTED + 1
+MARKED_OFF = kernel.UNSUPPORTED + 1
 FORBIDDEN: Mapping[int, str] = {
     kernel.UNKNOWN: "ground that is too little known",
     kernel.NO_FOOTING: "ground without any place for a wheel: all too steep or unknown",
     kernel.TOO_HIGH: "ground with something so high that no leg reaches down from above it",
     kernel.TOO_FEW: "ground where fewer than five legs find footfalls",
     kernel.UNSUPPORTED: "ground where five legs find footfalls, but none that support conservatively",
-    NO_GO: "ground that is marked as no-go",
+    MARKED_OFF: "ground that is marked as no-go, or beside the corridors",
 }
 """What forbids a cell at every heading, by code; FREE is 0."""
 RELIEF = 1.0
@@ -86,7 +86,7 @@ class FeasibleGround(Value):
         return (self.legs[heading % len(self.legs)] > 0) & (self.forbidden == kernel.FREE)
 
     def costs(self, heading: int | None = None) -> Array:
-        """Of a metre at a heading, by its number, or at the cheapest of each cell: at least 1, infinite if forbidden."""
+        """Of a metre at a heading, by its number, or at the cheapest of each cell; infinite where forbidden."""
         legs = self.legs.max(axis=0) if heading is None else self.legs[heading % len(self.legs)]
         free = (legs > 0) & (self.forbidden == kernel.FREE)
         costs = np.full(legs.shape, math.inf)
@@ -105,7 +105,7 @@ def feasible_ground(
     settings = settings or RouteSettings()
     geometry, ground, trusted = _seen(dem, settings)
     places = leg_places(robot, geometry.resolution, settings.headings)
-    layers = _layers(robot, places, geometry, ground, trusted, settings)
+    layers = _layers(places, ground, _footings(robot, geometry, ground, settings), trusted, settings)
     progress(1.0, "footfalls looked for")
     return _told(layers, places, geometry, ground, trusted, dem, robot, settings)
 
@@ -132,7 +132,9 @@ def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress =
     for done, (south, north, west, east) in enumerate(strips, start=1):
         low, left = max(south - halo, 0), max(west - halo, 0)
         around = np.s_[low : north + halo, left : east + halo]
-        anew = _layers(robot, places, geometry, ground[around], trusted[around], settings)
+        part_ground, part_trusted = np.ascontiguousarray(ground[around]), np.ascontiguousarray(trusted[around])
+        feet = _footings(robot, geometry, part_ground, settings)
+        anew = _layers(places, part_ground, feet, part_trusted, settings)
         here = np.s_[..., south - low : north - low, west - left : east - left]
         for layer, part in zip(layers, anew, strict=True):
             layer[..., south:north, west:east] = part[here]
@@ -162,11 +164,20 @@ def _beside(robot: Robot, geometry: GridGeometry) -> int:
     return max(1, round(robot.wheel_radius / geometry.resolution))
 
 
+def _footings(
+    robot: Robot, geometry: GridGeometry, ground: NDArray[np.float32], settings: RouteSettings
+) -> NDArray[np.float32]:
+    """The ground where a wheel may stand on it, −inf elsewhere."""
+    feet = np.empty(ground.shape, np.float32)
+    steepest = math.tan(settings.maps.slope_limit) * geometry.resolution
+    kernel.footings(ground, _beside(robot, geometry), steepest, feet)
+    return feet
+
+
 def _layers(
-    robot: Robot,
     places: LegPlaces,
-    geometry: GridGeometry,
     ground: NDArray[np.float32],
+    feet: NDArray[np.float32],
     trusted: NDArray[np.uint8],
     settings: RouteSettings,
     search_all: bool = False,
@@ -175,18 +186,12 @@ def _layers(
     shape, radius = ground.shape, places.radius
     halves = np.array([math.isqrt(radius**2 - k**2) for k in range(-radius, radius + 1)], np.int32)
     all_cells = int((2 * halves + 1).sum())
-    ground, trusted = np.ascontiguousarray(ground), np.ascontiguousarray(trusted)
-    padded = np.full((shape[0] + 2 * radius, shape[1] + 2 * radius), -math.inf, np.float32)
-    feet = np.empty(shape, np.float32)
-    steepest = math.tan(settings.maps.slope_limit) * geometry.resolution
-    kernel.footings(ground, _beside(robot, geometry), steepest, feet)
-    padded[radius : radius + shape[0], radius : radius + shape[1]] = feet
     highest, lowest, best = (np.empty(shape, np.float32) for _ in range(3))
     total, footed = np.empty(shape, np.int32), np.empty(shape, np.int32)
     kernel.under_rover(ground, feet, trusted, halves, highest, lowest, best, total, footed)
     legs, why = np.empty((len(places.count), *shape), np.uint8), np.empty(shape, np.uint8)
     kernel.find_footfalls(
-        padded,
+        np.pad(feet, radius, constant_values=-math.inf),
         highest,
         lowest,
         best,
@@ -222,8 +227,7 @@ def _told(
     settings: RouteSettings,
 ) -> FeasibleGround:
     relief, height, trust, legs, forbidden = layers
-    for area in settings.no_go:
-        forbidden[inside(geometry, area)] = NO_GO
+    forbidden[marked_off(geometry, settings)] = MARKED_OFF
     provenance = Provenance({"dem": dem.digest, "robot": robot.digest}, settings)
     for layer in (relief, height, trust, legs, forbidden, ground, trusted):
         # nothing else holds them, so the value need not copy them

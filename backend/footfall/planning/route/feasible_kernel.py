@@ -129,11 +129,11 @@ def under_rover(
 
 @njit()
 def _first(feet, at, high, offsets, strokes, count):
-    """Whether a leg reaches any of its places."""
+    """The first of its places that a leg reaches; −1 where there is none."""
     for k in range(count):
         if high - np.float64(feet[at + offsets[k]]) <= strokes[k]:
-            return True
-    return False
+            return k
+    return -1
 
 
 @njit()
@@ -188,9 +188,9 @@ def find_footfalls(
 ) -> None:
     """Write how many legs find footfalls that support, (headings, rows, cols), 0 where too few; and why all are 0.
 
-    feet: with ``margin`` cells of −inf all around. highest … footed: (rows, cols), of ``under_rover``. all_cells: of the
-    disc. Where each of these has a footing within ``stroke`` of the highest ground all legs find one, and nothing is
-    searched, unless ``search_all``. rows … count: of LegPlaces.
+    feet: with ``margin`` cells of −inf all around. highest … footed: (rows, cols), of ``under_rover``. all_cells: of
+    the disc. Where each of these has a footing within ``stroke`` of the highest ground all legs find one, and nothing
+    is searched, unless ``search_all``. rows … count: of LegPlaces.
     """
     headings, leg_count = count.shape
     width = feet.shape[1]
@@ -222,7 +222,7 @@ def find_footfalls(
             for h in range(headings):
                 missing, lacking = -1, 0
                 for leg in range(leg_count):
-                    if not _first(flat, at, high, offsets[h, leg], strokes[h, leg], count[h, leg]):
+                    if _first(flat, at, high, offsets[h, leg], strokes[h, leg], count[h, leg]) < 0:
                         missing = leg
                         lacking += 1
                         if leg_count - lacking < LEAST_LEGS:

@@ -1,16 +1,19 @@
 """Plan a route to a goal over the ground that a map knows, or say why there is none and where it is cut off."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from footfall.core.errors import InvalidInput
+from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
-from footfall.planning.route.cost import cost_grid
+from footfall.planning.route.cost import cost_grid, marked_off
+from footfall.planning.route.feasible import FORBIDDEN, feasible_cost_grid, feasible_ground
 from footfall.planning.route.problem import CostGrid, NoGo, Route, RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
@@ -29,9 +32,10 @@ def plan_route(
 ) -> RouteResult:
     """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
 
-    Costs are the same in any heading. Nothing is said of footfalls: see ``plan_walk``. progress: may raise Cancelled.
-    Returns a result; where there is no way it says why. Raises InvalidInput where goal or settings make
-    no sense or the state is of another robot.
+    What it costs over a cell is that at the cheapest heading. Which footfalls are taken is not said: see ``plan_walk``.
+    progress: may raise Cancelled. Returns a result; where there is no way it says why. Raises InvalidInput where goal
+    or settings make no sense, the state is of another robot, or feasible traversability is asked for a robot that does
+    not have six legs evenly around.
     """
     settings = settings or RouteSettings()
     if not isinstance(settings, RouteSettings):
@@ -58,7 +62,7 @@ def plan_route(
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
-    grid = cost_grid(robot, dem, settings, part(progress, 0.0, 0.5))
+    grid, why = _costs(robot, dem, settings, part(progress, 0.0, 0.5))
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -70,7 +74,7 @@ def plan_route(
         if not free[row, col]:
             x, y = _nearest(grid, free, place)
             away = math.dist(place, (x, y))
-            reason = f"{what} on {_why(dem, settings, place)}; the nearest that is better is {away:z.2f} m away"
+            reason = f"{what} on {why(place)}; the nearest that is better is {away:z.2f} m away"
             nearest = (x, y) if status is Status.GOAL_INVALID else ()
             return no(status, f"{reason}, at ({x:z.2f}, {y:z.2f}); {_TRY}", nearest)
     points, cost = cheapest_way(grid.geometry, grid.costs, here, there, part(progress, 0.5, 1.0))
@@ -89,9 +93,22 @@ def plan_route(
 _TRY = "take images of what is not known, allow worse ground, or choose another goal"
 
 
+def _costs(
+    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress
+) -> tuple[CostGrid, Callable[[tuple[float, float]], str]]:
+    """The grid that routes are looked for on, and what makes a place x, y [m] of it forbidden, in words."""
+    if settings.cost != "feasible":
+        return cost_grid(robot, dem, settings, progress), lambda place: _why(dem, settings, place)
+    found = feasible_ground(robot, dem, settings, progress)
+    grid = feasible_cost_grid(found)
+    return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])]
+
+
 def _why(dem: Dem, settings: RouteSettings, place: tuple[float, float]) -> str:
     if any(_in(area, place) for area in settings.no_go):
         return "ground that is marked as no-go"
+    if settings.corridors and marked_off(GridGeometry(*place, 1.0, 1, 1), settings)[0, 0]:
+        return "ground beside the corridors"
     if not np.isfinite(height_at(dem, *place)):
         return "unknown ground, with too little around it that is known and good"
     return (

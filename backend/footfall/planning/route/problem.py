@@ -27,6 +27,22 @@ class NoGo(Value):
         require_above_zero(radius=self.radius)
 
 
+@value
+class Corridor(Value):
+    """Ground that the chassis keeps to: so far to all sides of a straight line from x, y to to_x, to_y, all [m]."""
+
+    x: float
+    y: float
+    to_x: float
+    to_y: float
+    beside: float
+
+    def check(self) -> None:
+        if not np.isfinite([self.x, self.y, self.to_x, self.to_y]).all():
+            raise InvalidInput("a corridor needs finite ends [m]")
+        require_above_zero(beside=self.beside)
+
+
 COSTS = ("goodness", "feasible")
 """What the ground may cost by: Morphin's goodness (cost.py), or the Ambler's feasible traversability (feasible.py)."""
 MOST_HEADINGS = 32
@@ -40,7 +56,7 @@ class RouteSettings(Value):
     the mean plane there [m]: more is not stepped over. no_go: what the chassis keeps off. maps: how goodness is judged.
     cost: one of COSTS. "feasible" takes ``worst`` for the trust in the ground, ``maps.slope_limit`` for footfalls, and
     has no use for ``highest``. headings: so many are looked at, 8 or 16 or another multiple of 4. fades: ground seen so
-    long before the newest is trusted half [s].
+    long before the newest is trusted half [s]. corridors: where there are any, the chassis keeps to them.
     """
 
     resolution: float = 0.1
@@ -51,6 +67,7 @@ class RouteSettings(Value):
     cost: str = field(default="goodness", metadata=LATER)
     headings: int = field(default=8, metadata=LATER)
     fades: float = field(default=86400.0, metadata=LATER)
+    corridors: tuple[Corridor, ...] = field(default=(), metadata=LATER)
 
     def check(self) -> None:
         require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
