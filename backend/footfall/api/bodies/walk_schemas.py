@@ -2,10 +2,11 @@
 
 from typing import Annotated, TypedDict
 
+from annotated_types import Len
 from pydantic import Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
-from footfall.api.bodies.schemas import Number, TerrainSettingsModel, TetherModel, _examples
+from footfall.api.bodies.schemas import Name, Number, TerrainSettingsModel, TetherModel, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -84,7 +85,7 @@ class WalkLoopOrder(Strictly):
     limits: WayOnSettingsModel | None = None  # type: ignore[valid-type]
     walk: WalkSettingsModel | None = None  # type: ignore[valid-type]
     terrain: TerrainSettingsModel | None = None  # type: ignore[valid-type]
-    pairs: list[str] | None = None
+    pairs: Annotated[list[Name], Len(1, 64)] | None = None
     farthest: Annotated[Number, Field(gt=0.0, le=50.0)] = 3.0
 
 
