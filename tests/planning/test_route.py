@@ -198,6 +198,14 @@ def test_bad_input_is_an_error(athlete, start):
             replace(RouteSettings(), **bad)
 
 
+@pytest.mark.parametrize("resolution", [5.1, 2000.0, 1e12])
+def test_cells_that_would_fill_the_memory_are_refused(resolution):
+    """A cell takes in so many of the map's to each side, also where the map has none."""
+    with pytest.raises(InvalidInput, match="at most 5 m"):
+        RouteSettings(resolution=resolution)
+    assert RouteSettings(resolution=5.0).resolution == 5.0
+
+
 def test_the_same_question_has_the_same_answer(athlete, start):
     dem = ground(wall=1.0)
     first, again = (footfall.plan_route(athlete, dem, start, GOAL) for _ in range(2))

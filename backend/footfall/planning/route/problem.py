@@ -12,6 +12,9 @@ from footfall.core.value import LATER, Provenance, Value, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.step.problem import Status, require_answer
 
+COARSEST = 5.0
+"""Cells of a route are at most so large [m]: larger than the rover they say nothing of the ground under it."""
+
 
 @value
 class NoGo(Value):
@@ -80,6 +83,8 @@ class RouteSettings(Value):
             raise InvalidInput(
                 f"headings are counted in a multiple of 4, at most {MOST_HEADINGS}", headings=self.headings
             )
+        if self.resolution > COARSEST:
+            raise InvalidInput(f"the cells of a route are at most {COARSEST:g} m", resolution=self.resolution)
 
 
 @value
