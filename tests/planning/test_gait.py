@@ -340,11 +340,11 @@ def test_misuse(athlete, place):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"stride": 0.04}, "at least 0.05 m"),
-        ({"stride": 1e-9}, "at least 0.05 m"),
+        ({"stride": 0.09}, "at least 0.1 m"),
+        ({"stride": 1e-9}, "at least 0.1 m"),
         ({"stride": math.inf}, "finite"),
-        ({"tolerance": 1.01}, "at most 1 m"),
-        ({"tolerance": 1e6}, "at most 1 m"),
+        ({"tolerance": 0.76}, "at most 0.75 m"),
+        ({"tolerance": 1e6}, "at most 0.75 m"),
         ({"tolerance": math.nan}, "finite"),
     ],
 )

@@ -30,10 +30,10 @@ GAITS: Mapping[str, str] = {
 }
 """In words."""
 
-SHORTEST = 0.05
+SHORTEST = 0.1
 """Least stride [m]: with less there are more steps than can be looked at."""
-MOST_TOLERANCE = 1.0
-"""Places farther from an ideal footfall than a leg is long are not looked at [m]."""
+MOST_TOLERANCE = 0.75
+"""Places farther from an ideal footfall are not looked at [m]: around each of thousands they take gigabytes."""
 
 
 @value
