@@ -134,7 +134,7 @@ def test_ratios_are_bootstrapped_as_scipy_does():
     rng = np.random.default_rng(5)
     metres = rng.uniform(2, 20, 40)
     times = 30 * metres + rng.normal(0, 60, 40)
-    found = ratio(times, metres)
+    found = ratio(times.tolist(), metres.tolist())
 
     def of_sums(a, b, axis):
         return a.sum(axis) / b.sum(axis)

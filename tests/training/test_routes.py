@@ -14,7 +14,7 @@ from training.grounds import ground
 from training.route import ARRIVED, MOST_REFUSED, NO_START, STUCK, walked
 
 SETTINGS = ChoiceSettings()
-EASY = 0
+EASY = 1
 """A seed whose ground a tripod walks over."""
 
 
