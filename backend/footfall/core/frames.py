@@ -117,6 +117,12 @@ def _direction(vector: ArrayLike, name: str) -> Array:
     return v / np.linalg.norm(v)
 
 
+def pose_difference(T_site_a: Array, T_site_b: Array) -> float:
+    """Bound on how far two poses have any point apart that is within 1 m of the origin [m]."""
+    shift = float(np.linalg.norm(T_site_a[:3, 3] - T_site_b[:3, 3]))
+    return shift + float(np.linalg.norm(T_site_a[:3, :3] - T_site_b[:3, :3], 2))
+
+
 def require_transform(T: ArrayLike, name: str) -> Array:
     """Return T as a 4 × 4 float array; raises InvalidInput unless it is a finite rigid transform."""
     T = _numbers(T, name)

@@ -15,9 +15,9 @@ from footfall.sequence.settings import SequenceSettings
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.live import LiveSession
 from footfall.session.log.fold import SessionState
-from footfall.session.products.remembered import on_map
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
     from footfall.planning.execution.seen_clearance import SeenClearance

@@ -157,7 +157,9 @@ class CommandedSession(LinkedSession):
         link, dem = self.link, self.state.dem
         done = sequence in carried_out(self.state, self._rows_of)
         ground, weight = self._planned_on(sequence), self._weight(sequence)
-        return Facts(link.connected, self.frame, link.age, dem, ground, weight, done, self.robot)
+        frame = self.frame
+        on_map = None if frame is None else self.place_on_map(frame.state)
+        return Facts(link.connected, frame, link.age, dem, ground, weight, done, self.robot, on_map)
 
     def _rows_of(self, sequence: str) -> int:
         return len(self._shelf.typed(Sequence, sequence).commands)

@@ -19,7 +19,8 @@ from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Record
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, encode
-from footfall.telemetry.state import RobotState, TelemetryFrame, counted_anew
+from footfall.telemetry.state import TelemetryFrame, counted_anew
+from footfall.terrain.fusion.on_map import OnMap
 
 
 class LinkedSession(OutcomeSession):
@@ -45,9 +46,9 @@ class LinkedSession(OutcomeSession):
         """The latest telemetry frame."""
         return self.link.frame
 
-    def _measured(self) -> RobotState | None:
+    def _measured(self) -> OnMap | None:
         frame = self.frame
-        return None if frame is None else self._on_map(frame.state)
+        return None if frame is None else self.place_on_map(frame.state)
 
     @property
     def telemetry_age(self) -> float | None:

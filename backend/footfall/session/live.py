@@ -18,16 +18,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
+from footfall.core.frames import pose_difference
 from footfall.core.value import Value
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.access.acting import told
 from footfall.session.access.identity import LOCAL, Identity
-from footfall.session.gate.checks import STALE_AFTER, pose_difference
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
 from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, PLAN, SEQUENCE
-from footfall.session.products.remembered import on_map
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
@@ -36,7 +36,6 @@ from footfall.session.walk_loop import LoopSettings, WalkLoop
 from footfall.session.walking import WalkingSession
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame
-from footfall.terrain.dem import Dem
 
 _V = TypeVar("_V", bound=Value)
 
@@ -86,8 +85,7 @@ class LiveSession(WalkingSession):
         frame = self.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry yet, so there is no state to plan from")
-        frozen, dem = self.state.state, self.state.dem
-        now = on_map(frame.state, None if dem is None else self._shelf.typed(Dem, dem))
+        frozen, now = self.state.state, self.place_on_map(frame.state).state
         if frozen is not None and stands_alike(self._shelf.typed(RobotState, frozen), now):
             return frozen
         return self.set_state(now)

@@ -43,12 +43,13 @@ class PlannedSession(CommandedSession):
         if unknown or start is None or frame is None:
             return {"ok": None, "joint": None, "difference": None, "reason": unknown, "older_ground": older}
         posture, T_site_base = start
-        # as the gate compares it: the pose as the rover tells it, not as it is on the map
-        found = difference(posture, T_site_base, frame.state, self.description.joint_names)
+        place, names = self.place_on_map(frame.state), self.description.joint_names
+        found = max((difference(posture, T_site_base, one, names) for one in place.possible), key=lambda one: one.moved)
         what = found.beyond(*SENT)
+        doubt = f": {place.doubt}" if place.doubt else ""
         reason = {
             "": "",
-            "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made",
+            "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made{doubt}",
             "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
         }[what]
         told = {"joint": found.joint, "difference": found.turned, "reason": reason, "older_ground": older}
@@ -56,10 +57,10 @@ class PlannedSession(CommandedSession):
 
     def moved_since_frozen(self) -> bool:
         """Whether the rover stands otherwise than the state says that is, or counts as, how it stands."""
-        now, frozen = self._measured(), self.state.what_if or self.state.state
-        if now is None or frozen is None:
+        measured, frozen = self._measured(), self.state.what_if or self.state.state
+        if measured is None or frozen is None:
             return False
-        return bool(self._between(self._stance(frozen), now).beyond(*MEASURED))
+        return bool(self._between(self._stance(frozen), measured.state).beyond(*MEASURED))
 
     def stands_in_what_if(self) -> RobotState | None:
         """How a rover at rest stands that has gone to where the what-if has it; None where that is not so.
@@ -71,7 +72,7 @@ class PlannedSession(CommandedSession):
             return None
         if self._commanding.gate.run is not None or not self.moved_since_frozen():
             return None
-        now, there = self._on_map(frame.state), self._stance(state.state)
+        now, there = self.place_on_map(frame.state).state, self._stance(state.state)
         left, came = self._between(self._stance(state.what_if), now), self._between(there, now)
         arrived = not came.beyond(*SENT) and came.moved <= left.moved and abs(came.turned) <= abs(left.turned)
         return now if arrived or self._ran_to(there) else None

@@ -17,9 +17,9 @@ from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.planning.walk.problem import WalkPlan, WalkResult
 from footfall.sequence.commands import Sequence
 from footfall.session.live import LiveSession
-from footfall.session.products.remembered import on_map
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
     from footfall.maps.steadiness import Support

@@ -21,15 +21,14 @@ from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
-from footfall.session.products.remembered import on_map
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
 from footfall.terrain.settings import TerrainSettings
 
 if TYPE_CHECKING:
     from footfall.session.live import LiveSession
-    from footfall.telemetry.state import RobotState
     from footfall.terrain.dem import Dem
+    from footfall.terrain.fusion.on_map import OnMap
 
 log = logging.getLogger(__name__)
 
@@ -195,8 +194,9 @@ class WalkLoop:
 
         # held for hours, the rover may stand elsewhere by now
         self._until(self._free.is_set, LET_GO_ON)
-        state = self._at_rest()
-        decision = way_on(self._live.robot, self._dem, state, self.goal, walk, number, so_far, limits)
+        place = self._at_rest()
+        robot, dem = self._live.robot, self._dem
+        decision = way_on(robot, dem, place.state, self.goal, walk, number, so_far, limits, place.doubt)
         self.act, self.reason = decision.act.value, decision.reason
         self.part = "" if walk is None or number >= parts_count(walk) else name_of(walk, number)
         self.decided[self.act] += 1
@@ -219,7 +219,7 @@ class WalkLoop:
         so_far = replace(so_far, anew=so_far.anew + 1)
         dem, live = self._dem, self._live
         farthest = self._settings.farthest / 2 ** (so_far.anew - 1)
-        goal = None if dem is None else stage(live.robot, dem, self._at_rest().T_site_base, self.goal, farthest)
+        goal = None if dem is None else stage(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest)
         if goal is None:
             return None, 0, replace(so_far, refused="no ground is known on the way to the goal")
         live.snapshot_state()
@@ -285,7 +285,7 @@ class WalkLoop:
         found = None if digest is None else self._live.get(digest)
         return found if isinstance(found, Dem) else None
 
-    def _at_rest(self) -> "RobotState":
+    def _at_rest(self) -> "OnMap":
         """As telemetry from after the latest run has it that shows the rover at rest, on the map."""
 
         def rests() -> bool:
@@ -297,7 +297,7 @@ class WalkLoop:
         frame = self._live.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry")
-        return on_map(frame.state, self._dem)
+        return self._live.place_on_map(frame.state)
 
     def _is_fresh(self, within: float) -> bool:
         age = self._live.link.age

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
 from footfall.core.errors import Conflict, InvalidInput, NotFound
@@ -200,19 +201,28 @@ class WalkingSession(PlannedSession):
 
     def _against(self, plan: WalkPlan, number: int) -> str:
         """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""
-        from footfall.planning.walk_execution.off_walk import off_walk
-
         if plan.parents.get("dem") != self.state.dem and (off := self._off_ground(plan, number)):
             return f"the terrain has changed since the walk was planned: {off}: {AGAIN}"
-        now = self.frame.state if self.frame is not None else self.things_now().stands
-        if now is None:
+        now = self.things_now()
+        if now.stands is None:
             return "nothing is known of how the rover stands"
         where = f"the rover does not stand where {name_of(plan, number)} begins"
-        posture, T_site_base = start_of(plan, number)
+        doubt = "" if now.measured is None else now.measured.doubt
+        for state in (now.stands,) if now.measured is None else now.measured.possible:
+            off = self._off_start(state, *start_of(plan, number))
+            if off and doubt:
+                return f"{where}, on the map and by odometry alone: {off}: {doubt}"
+            if off:
+                return f"{where}: {off}: {AGAIN}"
+        return ""
+
+    def _off_start(self, state: RobotState, posture: NDArray[np.float64], T_site_base: NDArray[np.float64]) -> str:
+        """How far a rover is from where a part of a walk begins; "" where commands may begin there."""
+        from footfall.planning.walk_execution.off_walk import off_walk
+
         if self._sags:
-            off = off_walk(self.robot, now, posture, T_site_base)
-            return f"{where}: {off}: {AGAIN}" if off else ""
-        found = difference(posture, T_site_base, now, self.description.joint_names)
+            return off_walk(self.robot, state, posture, T_site_base)
+        found = difference(posture, T_site_base, state, self.description.joint_names)
         what = found.beyond(*SENT)
         if not what:
             return ""
@@ -221,7 +231,7 @@ class WalkingSession(PlannedSession):
             f"{found.joint} is {np.degrees(found.turned):+z.2f}° from there, "
             f"at most {np.degrees(START_TOLERANCE):z.2f}° are accepted"
         )
-        return f"{where}: {moved if what == 'chassis' else turned}: {AGAIN}"
+        return moved if what == "chassis" else turned
 
     def _off_ground(self, plan: WalkPlan, number: int) -> str:
         """Why the rest of a walk does not fit the present ground from foot move ``number`` on; "" where it does."""

@@ -10,11 +10,11 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.journal import Journal
 from footfall.session.products.kinds import Kind
-from footfall.session.products.remembered import on_map
 from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import on_map
 
 KEPT_JOBS = 50
 

@@ -29,14 +29,18 @@ def way_on(
     number: int,
     so_far: SoFar,
     settings: WayOnSettings,
+    doubt: str = "",
 ) -> WayOn:
     """The next act of a rover that was measured to stand as ``state`` says, ``number`` foot moves into ``walk``.
 
     dem: the ground as it is known now, which need not be that of the walk; None: none is known yet. Where looking or
-    planning anew was tried in vain, what is left is to stop. Raises InvalidInput where the walk has no such foot move.
+    planning anew was tried in vain, what is left is to stop. doubt: why it is not sure where on the map it stands,
+    which only looking can change; empty where it is sure. Raises InvalidInput where the walk has no such foot move.
     """
     if dem is None:
         return _look("no ground is known yet", so_far, settings)
+    if doubt:
+        return WayOn(Act.STOP, f"a look did not help: {doubt}") if so_far.looked else WayOn(Act.LOOK, doubt)
     if unsteady := _unsteady(robot, dem, state, settings):
         return WayOn(Act.STOP, unsteady)
     if arrived(goal, state.T_site_base):

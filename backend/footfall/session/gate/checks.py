@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import CommandRefused
+from footfall.core.frames import pose_difference
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import begins_a_foot_move
 from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall.terrain.fusion.on_map import OnMap
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -30,7 +32,8 @@ class Facts:
 
     dem: digest of the present terrain; planned_on: of the sequence's terrain. weight: of rover and payload, as the
     sequence was planned with [N]. carried_out: whether every row of the sequence was done in some run. robot: whose
-    wheels are looked at between foot moves; None: they are not.
+    wheels are looked at between foot moves; None: they are not. on_map: where the frame has the rover on the terrain;
+    None: where the frame has it.
     """
 
     connected: bool
@@ -41,6 +44,16 @@ class Facts:
     weight: float | None = None
     carried_out: bool = False
     robot: "Robot | None" = None
+    on_map: OnMap | None = None
+
+    @property
+    def place(self) -> OnMap:
+        """Where the rover is. Raises CommandRefused where it was never heard."""
+        if self.on_map is not None:
+            return self.on_map
+        if self.frame is None:
+            _refuse("telemetry", "the rover has sent no telemetry yet")
+        return OnMap(self.frame.state, self.frame.state)
 
     @property
     def fresh(self) -> bool:
@@ -81,7 +94,7 @@ def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...])
             "the set point of ",
             "; plan the execution again",
         )
-    _require_pose(sequence.T_site_base, frame.state)
+    _require_pose(sequence.T_site_base, facts.place)
     _require_weight(facts, frame.state)
 
 
@@ -104,24 +117,25 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
             told[leg] = present[leg]
     whose = "the set point of " if sags else ""
     _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
-    _require_pose(sequence.poses[row - 1], frame.state)
+    _require_pose(sequence.poses[row - 1], facts.place)
     if sags and facts.robot is not None and begins_a_foot_move(sequence.commands, row):
-        _require_rest(facts.robot, sequence, row - 1, frame.state)
+        _require_rest(facts.robot, sequence, row - 1, facts.place)
     # a leg in the air changes nothing about what the others bear together
     _require_weight(facts, frame.state)
     return None
 
 
-def _require_rest(robot: "Robot", sequence: Sequence, row: int, state: RobotState) -> None:
+def _require_rest(robot: "Robot", sequence: Sequence, row: int, place: OnMap) -> None:
     """The wheels are where ``row`` was predicted to leave them, within what a walk goes on from."""
     from footfall.planning.walk_execution.off_walk import FOOT_MOVED, farthest_wheel
 
-    leg, away = farthest_wheel(robot, state, sequence.predicted[row], sequence.poses[row])
+    found = [farthest_wheel(robot, one, sequence.predicted[row], sequence.poses[row]) for one in place.possible]
+    leg, away = max(found, key=lambda one: one[1])
     if not away <= FOOT_MOVED:
         _refuse(
             "rest",
             f"the wheel of leg {leg} is {away:z.3f} m from where it was predicted to rest after row {row + 1}; "
-            f"at most {FOOT_MOVED:g} m are accepted",
+            f"at most {FOOT_MOVED:g} m are accepted{_as_told(place)}",
             leg=leg,
             difference=away,
             limit=FOOT_MOVED,
@@ -179,16 +193,21 @@ def _require_joints(
         )
 
 
-def _require_pose(T_site_base: NDArray[np.float64], state: RobotState) -> None:
-    moved = pose_difference(T_site_base, state.T_site_base)
+def _require_pose(T_site_base: NDArray[np.float64], place: OnMap) -> None:
+    moved = max(pose_difference(T_site_base, one.T_site_base) for one in place.possible)
     if not moved <= POSE_TOLERANCE:
         _refuse(
             "pose",
             f"the chassis has moved by {moved:z.3f} m since the sequence was planned; "
-            f"at most {POSE_TOLERANCE:g} m are accepted",
+            f"at most {POSE_TOLERANCE:g} m are accepted{_as_told(place)}",
             difference=moved,
             limit=POSE_TOLERANCE,
         )
+
+
+def _as_told(place: OnMap) -> str:
+    """Why the pose is not taken as images corrected it, after what is refused over that."""
+    return f", on the map and by odometry alone, as {place.doubt}" if place.doubt else ""
 
 
 def _require_weight(facts: Facts, state: RobotState) -> None:
@@ -221,12 +240,6 @@ def _farthest(
     difference = present - expected
     i = int(np.argmax(np.abs(difference)))
     return joint_names[i], float(difference[i])
-
-
-def pose_difference(T_site_base: NDArray[np.float64], T_site_measured: NDArray[np.float64]) -> float:
-    """Bound on how far any point within 1 m of the chassis' origin has moved [m]."""
-    shift = float(np.linalg.norm(T_site_base[:3, 3] - T_site_measured[:3, 3]))
-    return shift + float(np.linalg.norm(T_site_base[:3, :3] - T_site_measured[:3, :3], 2))
 
 
 def _refuse(check: str, message: str, **details: Any) -> NoReturn:

@@ -12,10 +12,10 @@ from footfall.session.jobs.requests import OutcomeRequest
 from footfall.session.log.fold_commands import RunRecord
 from footfall.session.products.executions import ExecutionSession
 from footfall.session.products.kinds import FOOT_MOVES, OUTCOME
-from footfall.session.products.remembered import on_map
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import on_map
 
 REST = 1.5
 """So long after commands that end without a pause the chassis still sways [s]."""

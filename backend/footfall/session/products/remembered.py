@@ -1,11 +1,16 @@
-"""Which map a new snapshot is merged into, and where the rover stands on it."""
+"""Which map a new snapshot is merged into, and which images moved the rover to where it is on a map."""
 
-from dataclasses import replace
+from collections.abc import Iterable
 
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
 from footfall.session.shelf import Shelf
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import Looks
 from footfall.terrain.settings import TerrainSettings
 
 
@@ -35,12 +40,43 @@ def _without(state: SessionState, snapshot: str) -> str | None:
     return base
 
 
-def on_map(state: RobotState, dem: Dem | None) -> RobotState:
-    """A telemetered state with the pose that it has on the map: as the map's newest snapshot had to be moved."""
-    if dem is None or dem.correction is None:
-        return state
-    return replace(
-        state,
-        T_site_base=dem.correction @ state.T_site_base,
-        wheel_forces=state.wheel_forces @ dem.correction[:3, :3].T,
-    )
+def looks_behind(state: SessionState, events: Iterable[Event], shelf: Shelf) -> Looks | None:
+    """The images that the correction of the present terrain is from; None where it is from none of this session's.
+
+    Images with too little ground in common with the map leave its correction as it was: it is from those before then.
+    """
+    told = {event.payload["digest"]: event.payload["state"] for event in events if event.type == "snapshot_taken"}
+    merged: list[str] = []
+    built = None if state.dem is None else _built(state, state.dem)
+    while built is not None and "map" in (parents := state.products[built].parents):
+        if parents["snapshot"] not in told:
+            return None
+        merged.append(built)
+        built = _built(state, below := parents["map"])
+    if not merged:
+        return None
+    correction_below = _correction(shelf, below)
+    newest = _correction(shelf, merged[0])
+    before = (_correction(shelf, one) for one in (*merged[1:], below))
+    moved = next((i for i, one in enumerate(before) if not np.array_equal(one, newest)), None)
+    if moved is None:
+        return None
+    taken = [
+        shelf.typed(RobotState, told[state.products[one].parents["snapshot"]]) for one in (merged[moved], merged[-1])
+    ]
+    settings = shelf.typed(Dem, merged[moved]).provenance.settings
+    settings = settings if isinstance(settings, TerrainSettings) else TerrainSettings()
+    return Looks(*taken, count=len(merged) - moved, below=correction_below, settings=settings)
+
+
+def _built(state: SessionState, digest: str) -> str | None:
+    """The terrain made of images that a terrain is, or is a change of; None where it came from elsewhere."""
+    made = state.products.get(digest)
+    while made is not None and "dem" in made.parents:
+        made = state.products.get(digest := made.parents["dem"])
+    return None if made is None or "snapshot" not in made.parents else digest
+
+
+def _correction(shelf: Shelf, dem: str) -> NDArray[np.float64]:
+    correction = shelf.typed(Dem, dem).correction
+    return np.eye(4) if correction is None else correction

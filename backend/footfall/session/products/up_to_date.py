@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.frames import pose_difference
 from footfall.planning.stance.body_shift import PredictedState
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.sequence.commands import Sequence
@@ -18,16 +19,16 @@ from footfall.session.gate.checks import (
     POSE_TOLERANCE,
     START_TOLERANCE,
     WEIGHT_TOLERANCE,
-    pose_difference,
     worst_joint,
 )
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.kinds import KINDS, WHAT_IF, Kind
-from footfall.session.products.remembered import on_map
+from footfall.session.products.remembered import looks_behind
 from footfall.session.products.terrains import TerrainSession
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import Looks, OnMap, place_on_map
 
 PLACE_TOLERANCE = 0.005
 """A chassis whose points, one metre from its origin, moved by less is measured to stand where it was [m]."""
@@ -85,7 +86,8 @@ class Present:
     """How things are now.
 
     robot, dem: digests. stands: how the rover stands, by its latest telemetry or, without, as it was frozen. what_if:
-    what is planned from instead; counts_from: how the rover stood when that was asked.
+    what is planned from instead; counts_from: how the rover stood when that was asked. measured: by its latest
+    telemetry; None: it sent none.
     """
 
     robot: str | None
@@ -94,6 +96,7 @@ class Present:
     joint_names: tuple[str, ...]
     what_if: RobotState | None = None
     counts_from: RobotState | None = None
+    measured: OnMap | None = None
 
     def fit(self, kind: Kind, parents: Mapping[str, str], made_for: RobotState, predicted: bool = False) -> Fit:
         """Of a product. made_for: the stance that it was made for; predicted: that was one of a what-if."""
@@ -113,10 +116,17 @@ class Present:
                 return Fit(False, f"it is for another stance than the what-if: {there}")
         change = self._change(made_for, self.stands, tolerance)
         if not change:
-            return Fit(True)
+            return Fit(True) if kind.for_cells else self._fit_in_doubt(made_for, tolerance)
         if predicted:
             return Fit(False, f"it is for a what-if, and the rover stands elsewhere: {change}")
         return Fit(False, f"the rover moved since: {change}")
+
+    def _fit_in_doubt(self, made_for: RobotState, tolerance: tuple[float, float]) -> Fit:
+        """Of what fits where the rover is on the map, where images in doubt moved it there."""
+        measured = self.measured
+        if measured is None or not measured.doubt or not self._change(made_for, measured.told, tolerance):
+            return Fit(True)
+        return Fit(False, f"it fits on the map alone, not by odometry: {measured.doubt}")
 
     def what_if_fit(self) -> Fit | None:
         """Of the what-if itself; None where there is none."""
@@ -144,21 +154,23 @@ class UpToDateSession(TerrainSession):
     def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         super().__init__(store, jobs)
         self._stances: dict[str, RobotState] = {}
+        self._looks: tuple[str, Looks | None] | None = None
 
-    def _measured(self) -> RobotState | None:
-        """How the rover stands by its latest telemetry, on the map; None where it sent none."""
+    def _measured(self) -> OnMap | None:
+        """Where the rover stands by its latest telemetry; None where it sent none."""
         return None
 
     def things_now(self) -> Present:
         """What products are compared with."""
         state = self.state
         frozen = state.what_if or state.state
-        stands = self._measured() or (None if frozen is None else self._stance(frozen))
+        measured = self._measured()
+        stands = measured.state if measured is not None else None if frozen is None else self._stance(frozen)
         names = self.description.joint_names
         if state.what_if is None or state.state is None:
-            return Present(state.robot, state.dem, stands, names)
+            return Present(state.robot, state.dem, stands, names, measured=measured)
         what_if, counts_from = self._stance(state.state), self._stance(state.what_if)
-        return Present(state.robot, state.dem, stands, names, what_if, counts_from)
+        return Present(state.robot, state.dem, stands, names, what_if, counts_from, measured)
 
     def maps_fit(self, leg: int) -> Fit:
         """Whether the latest maps of a leg are of the present terrain and stance."""
@@ -206,5 +218,14 @@ class UpToDateSession(TerrainSession):
             return value
         return self._stances[digest]
 
-    def _on_map(self, state: RobotState) -> RobotState:
-        return on_map(state, None if self.state.dem is None else self._shelf.typed(Dem, self.state.dem))
+    def place_on_map(self, told: RobotState) -> OnMap:
+        """Where the present terrain has a rover that tells of itself so."""
+        state = self.state
+        if state.dem is None:
+            return place_on_map(told, None, None)
+        dem = self._shelf.typed(Dem, state.dem)
+        if dem.correction is None:
+            return place_on_map(told, dem, None)
+        if self._looks is None or self._looks[0] != state.dem:
+            self._looks = state.dem, looks_behind(state, self.events(), self._shelf)
+        return place_on_map(told, dem, self._looks[1])

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import inverse
+from footfall.core.frames import inverse, pose_difference
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.feet import feet
-from footfall.session.gate.checks import pose_difference
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.settings import TIME_STEP
 from footfall.sim.physics.verdict import RefereeReport, RefereeSettings, failures
