@@ -7,15 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import footfall.session.walking as walking_module
 from footfall.core.errors import CommandRefused, Conflict
+from footfall.core.frames import inverse, rotation, transform
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.session.access.identity import Identity, Role
-from footfall.session.products.kinds import WALK
+from footfall.session.gate.lease import CONN_FOR
+from footfall.session.jobs.local import InlineJobs
+from footfall.session.products.kinds import FOOT_MOVES, WALK
+from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
 from footfall.session.walk_loop import LoopSettings
 from footfall.telemetry.state import TelemetryFrame
+from tests.support.drifted import looked_twice
 from tests.support.waiting import BOUND, joined, until
 
 GOAL = WalkGoal(0.4, 0.1)
@@ -28,11 +34,12 @@ class RigidRover:
     """At once where each row is predicted to leave it; carries out what it is sent in a thread of its own.
 
     before_row: called before each row, with how many were carried out. slips: (3,) [m], by which it is found away from
-    where the next row leaves it, once.
+    where the next row leaves it, once. correction: (4, 4) that moves its odometry to where it is.
     """
 
-    def __init__(self, live, state):
+    def __init__(self, live, state, correction=None):
         self.live, self.state = live, state
+        self.correction = np.eye(4) if correction is None else correction
         self.number, self.rows, self.sent = 0, 0, []
         self.before_row, self.slips = lambda rows: None, None
         self._closing = threading.Event()
@@ -48,7 +55,8 @@ class RigidRover:
 
     def _tells(self):
         self.number += 1
-        self.live.take_telemetry(TelemetryFrame(self.number, self.state, self.state.posture))
+        told = replace(self.state, T_site_base=inverse(self.correction) @ self.state.T_site_base)
+        self.live.take_telemetry(TelemetryFrame(self.number, told, told.posture))
 
     def _run(self):
         while not self._closing.wait(0.05):
@@ -317,3 +325,119 @@ def test_a_rover_that_is_not_where_its_walk_has_it_plans_anew(live, rover):
     anew = [one["reason"] for one in told if one["act"] == "replan"]
     assert anew[0] == "there is no walk yet"
     assert anew[1].startswith("the rover is off its walk: the chassis is 0.040 m")
+
+
+DRIFT = transform(rotation("z", np.array(0.005)), (0.06, -0.02, 0.0))
+
+
+def test_it_arrives_by_where_images_have_the_rover_though_its_odometry_has_drifted(live, dem, standing):
+    bare = replace(standing, wheel_forces=np.zeros_like(standing.wheel_forces), joint_torques=np.zeros(36))
+    looked_twice(live, dem, bare, DRIFT)
+    with RigidRover(live, bare, DRIFT) as rover:
+        loop = live.walk_to(GOAL, UNSEEN)
+        assert ended(loop)[0] == "arrived", loop.reason
+        assert np.hypot(*(rover.state.T_site_base[:2, 3] - (GOAL.x, GOAL.y))) <= GOAL.within
+
+
+def test_it_looks_before_it_moves_where_it_is_not_sure_where_it_is(live, dem, standing):
+    bare = replace(standing, wheel_forces=np.zeros_like(standing.wheel_forces), joint_torques=np.zeros(36))
+    looked_twice(live, dem, bare, DRIFT)
+    with RigidRover(live, replace(bare, time=bare.time + 4 * 3600.0), DRIFT) as rover:
+        loop = live.walk_to(GOAL, UNSEEN)
+        until(lambda: decided(live), "a decision")
+        loop.cancel()
+        ended(loop)
+        assert decided(live)[0] == "look"
+        [first, *_] = [event.payload for event in live.events() if event.type == "walk_decided"]
+        assert "images of 240 min ago" in first["reason"]
+        assert rover.sent == []
+
+
+def given_up(live, who):
+    live.conn_act("release", who)
+
+
+def lapsed(live, who):
+    gate = live._commanding.gate
+    clock = gate._clock
+    gate._clock = lambda: clock() + CONN_FOR + 1.0
+
+
+@pytest.mark.parametrize(
+    ("goes", "reason"),
+    [(given_up, "the conn was given up"), (lapsed, "was not heard for 90 s")],
+    ids=["given up", "lapsed"],
+)
+def test_without_the_conn_it_ends_while_its_row_is_out_and_sends_no_more(live, rover, goes, reason):
+    """The row never ends before the walk does: nothing is learnt of the conn between rows."""
+    who = Identity("operator", Role.COMMANDER, client="10.0.0.7", page="one")
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    loop = live.walk_to(GOAL, UNSEEN, who)
+    try:
+        assert reached.wait(BOUND)
+        goes(live, who)
+        found = ended(loop)
+    finally:
+        go_on.set()
+    assert (found[0], reason in found[1]) == ("stopped", True), found
+    [*_, last] = [event.payload for event in live.events() if event.type == "walk_decided"]
+    assert (last["act"], reason in last["reason"]) == ("end", True)
+    until(lambda: live.gate["waiting"], "the end of the row that was out")
+    number = rover.number
+    until(lambda: rover.number > number + 5, "more telemetry")
+    assert len(rover.sent) == rover.rows == 2
+
+
+def test_a_conn_given_up_before_the_first_row_is_not_taken_again(live, rover, making):
+    who = Identity("operator", Role.COMMANDER, client="10.0.0.7", page="one")
+    reached, go_on = making
+    live.conn_act("take", who)
+    loop = live.walk_to(GOAL, UNSEEN, who)
+    assert reached.wait(BOUND)
+    live.conn_act("release", who)
+    go_on.set()
+    found = ended(loop)
+    assert (found[0], "the conn was given up" in found[1]) == ("stopped", True), found
+    assert (rover.sent, live.conn["holder"]) == ([], None)
+
+
+class NoFootMoves(InlineJobs):
+    """Foot moves are never made, until their job is cancelled."""
+
+    def __init__(self):
+        super().__init__()
+        self.asked = threading.Event()
+
+    def _take_on(self, job, parents, settings, urgent):
+        if job.kind != FOOT_MOVES.name:
+            return super()._take_on(job, parents, settings, urgent)
+        self._records.add(job)
+        job.unqueue = lambda: True
+        self.asked.set()
+        return None
+
+
+def test_a_session_closes_while_its_walk_waits_for_a_job(tmp_path, athlete, dem, standing, monkeypatch):
+    monkeypatch.setattr(walking_module, "SHORT_JOB", 1e6)
+    bare = replace(standing, wheel_forces=np.zeros_like(standing.wheel_forces), joint_torques=np.zeros(36))
+    jobs = NoFootMoves()
+    with Sessions(tmp_path / "sessions", jobs=jobs, robot=athlete) as opened:
+        live = opened.create("on waves")
+        live.load_terrain(dem)
+        live.set_state(bare)
+        with RigidRover(live, bare):
+            loop = live.walk_to(GOAL, UNSEEN)
+            assert jobs.asked.wait(BOUND)
+            closing = threading.Thread(target=live.close, name="closing", daemon=True)
+            closing.start()
+            joined(closing)
+            assert loop.outcome == "cancelled"
+            with pytest.raises(Conflict, match="closed"):
+                live.plan_walk(GOAL)

@@ -68,8 +68,11 @@ class LiveSession(WalkingSession):
     def close(self) -> None:
         """End its walk, cancel its jobs, end its run, seal its log; harmless when done twice."""
         if self._walk_loop is not None:
-            self._walk_loop.close()
+            # it may wait for a job
+            self._walk_loop.leave()
         self._workshop.close()
+        if self._walk_loop is not None:
+            self._walk_loop.close()
         self.link.close()
         self._commanding.close()
         self.recorder.close()

@@ -20,6 +20,7 @@ from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSe
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
+from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
@@ -38,6 +39,7 @@ IMAGES_WITHIN = 600.0
 """A rover that sent no images after this sends none [s]."""
 LET_GO_ON, CARRIED_OUT = "somebody to let it go on", "the rover to carry it out"
 """What it waits for."""
+NOT_RENEWED = f"the conn ran out, as its holder was not heard for {CONN_FOR:g} s"
 MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 """Checks of the gate that another plan may pass."""
 
@@ -77,6 +79,8 @@ class WalkLoop:
         # nothing is sent while somebody holds or ends it, and nobody is told of a hold while something is being sent
         self._sending = threading.Lock()
         self._sent: int | None = None
+        # number of the conn under which it goes, once whoever began it holds one
+        self._conn: int | None = live.conn["number"] if live.holds_conn(who) else None
         self._epoch = live.epoch
         self._cancelled = False
         self._free.set()
@@ -125,10 +129,14 @@ class WalkLoop:
         """Wait for the end; whether it came within ``timeout`` [s]."""
         return self._over.wait(timeout)
 
-    def close(self) -> None:
-        """End it with the session, whatever it does; harmless when done twice."""
+    def leave(self) -> None:
+        """Have it end as soon as what it waits for ends, which is not waited for; harmless when done twice."""
         with self._sending:
             self._leave()
+
+    def close(self) -> None:
+        """End it with the session, whatever it does; harmless when done twice."""
+        self.leave()
         if self._thread is not threading.current_thread():
             self._thread.join()
 
@@ -265,10 +273,11 @@ class WalkLoop:
             if self._cancelled or not self._free.is_set():
                 return None
             self._require_safe()
-            if self._sent is not None and not live.holds_conn(who):
-                raise Conflict("the conn was given up or passed on; take it, and begin the walk anew")
             try:
-                self._sent = live.send(live.arm(sequence, who)["token"], sequence, who)["run"]
+                armed = live.arm(sequence, who)
+                self._require_conn(armed["conn"])
+                self._conn = armed["conn"]["number"]
+                self._sent = live.send(armed["token"], sequence, who)["run"]
             except CommandRefused as error:
                 if error.details.get("check") not in MAY_BE_REPLANNED:
                     raise
@@ -345,6 +354,20 @@ class WalkLoop:
             raise Conflict("the rover is not connected")
         if live.epoch != self._epoch:
             raise Conflict("the rover was stopped, or was connected anew, meanwhile")
+        self._require_conn(live.conn)
+
+    def _require_conn(self, conn: dict[str, Any]) -> None:
+        if self._conn is not None and (conn["holder"] is None or conn["number"] != self._conn):
+            raise Conflict(f"{self._conn_went()}; take it, and begin the walk anew")
+
+    def _conn_went(self) -> str:
+        """How the conn was lost under which it goes."""
+        live = self._live
+        if (holder := live.conn["holder"]) is not None:
+            return f"the conn changed hands, {holder['name']} holds it"
+        changes = (event.payload["act"] for event in reversed(live.events()) if event.type == "conn_changed")
+        # where the log does not have it given up its time is over, of which the log is told in a moment
+        return "the conn was given up" if next(changes, "") == "released" else NOT_RENEWED
 
     def _end(self, outcome: str, reason: str) -> None:
         self._unlisten()

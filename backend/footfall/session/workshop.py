@@ -41,6 +41,7 @@ class Workshop:
         self._of_leg: dict[tuple[str, int], Job] = {}
         self._previews: dict[int, Preview] = {}
         self._made: dict[tuple[Any, ...], str] = {}
+        self._closing = False
 
     @property
     def jobs(self) -> list[Job]:
@@ -110,7 +111,7 @@ class Workshop:
 
         values = {name: self._shelf.get(digest) for name, digest in parents.items()}
         with self._journal.lock:
-            if self._journal.closed:
+            if self._closing or self._journal.closed:
                 raise Conflict("the session is closed")
             if kind.per_leg and (older := self._of_leg.get((kind.name, about["leg"]))) is not None:
                 older.cancel()
@@ -149,7 +150,9 @@ class Workshop:
         return digest
 
     def close(self) -> None:
-        """Cancel what is on its way and wait for it."""
+        """Cancel what is on its way and wait for it; nothing more is submitted."""
+        with self._journal.lock:
+            self._closing = True
         for job in self.jobs:
             job.cancel()
         for job in self.jobs:
