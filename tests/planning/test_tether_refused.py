@@ -18,6 +18,7 @@ from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk.start import start_of
+from footfall.planning.walk.tether_ground import LOOKED_AT, unknown_under
 from footfall.planning.walk.tether_refused import NEARER, SUNK, anchor_refused, goal_refused, hold_refused
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.rocks import add_rocks
@@ -72,6 +73,43 @@ def test_an_anchor_on_ground_that_nobody_knows_is_refused(ground, state):
     heights[np.hypot(x + 3.2, y - 1.9) < 0.3] = np.nan
     told = anchor_refused(replace(ground, heights=heights), state.T_site_base, TETHER)
     assert "nothing is known of the ground" in told
+
+
+def unseen(dem, x, y, radius):
+    heights = np.array(dem.heights)
+    at = dem.geometry.centers()
+    heights[np.hypot(at[..., 0] - x, at[..., 1] - y) < radius] = np.nan
+    return replace(dem, heights=heights)
+
+
+def test_a_walk_whose_tether_goes_over_ground_that_nobody_knows_says_so(athlete, ground, state):
+    end = apply(state.T_site_base, ATTACHMENT)
+    x, y, _ = 0.5 * (TETHER.anchor + end)
+    [known, unknown] = [answer(athlete, dem, state, TETHER) for dem in (ground, unseen(ground, x, y, 0.15))]
+    assert (known.status, unknown.status) == (Status.FOUND, Status.FOUND), unknown.reason
+    assert "unknown ground under the tether" not in [one.name for one in known.checks]
+    [told] = [one for one in unknown.checks if one.name == "unknown ground under the tether"]
+    assert told.passed
+    assert "highest known neighbour" in told.text
+
+
+def test_how_much_of_the_ground_under_a_tether_is_unknown_agrees_with_a_walk_along_it(ground, state):
+    """Holes of many sizes, at many places; every millimetre looked at."""
+    rng, seen = np.random.default_rng(6), set()
+    end = apply(state.T_site_base, ATTACHMENT)
+    toward = (end - TETHER.anchor) / np.linalg.norm(end - TETHER.anchor)
+    fine = TETHER.anchor + np.arange(0.0, np.linalg.norm(end - TETHER.anchor), 0.001)[:, None] * toward
+    for _ in range(40):
+        middle = fine[rng.integers(len(fine)), :2] + rng.normal(0.0, 0.2, 2)
+        dem = unseen(ground, *middle, rng.uniform(0.05, 0.5))
+        holes = ~np.isfinite(height_at(dem, fine[:, 0], fine[:, 1]))
+        by_anchor = np.arange(len(fine)) < 1000.0 * TETHER.bare
+        found = unknown_under(dem, TETHER, state.T_site_base[None])
+        share = holes[~by_anchor].mean()
+        told = float(re.search(r"(\d+\.\d)%", found[0].text)[1]) / 100.0 if found else 0.0
+        assert told == pytest.approx(share, abs=2.0 * LOOKED_AT / (len(fine[~by_anchor]) * 0.001))
+        seen.add(bool(found))
+    assert seen == {True, False}
 
 
 def test_the_ground_is_looked_at_up_to_an_anchor_that_is_far_away(athlete):

@@ -109,7 +109,7 @@ def _rappel(
         return WalkResult(asked[0], None, asked[1], (), goal, provenance)
     ground = asked.hung.frame.ground
     attempt = _Attempt(robot, ground, state, asked.goal, asked.settings, provenance, progress, asked)
-    return in_site(robot, asked, attempt.run())
+    return in_site(robot, dem, asked, attempt.run())
 
 
 def goal_of(numbers: tuple[float, ...]) -> WalkGoal:

@@ -20,6 +20,7 @@ from footfall.planning.walk.hung import Hung
 from footfall.planning.walk.problem import BODY, Tethered, WalkGoal, WalkPlan, WalkResult, WalkSettings
 from footfall.planning.walk.slope_frame import slope_between
 from footfall.planning.walk.start import start_of
+from footfall.planning.walk.tether_ground import unknown_under
 from footfall.planning.walk.tether_refused import refused_before
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -78,7 +79,7 @@ def on_slope(
     return OnSlope(hung, turned, own, began)
 
 
-def in_site(robot: Robot, asked: OnSlope, result: WalkResult) -> WalkResult:
+def in_site(robot: Robot, dem: Dem, asked: OnSlope, result: WalkResult) -> WalkResult:
     """A result of the slope's frame in the site, with what the tether does."""
     hung = asked.hung
     goal = hung.goal if hung.goal is not None else result.goal
@@ -86,7 +87,7 @@ def in_site(robot: Robot, asked: OnSlope, result: WalkResult) -> WalkResult:
         None if one is None else plan_in_site(robot, hung, one, asked.settings.balance, goal)
         for one in (result.plan, result.partial)
     )
-    checks = (*result.checks, *_checks(plan)) if plan is not None else result.checks
+    checks = (*result.checks, *_checks(plan, dem)) if plan is not None else result.checks
     return replace(result, plan=plan, partial=partial, goal=goal, checks=checks, blocked=hung.blocked(result.blocked))
 
 
@@ -107,8 +108,8 @@ def plan_in_site(robot: Robot, hung: Hung, plan: WalkPlan, balance: BalanceSetti
     return replace(plan, goal=goal, stances=stances, Ts_site_base=Ts, tethered=tethered)
 
 
-def _checks(plan: WalkPlan) -> tuple[Check, ...]:
-    """What the tether has to spare where that is least."""
+def _checks(plan: WalkPlan, dem: Dem) -> tuple[Check, ...]:
+    """What the tether has to spare where that is least, and what it goes over that is not known."""
     if plan.tethered is None:
         return ()
     tether, lengths, pulls = plan.tethered.tether, plan.tethered.lengths, plan.tethered.pulls
@@ -117,6 +118,7 @@ def _checks(plan: WalkPlan) -> tuple[Check, ...]:
         Check("tether", True, float("nan"), "", "free of ground, legs and chassis all the way, sizes are not told"),
         Check("tether length", True, tether.free_length - float(lengths[longest]), "m", f"waypoint {longest}"),
         Check("tether pull", True, tether.most_force - float(pulls[hardest]), "N", f"waypoint {hardest}"),
+        *unknown_under(dem, tether, plan.Ts_site_base),
     )
 
 
