@@ -89,8 +89,8 @@ def test_a_walk_whose_tether_goes_over_ground_that_nobody_knows_says_so(athlete,
     assert (known.status, unknown.status) == (Status.FOUND, Status.FOUND), unknown.reason
     assert "unknown ground under the tether" not in [one.name for one in known.checks]
     [told] = [one for one in unknown.checks if one.name == "unknown ground under the tether"]
-    assert told.passed
-    assert "highest known neighbour" in told.text
+    assert told.holds
+    assert "highest known neighbour" in told.where
 
 
 def test_how_much_of_the_ground_under_a_tether_is_unknown_agrees_with_a_walk_along_it(ground, state):
@@ -106,7 +106,7 @@ def test_how_much_of_the_ground_under_a_tether_is_unknown_agrees_with_a_walk_alo
         by_anchor = np.arange(len(fine)) < 1000.0 * TETHER.bare
         found = unknown_under(dem, TETHER, state.T_site_base[None])
         share = holes[~by_anchor].mean()
-        told = float(re.search(r"(\d+\.\d)%", found[0].text)[1]) / 100.0 if found else 0.0
+        told = float(re.search(r"(\d+\.\d)%", found[0].where)[1]) / 100.0 if found else 0.0
         assert told == pytest.approx(share, abs=2.0 * LOOKED_AT / (len(fine[~by_anchor]) * 0.001))
         seen.add(bool(found))
     assert seen == {True, False}

@@ -17,7 +17,7 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_ground, unknown_ground
-from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED
+from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED, off_walk
 from footfall.planning.walk_execution.stage import BESIDE, stage
 from footfall.planning.walk_execution.way_on import arrived, way_on
 from footfall.robot.kinematics import center_of_mass
@@ -208,3 +208,27 @@ def test_a_stage_lies_on_the_way_and_its_feet_have_known_ground(athlete, ground,
     ahead = found.x + feet[:, 0].max() - BESIDE
     assert ahead <= edge + 2 * grid.resolution
     assert np.isfinite(height_at(dark, min(ahead, edge - grid.resolution), 0.0))
+
+
+def test_where_the_rover_is_not_sure_to_be_it_looks_and_stops_where_that_did_not_help(athlete, ground, stood, walk):
+    """Also at the goal, where it might seem to be only."""
+    posture, T = start_of(walk, 0)
+    state = replace(stood, posture=posture, T_site_base=T)
+    here = WalkGoal(float(T[0, 3]), float(T[1, 3]))
+
+    def decided(so_far, doubt):
+        return way_on(athlete, ground, state, here, walk, 0, so_far, LIMITS, doubt)
+
+    assert decided(SoFar(), "").act is Act.ARRIVED
+    found = decided(SoFar(), "it is old")
+    assert (found.act, found.reason) == (Act.LOOK, "it is old")
+    found = decided(SoFar(looked=True), "it is old")
+    assert (found.act, found.reason) == (Act.STOP, "a look did not help: it is old")
+
+
+def test_what_is_no_number_passes_no_limit(decides, walk, athlete, stood):
+    for name in ("margins", "torques"):
+        found = decides(plan=replace(walk, **{name: np.full_like(getattr(walk, name), np.nan)}))
+        assert found.act is Act.REPLAN, (name, found)
+    assert off_walk(athlete, stood, np.full_like(walk.waypoints[0], np.nan), walk.Ts_site_base[0])
+    assert not arrived(GOAL, np.full((4, 4), np.nan))

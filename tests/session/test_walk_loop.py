@@ -211,6 +211,13 @@ def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it
     assert (loop.state, aborted) == ("ended", [])
 
 
+def at_fault(live, loop):
+    """Of the rover, which carries its row out all the same."""
+    frame = live.frame
+    live.take_telemetry(TelemetryFrame(frame.number + 1, replace(frame.state, mode="fault"), frame.commanded))
+    ended(loop)
+
+
 @pytest.mark.parametrize(
     ("act", "outcome", "reason"),
     [
@@ -218,8 +225,9 @@ def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it
         (lambda live, loop: live.stop("a dust devil"), "stopped", "the rover was stopped"),
         (lambda live, loop: live.abort_run(), "stopped", "not carried out to their end"),
         (lambda live, loop: live.rover_disconnected(), "stopped", "the rover is not connected"),
+        (lambda live, loop: at_fault(live, loop), "stopped", "the rover reports a fault"),
     ],
-    ids=["cancelled", "stopped", "run aborted", "link lost"],
+    ids=["cancelled", "stopped", "run aborted", "link lost", "fault"],
 )
 def test_it_leaves_the_rover_to_whoever_takes_over(live, rover, act, outcome, reason):
     reached, go_on = threading.Event(), threading.Event()

@@ -9,6 +9,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -369,9 +370,20 @@ class WalkLoop:
         # where the log does not have it given up its time is over, of which the log is told in a moment
         return "the conn was given up" if next(changes, "") == "released" else NOT_RENEWED
 
+    def _break_off(self) -> None:
+        """Where it ends with a run of its own under way, nothing goes after the row that is out.
+
+        Without the conn, which is not taken for that, the gate holds the run.
+        """
+        gate, conn = self._live.gate, self._live.conn
+        if self._is_sending() and not gate["aborted"] and conn["holder"] is not None and conn["number"] == self._conn:
+            with suppress(FootFallError):
+                self._live.abort_run(self._who)
+
     def _end(self, outcome: str, reason: str) -> None:
         self._unlisten()
         with self._sending:
+            self._break_off()
             # whoever reads it at this moment finds no end without its reason
             self.reason, self.outcome, self.part, self.waits_for = reason, outcome, "", ""
             self.state = "ended"

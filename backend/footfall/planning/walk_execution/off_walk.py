@@ -21,7 +21,7 @@ def off_walk(robot: Robot, state: RobotState, posture: Array, T_site_base: Array
     """How far the rover is from a posture (legs × 6,) [rad] and a pose (4, 4) of a walk; empty where it is there."""
     chassis = float(np.linalg.norm(state.T_site_base[:3, 3] - T_site_base[:3, 3]))
     leg, wheel = farthest_wheel(robot, state, posture, T_site_base)
-    if chassis > CHASSIS_MOVED or wheel > FOOT_MOVED:
+    if not (chassis <= CHASSIS_MOVED and wheel <= FOOT_MOVED):
         return f"the chassis is {chassis:z.3f} m and the wheel of leg {leg} {wheel:z.3f} m from where it starts"
     return ""
 

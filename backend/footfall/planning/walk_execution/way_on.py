@@ -67,7 +67,7 @@ def way_on(
 
 def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
     """Whether a chassis is at a goal, within what that allows."""
-    if np.hypot(T_site_base[0, 3] - goal.x, T_site_base[1, 3] - goal.y) > goal.within:
+    if not np.hypot(T_site_base[0, 3] - goal.x, T_site_base[1, 3] - goal.y) <= goal.within:
         return False
     if goal.yaw is None:
         return True
@@ -102,8 +102,8 @@ def _beyond(walk: WalkPlan, number: int, last: int, settings: WayOnSettings) -> 
     """Which limit the foot moves ``number`` … ``last − 1`` pass, by what was planned; empty where none."""
     rows = (walk.moves >= number) & (walk.moves < last)
     margin_, torque = float(walk.margins[rows].min()), float(walk.torques[rows].max())
-    if margin_ < settings.least_margin:
+    if not margin_ >= settings.least_margin:
         return f"a margin of the next foot move is {margin_:z.3f} m, at least {settings.least_margin:g} m are asked for"
-    if torque > settings.most_torque:
+    if not torque <= settings.most_torque:
         return f"a joint takes {torque:.0%} of its torque limit next, at most {settings.most_torque:.0%} are allowed"
     return ""
