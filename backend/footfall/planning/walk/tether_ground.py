@@ -34,7 +34,7 @@ def unknown_under(dem: Dem, tether: Tether, Ts_site_base: Array) -> tuple[Check,
         return ()
     x, y = found[0]
     text = (
-        f"{len(found) / under:.1%} of what is below its way, first at ({x:.2f}, {y:.2f}) m; taken as high as its "
+        f"{len(found) / under:.1%} of what is below its way, first at ({x:z.2f}, {y:z.2f}) m; taken as high as its "
         "highest known neighbour: a rock there is not known of"
     )
     return (Check("unknown ground under the tether", True, float("nan"), "", text),)

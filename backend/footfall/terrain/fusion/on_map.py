@@ -86,7 +86,7 @@ def place_on_map(told: RobotState, dem: Dem | None, looks: Looks | None) -> OnMa
     state = on_map(told, dem)
     corrected = pose_difference(told.T_site_base, state.T_site_base)
     if dem is None or dem.correction is None or looks is None:
-        doubt = f"the map's correction of {corrected:.2f} m is from no images of this rover: {TAKE_IMAGES}"
+        doubt = f"the map's correction of {corrected:z.2f} m is from no images of this rover: {TAKE_IMAGES}"
         return OnMap(state, told, corrected, doubt=doubt if corrected > MOVES_NOTHING else "")
     way = float(np.linalg.norm(told.T_site_base[:3, 3] - looks.latest.T_site_base[:3, 3]))
     age = told.time - looks.latest.time
@@ -103,14 +103,14 @@ def _too_old(found: OnMap) -> str:
         return ""
     if found.age < 0.0:
         return (
-            f"the rover's clock is {-found.age:.0f} s before the images by which its pose was corrected, so odometry "
+            f"the rover's clock is {-found.age:z.0f} s before the images by which its pose was corrected, so odometry "
             f"may have begun anew: {TAKE_IMAGES}"
         )
     if not found.deviation <= LEAST_SURE:
         return (
-            f"the pose was corrected by {found.corrected:.2f} m by images of {found.age / 60.0:.0f} min ago and "
-            f"{found.way:.2f} m away, and is uncertain by {found.deviation:.3f} m since, at most {LEAST_SURE:g} m are "
-            f"accepted: {TAKE_IMAGES}"
+            f"the pose was corrected by {found.corrected:z.2f} m by images of {found.age / 60.0:z.0f} min ago and "
+            f"{found.way:z.2f} m away, and is uncertain by {found.deviation:z.3f} m since, at most {LEAST_SURE:g} m "
+            f"are accepted: {TAKE_IMAGES}"
         )
     return ""
 
@@ -126,8 +126,8 @@ def _too_large(told: RobotState, correction: Array, looks: Looks) -> str:
     if shift <= most_shift and turn <= most_turn:
         return ""
     return (
-        f"images have moved the pose by {shift:.2f} m and {np.degrees(turn):.1f}° in {looks.count} looks, where "
-        f"odometry is expected to be off by at most {most_shift:.2f} m and {np.degrees(most_turn):.1f}°: look whether "
-        "map and odometry are right, and start a new map (keep = false), or say how far odometry is off "
+        f"images have moved the pose by {shift:z.2f} m and {np.degrees(turn):z.1f}° in {looks.count} looks, where "
+        f"odometry is expected to be off by at most {most_shift:z.2f} m and {np.degrees(most_turn):z.1f}°: look "
+        "whether map and odometry are right, and start a new map (keep = false), or say how far odometry is off "
         "(pose_shift, pose_turn)"
     )
