@@ -62,6 +62,13 @@ def without_holes_between(dem: Dem, low_xy: Array, high_xy: Array, contacts: Arr
     return Whole(Dem(heights, geometry, dem.name, Provenance({})), unknown)
 
 
+def filled(heights: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The heights (rows, cols), each unknown one as high as its highest known neighbour; one at least is known."""
+    out = heights.copy()
+    _fill(out)
+    return out
+
+
 def _put_contacts(heights: NDArray, unknown: NDArray, geometry: GridGeometry, contacts: Array) -> None:
     for contact in contacts:
         near = np.hypot(geometry.xs - contact[0], (geometry.ys - contact[1])[:, None]) <= FOOT_DISC
