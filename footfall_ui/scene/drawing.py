@@ -245,8 +245,9 @@ class Scene:
 
     def _draw_ground(self, live: LiveSession) -> None:
         dem = read(live, live.state.dem, Dem) if live.state.dem else None
-        # maps of an older terrain or posture are not shown: their green would be a wrong green
-        self._terrain.show(dem, live.maps_shown(live.view.leg), live.view.layer)
+        # where maps are of older ground or another posture they are not shown: their green would be a wrong green
+        leg, layer = live.view.leg, live.view.layer
+        self._terrain.show(dem, live.maps_shown(leg), layer, live.maps_changed(leg, layer or ""))
 
     def _draw_age(self, live: LiveSession) -> None:
         if live.state.dem is None:

@@ -35,13 +35,13 @@ def played(live: LiveSession) -> Motion | None:
 
 
 def walk_here(live: LiveSession) -> WalkResult | GaitResult | None:
-    """The walk or gait that was planned last; None on other ground, where its footfalls would lie under it, or in the
-    air.
+    """The walk or gait that was planned last; None where the ground that it looked at is otherwise: its footfalls would
+    lie under that, or in the air.
     """
     for event in reversed(live.events()):
         if event.type == "product" and event.payload["kind"] in (WALK.name, GAIT.name):
             found = live.get(event.payload["digest"])
-            if isinstance(found, (WalkResult, GaitResult)) and found.provenance.parents["dem"] == live.state.dem:
+            if isinstance(found, (WalkResult, GaitResult)) and live.ground_holds(event.payload["digest"]):
                 return found
             return None
     return None

@@ -13,9 +13,10 @@ from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from footfall.core.grid import GridGeometry
-from footfall.maps.colors import layer_rgb
+from footfall.maps.colors import HATCH_RGB, hatched, layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.lattice import laid_onto
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
@@ -37,6 +38,21 @@ def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
     """What the cameras saw, or plain grey ground where there is no image; (rows, cols, 3)."""
     grey = np.full(dem.heights.shape, 168, np.uint8) if dem.texture is None else dem.texture
     return np.repeat(grey[..., None], 3, axis=2)
+
+
+def held_rgb(dem: Dem, maps: MapStack, layer: str, changed: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
+    """A layer of maps of older ground on the cells of newer ground, (rows, cols, 3).
+
+    changed: cells of the maps (rows, cols) where they don't hold: stripes over what the cameras saw; None: none.
+    """
+    out, cells = ground_rgb(dem), dem.geometry
+    spoiled = np.zeros(maps.geometry.shape, bool) if changed is None else changed
+    held, marked = (laid_onto(cells, one, maps.geometry, False) for one in (~spoiled, hatched(spoiled)))
+    colors = layer_rgb(maps, layer)
+    for channel in range(3):
+        laid = laid_onto(cells, colors[..., channel], maps.geometry, 0)
+        out[held, channel], out[marked, channel] = laid[held], HATCH_RGB[channel]
+    return out
 
 
 def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
@@ -75,16 +91,27 @@ class TerrainDrawing:
         self._drawn = Drawn(server)
         self._shown: dict[tuple[str, str], viser.GlbHandle] = {}
 
-    def show(self, dem: Dem | None, maps: MapStack | None, layer: str | None) -> None:
-        """Show one layer of the map stack; None, or no maps: what the cameras saw."""
+    def show(
+        self,
+        dem: Dem | None,
+        maps: MapStack | None,
+        layer: str | None,
+        changed: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """Show one layer of the map stack; None, or no maps: what the cameras saw. changed: see :func:`held_rgb`."""
         if dem is None:
             self._keep(set())
             return
         shown = layer if maps is not None and layer in maps.layers else None
-        key = (dem.digest, "texture") if maps is None or shown is None else (maps.digest, shown)
+        key = (dem.digest, "texture")
+        older = maps is not None and maps.provenance.parents.get("dem", dem.digest) != dem.digest
+        if maps is not None and shown is not None:
+            key = (maps.digest, f"{shown}/on/{dem.digest}" if older else shown)
         if key not in self._shown:
             if maps is None or shown is None:
                 picture = glb(dem, ground_rgb(dem), dem.geometry)
+            elif older:
+                picture = glb(dem, held_rgb(dem, maps, shown, changed), dem.geometry)
             else:
                 picture = glb(dem, layer_rgb(maps, shown), maps.geometry)
             add = self._server.scene.add_glb

@@ -38,7 +38,7 @@ def test_what_if_and_back(standing, stood):
     assert np.abs(weight[:2]).max() < 1e-6 * weight[2]
     now = standing.get(SESSION).json()
     assert now["what_if"]["dz"] == -0.3
-    assert now["up_to_date"]["what_if"] == {"fits": True, "reason": ""}
+    assert now["up_to_date"]["what_if"]["fits"]
     assert now["up_to_date"]["measured"] is False
     # again: from how the rover stands, not from the shifted one
     second = standing.put(WHAT_IF, json={"dx": 0.05, "dz": -0.1}).json()

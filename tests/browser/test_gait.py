@@ -45,7 +45,7 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
 
     blocked = wavy([WALL], half=4.0)
     live.load_terrain(blocked, "made for the test")
-    expect(console.locator("#gait-doubt")).to_contain_text("The gait is out of date: the terrain has changed since.")
+    expect(console.locator("#gait-doubt")).to_contain_text("The gait is out of date: the terrain has changed since: ")
     live.set_state(stand(live.robot, blocked))
     console.locator("#walk-x").fill("2")
     console.locator("#walk-gait").select_option("wave")

@@ -68,6 +68,6 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     look("refused")
 
     live.load_terrain(wavy(half=4.0, seed=1), "made for the test")
-    expect(console.locator("#walk-doubt")).to_have_text(
-        "Out of date: the terrain has changed since. Plan the walk again."
+    expect(console.locator("#walk-doubt")).to_contain_text(
+        "Out of date: the terrain has changed since: by up to 0.02 m on "
     )

@@ -83,7 +83,9 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
     assert alone["provenance"]["parents"].keys() == {"dem", "state", "robot"}
 
     live.load_terrain(wavy(half=4.0, seed=1), "made for the test")
-    expect(console.locator("#walk-doubt")).to_contain_text("Out of date: the terrain has changed since.")
+    expect(console.locator("#walk-doubt")).to_contain_text(
+        "Out of date: the terrain has changed since: by up to 0.02 m on "
+    )
 
 
 @pytest.mark.parametrize("missing", ["tether-length", "tether-at-z"])

@@ -14,8 +14,19 @@ from footfall.robot.ik import contact_point
 from footfall.robot.tolerance import JOINT_TOLERANCE
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.log.fold import fold_all
-from footfall.session.products.kinds import BODY_MOVE, EXECUTION, MAPS, PLAN, SEQUENCE, SHIFT, WALK
-from footfall.session.products.up_to_date import PLACE_TOLERANCE, Fit, Present
+from footfall.session.products.kinds import (
+    BODY_MOVE,
+    EXECUTION,
+    KINDS,
+    MAPS,
+    PLAN,
+    ROUTE,
+    SEQUENCE,
+    SHIFT,
+    WALK,
+    LooksAt,
+)
+from footfall.session.products.up_to_date import PLACE_TOLERANCE, Fit, OtherGround, Present
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
@@ -73,6 +84,51 @@ def test_other_ground_and_another_robot_are_named():
     assert now().fit(PLAN, PARENTS, STANDS).fits
 
 
+@given(st.sampled_from(list(KINDS.values())), st.floats(0.0, 9.0), st.booleans(), st.floats(0.0, 0.3))
+def test_newer_ground_leaves_only_what_looked_at_none_that_changed(kind, area, everywhere, east):
+    older = {**PARENTS, "dem": "d0"}
+    ground = OtherGround(area, 0.0, 0.1, everywhere)
+    moved = now(otherwise(east=east))
+    stance, found = moved.fit(kind, PARENTS, STANDS), moved.fit(kind, older, STANDS, ground=ground)
+    compared = kind.looks_at is not LooksAt.MAP
+    assert found.fits == (compared and area == 0.0 and stance.fits)
+    assert found.partly == (compared and area > 0.0 and not everywhere and kind.for_cells and stance.fits)
+    # nobody knows of the ground: it may be any
+    assert not moved.fit(kind, older, STANDS).fits
+    # on the map that it was made on the ground is not asked
+    assert moved.fit(kind, PARENTS, STANDS, ground=ground) == stance
+
+
+def test_commands_are_of_one_map():
+    assert {kind.looks_at for kind in KINDS.values() if kind.is_commands} == {LooksAt.MAP}
+
+
+@pytest.mark.parametrize(
+    ("ground", "words"),
+    [
+        (OtherGround(0.42, 0.0, 0.312), "by up to 0.31 m on 0.42 m² that it looked at"),
+        (OtherGround(0.42, 0.42, 0.0), "on 0.42 m² that it looked at, of which 0.42 m² became known or unknown"),
+    ],
+)
+def test_the_reason_says_how_much_ground_changed(ground, words):
+    found = now().fit(PLAN, {**PARENTS, "dem": "d0"}, STANDS, ground=ground)
+    assert found.reason == f"the terrain has changed since: {words}"
+
+
+@given(SAMPLED, st.booleans())
+def test_of_a_rover_that_is_not_heard_nothing_is_fresh(kind, moved):
+    stands = otherwise(east=0.2) if moved else STANDS
+    heard, unheard = (now(stands, unheard=why).fit(kind, PARENTS, STANDS) for why in ("", "it was heard a day ago"))
+    assert heard.fits == unheard.fits
+    assert (heard.verdict, unheard.verdict) == (("differs", "differs") if moved else ("fresh", "unknown"))
+
+
+@given(st.floats(0.1, 3.0), st.floats(0.5, 2.0))
+def test_a_route_goes_by_the_chassis_alone(turned, load):
+    assert now(otherwise(turned=turned, load=load)).fit(ROUTE, PARENTS, STANDS).fits
+    assert not now(otherwise(east=1.1 * POSE_TOLERANCE)).fit(ROUTE, PARENTS, STANDS).fits
+
+
 @given(SAMPLED)
 def test_in_a_what_if_colours_are_of_its_stance_and_commands_of_the_rovers(kind):
     there = otherwise(east=0.2)
@@ -122,7 +178,7 @@ def test_every_product_is_told_of_until_the_rover_moves_and_again_when_it_is_bac
     assert first["measured"]
     assert first["what_if"] is first["execution"] is first["shift"] is None
     assert all(first[name]["fits"] for name in made)
-    assert first["maps"] == {str(LEG): {"fits": True, "reason": ""}}
+    assert [(leg, fit["fits"], fit["reason"]) for leg, fit in first["maps"].items()] == [(str(LEG), True, "")]
     # the same stance frozen anew, with another clock and noise: nothing is out of date for that
     noisy = replace(standing, posture=standing.posture + 5e-4, time=50.0)
     fits = told(live)
@@ -137,7 +193,8 @@ def test_every_product_is_told_of_until_the_rover_moves_and_again_when_it_is_bac
     (news,) = fits()
     assert news == live.summary()["up_to_date"]
     assert all(not news[name]["fits"] for name in made)
-    assert news["maps"][str(LEG)] == {"fits": False, "reason": "the rover moved since: its chassis by 0.120 m"}
+    assert not news["maps"][str(LEG)]["fits"]
+    assert news["maps"][str(LEG)]["reason"] == "the rover moved since: its chassis by 0.120 m"
     assert live.maps_shown(LEG) is None
     assert "moved since" in live.footfall_answer(live.get(live.state.plan).footfall)["reasons"][0]
     heard(live, 3, otherwise(standing, east=0.12))
@@ -158,7 +215,7 @@ def test_a_what_if_is_asked_of_how_the_rover_stands_now(live, standing):
     assert not live.summary()["up_to_date"]["what_if"]["fits"]
     shifted = live.get(live.what_if(BodyShift(dz=-0.1)))
     np.testing.assert_allclose(shifted.T_site_base[:3, 3], moved.T_site_base[:3, 3] + (0.0, 0.0, -0.1))
-    assert live.summary()["up_to_date"]["what_if"] == {"fits": True, "reason": ""}
+    assert live.summary()["up_to_date"]["what_if"]["fits"]
     for asked in (live.find_shift(LEG, tuple(moved.T_site_base[:2, 3] + 1.5)), live.plan_body_move(BodyShift(dz=-0.1))):
         frozen = live.get(asked.finish()).provenance.parents["state"]
         np.testing.assert_allclose(live.get(frozen).T_site_base, moved.T_site_base)

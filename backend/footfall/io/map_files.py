@@ -12,7 +12,7 @@ from rasterio.io import MemoryFile
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_geotiff import SITE_CRS, north_up
-from footfall.maps.colors import layer_rgb
+from footfall.maps.colors import HATCH_RGB, UNKNOWN_RGB, hatched, layer_rgb
 from footfall.maps.layers import LAYERS, MapStack
 
 ALL, ONE = (".tif", ".tiff", ".npz"), (".png", ".npy")
@@ -48,6 +48,14 @@ def maps_geotiff(stack: MapStack) -> bytes:
 def layer_png(stack: MapStack, layer: str) -> bytes:
     """One layer in the colours of the page, north up. Raises NotFound for a layer that the stack lacks."""
     return encode_png(np.ascontiguousarray(layer_rgb(stack, layer)[::-1]))
+
+
+def changed_png(changed: NDArray[np.bool_]) -> bytes:
+    """Stripes where the ground of maps has changed, to lie over their layers, north up; clear where it has not."""
+    rgba = np.zeros((*changed.shape, 4), np.uint8)
+    rgba[changed] = (*UNKNOWN_RGB, 255)
+    rgba[hatched(changed)] = (*HATCH_RGB, 255)
+    return encode_png(np.ascontiguousarray(rgba[::-1]))
 
 
 def layer_npy(stack: MapStack, layer: str) -> bytes:

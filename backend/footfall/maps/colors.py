@@ -34,6 +34,9 @@ from footfall.maps.layers import (
 
 Rgb = tuple[int, int, int]
 
+HATCH_RGB: Rgb = (255, 201, 77)
+HATCH = 6
+"""Cells from one stripe to the next where the ground has changed since."""
 UNKNOWN_RGB: Rgb = (134, 150, 178)
 OUT_OF_RANGE_RGB: Rgb = (116, 112, 108)
 NO_SOLUTION_RGB: Rgb = (190, 38, 45)
@@ -207,6 +210,12 @@ def layer_rgb(stack: MapStack, layer: str) -> NDArray[np.uint8]:
         rgb[footing == NO_SOLUTION] = NO_SOLUTION_RGB
         rgb[(footing == COLLISION) & ~known] = COLLISION_RGB
     return rgb
+
+
+def hatched(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the changed cells, (rows, cols), are drawn as stripes: the others show what is below them."""
+    rows, cols = np.indices(changed.shape, sparse=True)
+    return changed & ((rows + cols) % HATCH < HATCH // 2)
 
 
 def layer_legend(stack: MapStack, layer: str) -> list[tuple[str, Rgb]]:

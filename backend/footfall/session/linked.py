@@ -10,6 +10,7 @@ from dataclasses import replace
 from footfall.core.errors import Conflict, InvalidTelemetry
 from footfall.planning.compliance.seen_yield import gives_way
 from footfall.session.commanding import Commanding
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.outcomes import OutcomeSession
 from footfall.session.rover.heard import ENDED
@@ -49,6 +50,14 @@ class LinkedSession(OutcomeSession):
     def _measured(self) -> OnMap | None:
         frame = self.frame
         return None if frame is None else self.place_on_map(frame.state)
+
+    def _unheard(self) -> str:
+        age = self.link.age
+        if age is None:
+            return super()._unheard()
+        if self.link.connected and age <= STALE_AFTER:
+            return ""
+        return f"the rover was last heard {age:.0f} s ago"
 
     @property
     def telemetry_age(self) -> float | None:

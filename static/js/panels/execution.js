@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { get, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { outOfDate } from "../fits.js";
 import { answered } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -120,7 +121,7 @@ const read = (digest) => attempt(async () => {
 function outdated(summary) {
   if (!ofPresentPlan()) return "Out of date: this is for another plan than the present one.";
   const fit = shown.digest === summary.execution.digest ? summary.up_to_date.execution : null;
-  return fit && !fit.fits ? `Out of date: ${fit.reason}.` : "";
+  return outOfDate(fit) ? `Out of date: ${outOfDate(fit)}.` : "";
 }
 
 function drawAnswer({ status, reason, checks, settings: used, execution, figures }) {

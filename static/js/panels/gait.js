@@ -1,6 +1,7 @@
 // Gait: what came of one, to be compared with the walk: its figures, or at which step which check fails by how much.
 
 import { $, element, fixed } from "../dom.js";
+import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
 import { subscribe } from "../store.js";
 
@@ -12,7 +13,7 @@ export function start() {
 
 function draw({ summary, gait }) {
   if (!summary) return;
-  const doubt = gait && summary.up_to_date.gait?.fits === false ? summary.up_to_date.gait.reason : "";
+  const doubt = gait ? outOfDate(summary.up_to_date.gait) : "";
   $("gait-doubt").hidden = !doubt;
   $("gait-doubt").textContent = doubt ? `The gait is out of date: ${doubt}. Plan it again.` : "";
   if ((gait?.digest ?? "") === shown) return;

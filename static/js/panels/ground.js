@@ -5,6 +5,7 @@ import { get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { chooseLeg, settled } from "../choosing.js";
 import { $, age, attempt, element, fixed, toast } from "../dom.js";
+import { outOfDate, reserve } from "../fits.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
 import { freeze } from "../stance.js";
@@ -156,15 +157,25 @@ function drawGround(summary) {
   box.dataset.state = seconds > OLD_GROUND ? "warn" : "good";
   box.textContent = `${old} old`;
   const fit = summary.up_to_date.maps[summary.view.leg];
-  const maps = !fit ? "not coloured" : fit.fits ? "coloured" : `▲ colours are OUT OF DATE and hidden: ${fit.reason}`;
+  const maps = colours(fit, summary.up_to_date);
   $("ground-text").textContent =
     `${terrain.name}: ${terrain.cols} × ${terrain.rows} cells of ${terrain.resolution} m, `
     + `${(100 * terrain.known).toFixed(0)} % known, ${old} old. Leg ${summary.view.leg}: ${maps}.`;
 }
 
+function colours(fit, all) {
+  if (!fit) return "not coloured";
+  if (fit.partly) return `▲ colours hold in part, and are striped where they may be wrong: ${outOfDate(fit)}`;
+  if (!fit.fits) return `▲ colours are OUT OF DATE and hidden: ${outOfDate(fit)}`;
+  const but = reserve(fit, all);
+  return but ? `coloured; ${but}` : "coloured";
+}
+
 async function drawLegend(summary) {
   const maps = summary.maps[summary.view.leg];
-  const shown = maps && summary.up_to_date.maps[summary.view.leg]?.fits && summary.view.layer;
+  const fit = summary.up_to_date.maps[summary.view.leg];
+  const shown = maps && (fit?.fits || fit?.partly) && summary.view.layer;
+  $("legend-striped").hidden = !(shown && fit.partly);
   $("legend-outdated").hidden = Boolean(!maps || shown || !summary.view.layer);
   const wanted = shown ? `${maps}/${summary.view.layer}` : "";
   if (wanted === legendFor) return;

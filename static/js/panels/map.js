@@ -15,10 +15,12 @@ const PATIENCE = 120; // ms between two read-outs while the pointer moves
 
 let about = null; // what the server says of the shown maps: geometry, layers
 let aboutFor = "";
+let groundFor = ""; // digest of the terrain that the stripes are of
 let asked = 0; // of the latest read-out that was asked for
 let waiting = 0;
 let cursor = null; // [x, y] under the pointer [m]
 
+const stripes = { left: null, right: null }; // over them, where newer ground has made them wrong
 const pictures = { left: null, right: null };
 
 export function start() {
@@ -59,16 +61,23 @@ async function draw({ summary }) {
   if (!summary || !$("panel-map").open) return;
   const leg = summary.view.leg;
   const fit = summary.up_to_date.maps[leg];
-  const wanted = fit?.fits ? summary.maps[leg] : "";
-  $("map-note").hidden = Boolean(wanted);
-  $("map-note").textContent = fit && !wanted
+  const wanted = fit?.fits || fit?.partly ? summary.maps[leg] : "";
+  const partly = wanted && fit.partly;
+  $("map-note").hidden = Boolean(wanted && !partly);
+  $("map-note").textContent = partly
+    ? `Striped where the maps of leg ${leg} may be wrong: ${fit.reason}. Show where leg ${leg} can stand again.`
+    : fit && !wanted
     ? `The maps of leg ${leg} are out of date and hidden: ${fit.reason}. Show where leg ${leg} can stand again.`
     : `There are no maps of leg ${leg} yet. Show where leg ${leg} can stand first.`;
   $("map-sides").hidden = !wanted;
   if (wanted !== aboutFor) {
     aboutFor = wanted;
+    groundFor = summary.dem;
     about = wanted ? await attempt(() => get(`/sessions/current/maps/${wanted}`)) : null;
     if (about) SIDES.forEach(loadPicture);
+  } else if (about && summary.dem !== groundFor) {
+    groundFor = summary.dem;
+    SIDES.forEach(loadStripes);
   }
   paint();
 }
@@ -80,12 +89,24 @@ function loadPicture(side) {
     paint();
     return;
   }
+  loadStripes(side);
+  load(`${layer}.png`, (image) => { pictures[side] = image; });
+}
+
+function loadStripes(side) {
+  stripes[side] = null;
+  if (known.summary.dem === about.parents.dem) return;
+  const layer = $(`map-layer-${side}`).value || FIRST[side];
+  load(`changed.png?layer=${encodeURIComponent(layer)}&ground=${groundFor}`, (image) => { stripes[side] = image; });
+}
+
+function load(file, taken) {
   const image = new Image();
   image.onload = () => {
-    pictures[side] = image;
+    taken(image);
     paint();
   };
-  image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/maps/${about.digest}/${layer}.png`;
+  image.src = `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/maps/${about.digest}/${file}`;
 }
 
 function paint() {
@@ -96,8 +117,11 @@ function paint() {
     canvas.width = cols;
     canvas.height = rows;
     const pen = canvas.getContext("2d");
-    if (pictures[side]) pen.drawImage(pictures[side], 0, 0, cols, rows);
-    else {
+    const stale = known.summary.dem !== about.parents.dem && !stripes[side]; // where it holds is not there yet
+    if (pictures[side] && !stale) {
+      pen.drawImage(pictures[side], 0, 0, cols, rows);
+      if (stripes[side]) pen.drawImage(stripes[side], 0, 0, cols, rows);
+    } else if (!pictures[side]) {
       pen.fillStyle = "#e8edf3";
       pen.font = `${Math.round(cols / 16)}px system-ui, sans-serif`;
       pen.fillText("not computed", cols / 20, rows / 2);

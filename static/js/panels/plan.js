@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
 import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
@@ -125,5 +126,6 @@ function outdated(summary, { digest, footfall }) {
     return `This answer is for leg ${footfall.leg} at (${fixed(footfall.x)}, ${fixed(footfall.y)}) m, not for the chosen footfall.`;
   }
   const fit = summary.plan.digest === digest ? summary.up_to_date.plan : null;
-  return fit && !fit.fits ? `This answer is out of date: ${fit.reason}.` : "";
+  if (outOfDate(fit)) return `This answer is out of date: ${outOfDate(fit)}.`;
+  return fit?.ground ? "The terrain is newer, and the same where this plan looked. To send it, plan it again: commands go only on the terrain that they were planned on." : "";
 }

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
+import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
@@ -18,11 +19,11 @@ export function start() {
   subscribe(draw);
 }
 
-const out = () => known.summary?.up_to_date.route?.fits === false;
+const out = () => outOfDate(known.summary?.up_to_date.route);
 
 function notTaken() {
   if (!known.route?.plan) return "There is no route yet: plan one to the walk's goal.";
-  return out() ? `The route is out of date: ${known.summary.up_to_date.route.reason}.` : "";
+  return out() ? `The route is out of date: ${out()}.` : "";
 }
 
 const plan = () => attempt(async () => {
@@ -55,7 +56,7 @@ const lengthOf = (points) => points.slice(1).reduce((sum, at, i) => sum + Math.h
 function draw({ summary, route }) {
   if (!summary) return;
   $("route-doubt").hidden = !out();
-  $("route-doubt").textContent = out() ? `The route is out of date: ${summary.up_to_date.route.reason}. Plan it again.` : "";
+  $("route-doubt").textContent = out() ? `The route is out of date: ${out()}. Plan it again.` : "";
   if ((route?.digest ?? "") === shown) return;
   shown = route?.digest ?? "";
   $("route-way").hidden = !route?.plan;

@@ -4,6 +4,7 @@
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
 import { $, attempt, element, fixed, signed } from "../dom.js";
+import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
@@ -77,7 +78,7 @@ const plan = () => attempt(async () => {
 function draw({ summary, walk }) {
   if (!summary) return;
   $("plan-walk").textContent = $("walk-gait").value ? "Plan gait" : "Plan walk";
-  const doubt = summary.up_to_date.walk?.fits === false ? summary.up_to_date.walk.reason : "";
+  const doubt = outOfDate(summary.up_to_date.walk);
   $("walk-doubt").hidden = !doubt;
   $("walk-doubt").textContent = doubt ? `Out of date: ${doubt}. Plan the walk again.` : "";
   drawWalking(summary.walking);

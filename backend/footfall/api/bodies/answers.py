@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from footfall.api.bodies.answer_models import Each, OneOf
+from footfall.api.bodies.fit_answers import UpToDateAnswer
 from footfall.core.value import Value
 from footfall.session.products.kinds import KINDS
 from footfall.session.recorded import ViewState
@@ -221,22 +222,6 @@ class EndsAnswer(TypedDict):
 
     go_on: EndAnswer | None
     after: EndAnswer | None
-
-
-class FitAnswer(TypedDict):
-    """Whether a product was made for how things are now (stance, terrain, robot), and in words why not."""
-
-    fits: bool
-    reason: str
-
-
-class UpToDateAnswer(TypedDict):
-    """Of the present products; None where there is none. measured: the rover was heard, not only frozen once."""
-
-    measured: bool
-    what_if: FitAnswer | None
-    maps: Annotated[dict[str, FitAnswer], Field(description="leg → of its latest maps")]
-    kinds: Annotated[FitAnswer | None, Each(lambda: (one.name for one in KINDS.values() if one.watched))]
 
 
 class WayAnswer(TypedDict):

@@ -14,7 +14,7 @@ from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes, files
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Value
-from footfall.io.map_files import layer_npy, layer_png, maps_geotiff
+from footfall.io.map_files import changed_png, layer_npy, layer_png, maps_geotiff
 from footfall.maps.colors import layer_legend
 from footfall.maps.layers import LAYERS, UNKNOWN, MapSettings, MapStack
 from footfall.maps.quality_settings import FACTORS, WEIGHTS, QualitySettings
@@ -24,6 +24,7 @@ from footfall.session.access.identity import Role
 router = Routes(tags=["maps"])
 
 LayerName = Annotated[str, Path(description="name of a layer, as `GET layers` has it", max_length=100)]
+ChangedLayer = Annotated[str, Query(description="a layer that may hold less than the others", max_length=100)]
 Metres = Annotated[float, Query(description="site frame [m]", allow_inf_nan=False, ge=-1e8, le=1e8)]
 
 
@@ -169,6 +170,15 @@ def suggestions(live: OneSession, order: SuggestionOrder, who: Who) -> Suggestio
         settings=settings_value(QualitySettings, order.settings),
         show=who.role >= Role.PLANNER,
     )
+
+
+@router.get("/sessions/{session}/maps/{digest}/changed.png", response_class=Response, responses=files("image/png"))
+def changed_image(live: OneSession, digest: Digest, layer: ChangedLayer = "") -> Response:
+    """Where a newer terrain has made the latest maps of a leg wrong, as stripes, north up; clear where they hold."""
+    stack = product(live, digest, MapStack)
+    nowhere = np.zeros(stack.geometry.shape, bool)
+    changed = live.maps_changed(stack.leg, layer) if live.state.maps.get(str(stack.leg)) == digest else ~nowhere
+    return Response(changed_png(nowhere if changed is None else changed), media_type="image/png")
 
 
 @router.get("/sessions/{session}/maps/{digest}/{layer}.png", response_class=Response, responses=files("image/png"))

@@ -211,7 +211,7 @@ class HandSession(ChoiceSession):
     def _lines(self, leg: int, x: float, y: float) -> tuple[str, ...]:
         """What every layer says there; nothing without current maps of that place."""
         state = self.state
-        if not self.maps_fit(leg).fits:
+        if not self.maps_fit(leg).usable or self.maps_doubt(leg, x, y):
             return ()
         maps = self._shelf.typed(MapStack, state.maps[str(leg)])
         return self.explain(maps, x, y).lines if maps.geometry.contains(x, y) else ()

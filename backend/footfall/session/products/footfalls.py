@@ -1,6 +1,7 @@
 """What can be said about a footfall before planning: the ground there, and what the maps think of it."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,13 @@ def nearest_good(maps: MapStack, x: float, y: float, count: int = 1) -> tuple[tu
     xs, ys = maps.geometry.xs[cols], maps.geometry.ys[rows]
     best = np.argsort(np.hypot(xs - x, ys - y), kind="stable")[:count]
     return tuple((float(xs[i]), float(ys[i])) for i in best)
+
+
+def without(maps: MapStack, changed: NDArray[np.bool_]) -> MapStack:
+    """The maps with the footing unknown at some cells (rows, cols)."""
+    footings = {name: maps.layers[name] for name in ("footing", "footing_friction") if name in maps.layers}
+    unknown = {name: np.where(changed, np.uint8(UNKNOWN), layer) for name, layer in footings.items()}
+    return replace(maps, layers={**maps.layers, **unknown})
 
 
 def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:

@@ -12,7 +12,7 @@ from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import MapRequest
-from footfall.session.products.footfalls import judge_footfall, nearest_good
+from footfall.session.products.footfalls import judge_footfall, nearest_good, without
 from footfall.session.products.kinds import MAPS
 from footfall.session.products.stances import StanceSession
 from footfall.session.recorded import present
@@ -42,8 +42,12 @@ class FootingSession(StanceSession):
         return self.ask(MAPS, MapRequest(leg, settings or MapSettings()), leg=leg)
 
     def maps_shown(self, leg: int) -> MapStack | None:
-        """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made."""
-        if self.maps_fit(leg).fits:
+        """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made.
+
+        Those that hold in part where no newer ones are on their way; :meth:`maps_changed` says where they don't.
+        """
+        fit = self.maps_fit(leg)
+        if fit.fits or (fit.partly and self._workshop.preview(leg) is None):
             return self._shelf.typed(MapStack, self.state.maps[str(leg)])
         preview = self._workshop.preview(leg)
         if preview is None or not self.fit_of_made(MAPS, preview.parents).fits:
@@ -117,8 +121,21 @@ class FootingSession(StanceSession):
         """What terrain and maps say of a footfall now; see :func:`.footfalls.judge_footfall`."""
         state = self.state
         dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
-        made = state.maps.get(str(footfall.leg))
-        maps = None if made is None else self._shelf.typed(MapStack, made)
-        fit = self.maps_fit(footfall.leg)
-        outdated = "" if maps is None else fit.reason
+        maps, outdated = self.maps_held(footfall.leg), self.maps_doubt(footfall.leg, footfall.x, footfall.y)
         return judge_footfall(dem, self.description.wheel_radius, footfall.leg, footfall.x, footfall.y, maps, outdated)
+
+    def maps_held(self, leg: int) -> MapStack | None:
+        """The latest maps of a leg, those that hold in part with their footing unknown where it does not hold."""
+        digest = self.state.maps.get(str(leg))
+        maps = None if digest is None else self._shelf.typed(MapStack, digest)
+        changed = None if maps is None else self.maps_changed(leg)
+        return maps if maps is None or changed is None else without(maps, changed)
+
+    def maps_doubt(self, leg: int, x: float, y: float) -> str:
+        """Why the latest maps of a leg say nothing of a place [m] as things are now; "" where they do, or are none."""
+        maps, fit = self.maps_held(leg), self.maps_fit(leg)
+        if maps is None or not fit.partly or not maps.geometry.contains(x, y):
+            return "" if maps is None else fit.reason
+        changed = self.maps_changed(leg)
+        row, col = (int(i) for i in maps.geometry.cell(x, y))
+        return "" if changed is None or not changed[row, col] else fit.reason

@@ -34,6 +34,14 @@ class Becomes(Enum):
     EXPORT = "one more export"
 
 
+class LooksAt(Enum):
+    """Of which ground a product is; where that is as it was, newer maps leave the product as it is."""
+
+    MAP = "the map itself: of another it is none, as the command gate has it"
+    LEG = "where its leg could touch the ground, and under the wheels"
+    WAY = "where the legs could touch the ground on the chassis' way"
+
+
 @dataclass(frozen=True, eq=False)
 class Kind:
     """One kind of product.
@@ -44,9 +52,10 @@ class Kind:
 
     given_as: name under which other products have it as a parent, "" where none has. from_the_rover: it counts from how
     the rover stands, also in a what-if. for_cells: it is judged cell by cell: it holds while nothing moved by more than
-    a measurement may be off. watched: the session tells whether the latest is still of how things are now. per_leg:
-    newer ones cancel those of the same leg on their way, the same again is taken as it is. of_this_state: nothing
-    becomes of it where another state is planned from by then.
+    a measurement may be off. looks_at: which ground may not change. of_chassis: how the joints are turned, and what the
+    wheels bear, is nothing to it. watched: the session tells whether the latest is still of how things are now.
+    per_leg: newer ones cancel those of the same leg on their way, the same again is taken as it is. of_this_state:
+    nothing becomes of it where another state is planned from by then.
 
     searches: it may end by its time limit, and need not come out the same again. says_status: status and reason of its
     answer are in its event. offered: what commands of it are called where they are offered, "" where they are not.
@@ -62,6 +71,8 @@ class Kind:
     given_as: str = ""
     from_the_rover: bool = False
     for_cells: bool = False
+    looks_at: LooksAt = LooksAt.MAP
+    of_chassis: bool = False
     watched: bool = False
     per_leg: bool = False
     of_this_state: bool = False
@@ -151,6 +162,7 @@ MAPS = entered(
         becomes=Becomes.MAPS,
         for_cells=True,
         per_leg=True,
+        looks_at=LooksAt.LEG,
     )
 )
 PLAN = entered(
@@ -167,6 +179,7 @@ PLAN = entered(
         searches=True,
         says_status=True,
         offered="the step",
+        looks_at=LooksAt.LEG,
     )
 )
 AFTER = entered(
@@ -209,6 +222,7 @@ EXECUTION = entered(
         watched=True,
         says_status=True,
         offered="the step",
+        looks_at=LooksAt.WAY,
     )
 )
 SHIFT = entered(
@@ -223,6 +237,7 @@ SHIFT = entered(
         from_the_rover=True,
         watched=True,
         searches=True,
+        looks_at=LooksAt.WAY,
     )
 )
 BODY_MOVE = entered(
@@ -238,6 +253,7 @@ BODY_MOVE = entered(
         watched=True,
         searches=True,
         offered="chassis move",
+        looks_at=LooksAt.WAY,
     )
 )
 WALK = entered(
@@ -252,6 +268,7 @@ WALK = entered(
         watched=True,
         searches=True,
         says_status=True,
+        looks_at=LooksAt.WAY,
     )
 )
 GAIT = entered(
@@ -264,6 +281,7 @@ GAIT = entered(
         loads="footfall.planning.gait.plan",
         watched=True,
         says_status=True,
+        looks_at=LooksAt.WAY,
     )
 )
 ROUTE = entered(
@@ -276,6 +294,8 @@ ROUTE = entered(
         loads="footfall.planning.route.plan",
         watched=True,
         says_status=True,
+        looks_at=LooksAt.WAY,
+        of_chassis=True,
     )
 )
 SEQUENCE = entered(

@@ -11,9 +11,9 @@ from footfall.planning.step.problem import Footfall
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import BodyMoveRequest, ShiftRequest
+from footfall.session.products.compared import UpToDateSession
 from footfall.session.products.kinds import BODY_MOVE, GROUND, SHIFT, WHAT_IF, Kind
 from footfall.session.products.terrains import SHORT_JOB
-from footfall.session.products.up_to_date import UpToDateSession
 from footfall.session.recorded import present
 
 

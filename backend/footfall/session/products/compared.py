@@ -1,0 +1,191 @@
+"""The session's products against how things are now: what each was made for is read, and asked of the one law."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from footfall.maps.layers import MapStack
+from footfall.planning.stance.body_shift import PredictedState
+from footfall.sequence.commands import Sequence
+from footfall.session.jobs.pool import JobPool
+from footfall.session.products.kinds import KINDS, Kind, LooksAt
+from footfall.session.products.remembered import looks_behind
+from footfall.session.products.terrains import TerrainSession
+from footfall.session.products.up_to_date import Fit, OtherGround, Present
+from footfall.session.storage.store import SessionStore
+from footfall.telemetry.state import RobotState
+from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.on_map import Looks, OnMap, place_on_map
+
+if TYPE_CHECKING:
+    from footfall.terrain.ground.changed import GroundChange, Mask
+
+MOST_STANCES = 64
+"""Stances, and grounds compared, that are kept at hand, as every telemetry frame asks for them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """What is otherwise where a product looked. spoiled: cells of maps (rows, cols) that it may have made wrong."""
+
+    ground: OtherGround
+    spoiled: "Mask | None" = None
+
+
+class UpToDateSession(TerrainSession):
+    """The part of a session that knows which of its products are of how things are now; thread-safe as
+    :class:`footfall.session.recorded.RecordedSession` says.
+    """
+
+    def __init__(self, store: SessionStore, jobs: JobPool) -> None:
+        super().__init__(store, jobs)
+        self._stances: dict[str, RobotState] = {}
+        self._looks: tuple[str, Looks | None] | None = None
+        self._newer_grounds: dict[tuple[str, str], Compared | None] = {}
+        self._latest_change: tuple[tuple[str, str], GroundChange | None] = ("", ""), None
+
+    def _measured(self) -> OnMap | None:
+        """Where the rover stands by its latest telemetry; None where it sent none."""
+        return None
+
+    def _unheard(self) -> str:
+        """Why nobody knows whether the rover still stands so; "" where it was heard lately."""
+        return "the rover has sent no telemetry yet"
+
+    def things_now(self) -> Present:
+        """What products are compared with."""
+        state = self.state
+        frozen = state.what_if or state.state
+        measured = self._measured()
+        stands = measured.state if measured is not None else None if frozen is None else self._stance(frozen)
+        names, unheard = self.description.joint_names, self._unheard()
+        if state.what_if is None or state.state is None:
+            return Present(state.robot, state.dem, stands, names, unheard=unheard, measured=measured)
+        what_if, counts_from = self._stance(state.state), self._stance(state.what_if)
+        return Present(state.robot, state.dem, stands, names, what_if, counts_from, unheard, measured)
+
+    def maps_fit(self, leg: int) -> Fit:
+        """Whether the latest maps of a leg are of the present terrain and stance."""
+        digest = self.state.maps.get(str(leg))
+        return Fit(False, f"there are no maps of leg {leg} yet") if digest is None else self.fit_of(digest)
+
+    def fit_of(self, digest: str, now: Present | None = None) -> Fit:
+        """Whether a product of the session is of how things are ``now``."""
+        made = self.state.products[digest]
+        return self.fit_of_made(KINDS[made.kind], made.parents, digest, now)
+
+    def fit_of_made(self, kind: Kind, parents: Mapping[str, str], digest: str = "", now: Present | None = None) -> Fit:
+        """As :meth:`fit_of`, also of what is being made still. digest: of what is made; "" is of no other map."""
+        stance = digest if kind.is_commands else parents["state"]
+        made_for, present = self._stance(stance), now or self.things_now()
+        compared = self._against_newer(kind, digest, present.dem, made_for)
+        ground = None if compared is None else compared.ground
+        return present.fit(kind, parents, made_for, isinstance(made_for, PredictedState), ground)
+
+    def ground_holds(self, digest: str) -> bool:
+        """Whether the ground that a product of the session looked at is as it was then, wherever the rover stands."""
+        made, dem = self.state.products[digest], self.state.dem
+        if made.parents.get("dem") == dem:
+            return True
+        compared = self._against_newer(KINDS[made.kind], digest, dem, self._stance(made.parents["state"]))
+        return compared is not None and not compared.ground.area
+
+    def maps_changed(self, leg: int, layer: str = "") -> "Mask | None":
+        """Cells of the latest maps of a leg, (rows, cols), for whose ``layer`` newer ground has other values; None
+        where there are none, or none hold.
+        """
+        digest, dem = self.state.maps.get(str(leg)), self.state.dem
+        if digest is None or dem is None or self.state.products[digest].parents["dem"] == dem:
+            return None
+        from footfall.session.products.looked_at import REMEMBERED
+
+        maps, made_for = self._shelf.typed(MapStack, digest), self._stance(self.state.products[digest].parents["state"])
+        compared = self._against_newer(KINDS[self.state.products[digest].kind], digest, dem, made_for)
+        if compared is None or not self.fit_of(digest).usable:
+            return None
+        if layer in REMEMBERED or compared.spoiled is None:
+            return np.ones(maps.geometry.shape, bool)
+        return compared.spoiled if compared.spoiled.any() else None
+
+    def _against_newer(self, kind: Kind, digest: str, now: str | None, made_for: RobotState) -> Compared | None:
+        """A product on the ground that is there ``now``; None where it is of that, or that is not asked, or can't be
+        told.
+        """
+        made = self.state.products.get(digest)
+        then = None if made is None else made.parents.get("dem")
+        if then is None or now is None or then == now or kind.looks_at is LooksAt.MAP:
+            return None
+        key = digest, now
+        if key not in self._newer_grounds:
+            if len(self._newer_grounds) >= MOST_STANCES:
+                self._newer_grounds.clear()
+            self._newer_grounds[key] = self._judged_anew(kind, digest, then, now, made_for)
+        return self._newer_grounds[key]
+
+    def _judged_anew(self, kind: Kind, digest: str, then: str, now: str, made_for: RobotState) -> Compared | None:
+        from footfall.session.products.looked_at import discs_of, other_ground, spoiled
+        from footfall.terrain.ground.changed import ground_change
+
+        between, change = self._latest_change
+        if between != (then, now):
+            change = ground_change(*(self._shelf.typed(Dem, one) for one in (then, now)))
+            self._latest_change = (then, now), change
+        if change is None:
+            return None
+        value = self._shelf.get(digest)
+        looked = change.within(discs_of(kind, self.robot, made_for, value))
+        if not isinstance(value, MapStack):
+            return Compared(other_ground(change, looked))
+        marked = spoiled(self.robot, made_for, value, change)
+        if not marked.any():
+            return Compared(OtherGround(), marked)
+        # maps say something of every cell, also of those that the leg is nowhere near
+        looked = looked | change.within_grid(value.geometry)
+        changed = looked if looked.any() else change.cells
+        return Compared(other_ground(change, changed, bool(marked.all())), marked)
+
+    def up_to_date(self) -> dict[str, Any]:
+        """Of the present products, as plain JSON: kind → whether it fits and why not, None where there is none.
+
+        maps: by leg. measured: whether the rover was asked, not only what was frozen of it; unheard: why nobody knows
+        whether it still stands so, "" where that is known.
+        """
+        state, now = self.state, self.things_now()
+        latest = {kind.name: state.newest(kind) for kind in KINDS.values() if kind.watched}
+        what_if = now.what_if_fit()
+        return {
+            "measured": self._measured() is not None,
+            "unheard": now.unheard,
+            "what_if": None if what_if is None else what_if.as_dict(),
+            "maps": {leg: self.fit_of(digest, now).as_dict() for leg, digest in state.maps.items()},
+            **{name: None if one is None else self.fit_of(one, now).as_dict() for name, one in latest.items()},
+        }
+
+    def _stance(self, digest: str) -> RobotState:
+        """A frozen or predicted state, or where a sequence starts."""
+        if digest not in self._stances:
+            value = self._shelf.get(digest)
+            if isinstance(value, Sequence):
+                bears, torques = np.zeros((len(value.start) // 6, 3)), np.zeros(len(value.start))
+                value = RobotState(value.robot, 0.0, value.start, value.T_site_base, bears, torques, "idle")
+            if not isinstance(value, RobotState):
+                return self._shelf.typed(RobotState, digest)  # raises
+            if len(self._stances) >= MOST_STANCES:
+                self._stances.clear()
+            self._stances[digest] = value
+            return value
+        return self._stances[digest]
+
+    def place_on_map(self, told: RobotState) -> OnMap:
+        """Where the present terrain has a rover that tells of itself so."""
+        state = self.state
+        if state.dem is None:
+            return place_on_map(told, None, None)
+        dem = self._shelf.typed(Dem, state.dem)
+        if dem.correction is None:
+            return place_on_map(told, dem, None)
+        if self._looks is None or self._looks[0] != state.dem:
+            self._looks = state.dem, looks_behind(state, self.events(), self._shelf)
+        return place_on_map(told, dem, self._looks[1])
