@@ -11,10 +11,15 @@ import pytest
 import trimesh
 
 import footfall_ui.scene
+from footfall.core.grid import GridGeometry
+from footfall.core.value import Provenance
+from footfall.maps.colors import HATCH_RGB, layer_rgb
+from footfall.maps.layers import MapStack
+from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.near import near
-from footfall_ui.scene.terrain import SUN, glb
+from footfall_ui.scene.terrain import SUN, glb, held_rgb
 
 ROWS, COLS = 9, 13
 
@@ -108,3 +113,25 @@ def test_every_drawing_of_points_in_the_scene_says_where_its_middle_is():
                 drawn += 1
                 assert "position" in [word.arg for word in call.keywords], path.name
     assert drawn >= 10
+
+
+def test_colours_of_older_ground_lie_on_their_places_and_are_striped_where_they_may_be_wrong():
+    """The newer map has grown by two cells to the west and one to the south; beyond the maps is what cameras saw."""
+    rng = np.random.default_rng(20482)
+    older, newer = GridGeometry(0.0, 0.0, 0.1, 12, 14), GridGeometry(-0.2, -0.1, 0.1, 13, 16)
+    classes = rng.integers(1, 4, older.shape).astype(np.uint8)
+    maps = MapStack(older, 2, "plain", {"footing": classes}, Provenance({"dem": "of old"}))
+    heights = np.zeros(newer.shape, np.float32)
+    dem = Dem(heights, newer, "newer", Provenance({}), texture=rng.integers(0, 99, newer.shape).astype(np.uint8))
+    changed = np.zeros(older.shape, bool)
+    changed[3:10, 4:11] = True
+    picture, colors = held_rgb(dem, maps, "footing", changed), layer_rgb(maps, "footing")
+    on_maps = picture[1:, 2:]
+    assert np.array_equal(on_maps[~changed], colors[~changed])
+    striped = (on_maps == HATCH_RGB).all(axis=2)
+    seen = (on_maps == dem.texture[1:, 2:, None]).all(axis=2)
+    assert np.array_equal(striped | seen, changed)
+    assert 0.3 < striped[changed].mean() < 0.7
+    assert (picture[0] == dem.texture[0][:, None]).all()
+    assert (picture[:, :2] == dem.texture[:, :2, None]).all()
+    assert np.array_equal(held_rgb(dem, maps, "footing", None)[1:, 2:], colors)
