@@ -57,7 +57,7 @@ class LinkedSession(OutcomeSession):
             return super()._unheard()
         if self.link.connected and age <= STALE_AFTER:
             return ""
-        return f"the rover was last heard {age:.0f} s ago"
+        return f"the rover was last heard {age:z.0f} s ago"
 
     @property
     def telemetry_age(self) -> float | None:
