@@ -21,6 +21,7 @@ from footfall.session.storage.postgres_log import PostgresLog
 from footfall.session.storage.sqlite_log import SqliteLog
 from footfall.session.storage.store import SessionStore
 from footfall.session.storage.verify import verify
+from tests.support.waiting import BOUND
 
 MANY = 24
 
@@ -144,17 +145,17 @@ def test_who_looks_at_a_session_does_not_wait_for_another_one_that_is_read(anew,
         def __init__(self, folder):
             if folder.name == "s23":
                 begun.set()
-                assert may_go_on.wait(60)
+                assert may_go_on.wait(BOUND)
             super().__init__(folder)
 
     monkeypatch.setattr(looked, "LookedStore", LongLog)
     with anew() as sessions, ThreadPoolExecutor(3) as threads:
         first, second = (threads.submit(sessions.look, "s23") for _ in range(2))
         try:
-            assert begun.wait(60)
-            assert threads.submit(sessions.look, "s01").result(60).id == "s01"
+            assert begun.wait(BOUND)
+            assert threads.submit(sessions.look, "s01").result(BOUND).id == "s01"
         finally:
             may_go_on.set()
         # both that asked for it have the one that was read
-        assert first.result(60) is second.result(60)
-        assert first.result(60).id == "s23"
+        assert first.result(BOUND) is second.result(BOUND)
+        assert first.result(BOUND).id == "s23"

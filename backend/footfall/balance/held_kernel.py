@@ -2,8 +2,7 @@
 
 The question is that of torques.py: are there contact forces inside friction that balance the weight and keep every
 joint within a share of its torque limit? Forces are tried (trial_forces_kernel.py) in the cones inside the friction
-pyramids, and a proof that there are none (refusal_kernel.py) with those around them. Only what both leave open is asked
-of the program of torque_kernel.py.
+pyramids, and a proof of none (refusal_kernel.py) with those around them. What both leave open torque_kernel.py decides.
 
 Contacts are thought fixed to the legs' last links, as the wheels are locked. Ground whose normal does not point up,
 against gravity, carries nothing: a rover that counts on it is not held, unless it hangs on a tether: then normals may
@@ -143,11 +142,8 @@ def held_by_some_forces(
     """
     room = _room(standing.size)
     feet, weight = _lay_out(poses, T_site_base, contacts, normals, standing, tables, room)
-    if feet == 0:
-        return False
-    room.effect[:feet] = 0.0
-    room.constant[:feet] = 0.0
-    return _least(tables, room, feet, weight) <= 1.0
+    room.effect[:feet] = room.constant[:feet] = 0.0
+    return feet > 0 and _least(tables, room, feet, weight) <= 1.0
 
 
 @njit()
