@@ -10,7 +10,9 @@ from tests.support.spoken import current
 from tests.support.waiting import until
 
 Keep = Callable[[str], None]
-LOADS = "() => sessionStorage.setItem('loads', Number(sessionStorage.getItem('loads') ?? 0) + 1)"
+LOADS = """() => {
+  if (window === window.top) sessionStorage.setItem("loads", Number(sessionStorage.getItem("loads") ?? 0) + 1);
+}"""
 
 
 def test_a_session_is_begun_under_its_name_and_its_events_are_counted(
