@@ -114,7 +114,8 @@ def test_it_carries_what_the_walk_was_planned_with_unless_told_otherwise(athlete
     mass = athlete.mass + (own or 100.0)
     carried = balance if own else replace(balance, payload_mass=100.0, payload_position=place)
     rover = CompliantRover(athlete, dem, ComplianceSettings(balance=carried))
-    rest = rover.let_down(walk.waypoints[0], walk.Ts_site_base[0])
+    stood = footfall.stand(athlete, dem)
+    rest = rover.let_down(stood.posture, stood.T_site_base)
     done = done_in(plan_walk_execution(athlete, dem, rover.state(rest), loaded, asked, rest.commanded, 0, 1))
     for part in done.parts:
         assert np.abs(part.forces.sum(axis=1) - (0.0, 0.0, mass * 9.81)).max() < 1e-2
