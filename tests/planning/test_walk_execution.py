@@ -6,20 +6,17 @@ import numpy as np
 import pytest
 
 import footfall
-from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.frames import apply, transform
 from footfall.io.artifacts import decode, encode
 from footfall.planning.compliance.from_telemetry import measured
 from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover
-from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.step.problem import Check, Status
 from footfall.planning.walk.parts import parts_of
 from footfall.planning.walk.problem import WalkGoal
 from footfall.planning.walk_execution.onward import next_that_moves, onward
-from footfall.planning.walk_execution.payload import with_load_of
 from footfall.planning.walk_execution.plan import foot_moves_of, least_of, plan_walk_execution
 from footfall.planning.walk_execution.problem import FootMoveExecution, WalkExecution
 from footfall.planning.walk_execution.unpressed import unpressed
@@ -102,24 +99,6 @@ def test_the_prediction_of_the_whole_walk_is_that_of_its_set_points_alone(athlet
     assert np.linalg.norm(motion.Ts_site_base[:, :3, 3] - poses[:, :3, 3], axis=1).max() < 1e-4
     forces = np.concatenate([part.forces[1:] for part in done.parts])
     assert np.abs(motion.forces - forces).max() < 5.0
-
-
-@pytest.mark.parametrize("own", [None, 20.0])
-def test_it_carries_what_the_walk_was_planned_with_unless_told_otherwise(athlete, dem, walk, own):
-    place = np.array([0.2, -0.1, 0.3])
-    planned = replace(walk.provenance.settings, payload_mass=100.0, payload_position=place)
-    loaded = replace(walk, provenance=replace(walk.provenance, settings=planned))
-    balance = BalanceSettings(friction=0.7, payload_mass=own)
-    asked = ExecutionSettings(compliance=ComplianceSettings(balance=balance))
-    mass = athlete.mass + (own or 100.0)
-    carried = balance if own else replace(balance, payload_mass=100.0, payload_position=place)
-    rover = CompliantRover(athlete, dem, ComplianceSettings(balance=carried))
-    stood = footfall.stand(athlete, dem)
-    rest = rover.let_down(stood.posture, stood.T_site_base)
-    done = done_in(plan_walk_execution(athlete, dem, rover.state(rest), loaded, asked, rest.commanded, 0, 1))
-    for part in done.parts:
-        assert np.abs(part.forces.sum(axis=1) - (0.0, 0.0, mass * 9.81)).max() < 1e-2
-    assert with_load_of(walk, asked).digest == asked.digest
 
 
 def test_chassis_and_feet_are_where_the_walk_has_them(athlete, walk, found):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from footfall.balance.support import margins
 from footfall.balance.torques import torque_check
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import apply, rotation_rpy, transform
-from footfall.core.value import flatten, unflatten
+from footfall.core.value import Provenance, flatten, unflatten
+from footfall.planning.compliance.settings import ComplianceSettings
+from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.scene.rover_kernel import center_of_mass, place_rover
 from footfall.planning.scene.rover_tables import rover_tables
 from footfall.planning.step.ground import Nearby
@@ -31,6 +34,7 @@ from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk.start import overloaded, start_of
 from footfall.planning.walk.world import World
+from footfall.planning.walk_execution.payload import with_load_of
 from footfall.robot import kinematics
 from footfall.robot.description import with_payload
 from footfall.robot.model import Robot
@@ -232,3 +236,15 @@ def test_settings_from_before_there_was_payload_are_the_same():
 def test_a_payload_that_makes_no_sense_is_misuse(wrong):
     with pytest.raises(InvalidInput, match="payload"):
         replace(SETTINGS, **wrong)
+
+
+@pytest.mark.parametrize("own", [None, 0.0, 20.0])
+def test_an_execution_carries_what_the_walk_does_unless_it_names_a_payload(own):
+    def executed_as(planned):
+        return with_load_of(SimpleNamespace(provenance=Provenance({}, planned)), asked)
+
+    asked = ExecutionSettings(compliance=ComplianceSettings(balance=BalanceSettings(friction=0.7, payload_mass=own)))
+    balance = executed_as(CARRYING).compliance.balance
+    assert (balance.payload_mass, balance.friction) == (100.0 if own is None else own, 0.7)
+    assert (balance.payload_position is None) == (own is not None)
+    assert executed_as(SETTINGS).digest == executed_as(None).digest == asked.digest

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import footfall.session.walking as walking_module
-from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.planning.compliance.from_telemetry import holding
 from footfall.planning.execution.settings import ExecutionSettings
@@ -119,22 +118,6 @@ def test_the_weight_that_it_was_planned_with_is_that_of_its_settings(live, rover
     light = live.command_foot_moves(None, 0)
     assert live._weight(light) == pytest.approx(live.robot.mass * 9.81)
     assert live.executed_with(live.command_foot_moves(None, 0, as_commanded=True)) is None
-
-
-def test_the_weight_of_a_walk_with_a_payload_counts_it(live, standing):
-    balance = BalanceSettings(payload_mass=80.0)
-    rover = YieldingRover(live, standing, balance=balance)
-    live.snapshot_state()
-    result = live.get(live.plan_walk(GOAL, replace(SEED, payload_mass=80.0)).finish())
-    assert result.plan is not None, result.reason
-    for as_commanded in (False, True):
-        rover.tells()
-        sequence = live.command_foot_moves(None, 0, as_commanded=as_commanded)
-        assert (asked_with(live, sequence).settings is None) == as_commanded
-        assert live._weight(sequence) == pytest.approx((live.robot.mass + 80.0) * 9.81)
-        rover.tells()
-        # the gate weighs the rover
-        live.arm()
 
 
 def test_between_foot_moves_every_wheel_is_where_it_is_predicted_to_rest(live, rover, walk):

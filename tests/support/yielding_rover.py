@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from footfall.balance.settings import BalanceSettings
 from footfall.planning.compliance.predict import advanced
 from footfall.planning.compliance.rover import CompliantRover, Rest
 from footfall.planning.compliance.settings import ComplianceSettings
@@ -19,13 +18,13 @@ from footfall.telemetry.state import TelemetryFrame
 class YieldingRover:
     """Stands on the terrain of a session, put down as the posture of ``state`` commands it.
 
-    wheel_scale: of the stiffness of its wheels. balance: its payload. shift: of its telemetry, told otherwise than it
-    stands: (legs × 6,) [rad] that is added to its posture.
+    wheel_scale: of the stiffness of its wheels. shift: of its telemetry, told otherwise than it stands: (legs × 6,)
+    [rad] that is added to its posture.
     """
 
-    def __init__(self, live: Any, state: Any, wheel_scale: float = 1.0, balance: BalanceSettings | None = None) -> None:
+    def __init__(self, live: Any, state: Any, wheel_scale: float = 1.0) -> None:
         self.live, self.dem = live, live.get(live.state.dem)
-        self.settings = ComplianceSettings(wheel_scale=wheel_scale, balance=balance or BalanceSettings())
+        self.settings = ComplianceSettings(wheel_scale=wheel_scale)
         self.springs = CompliantRover(live.robot, self.dem, self.settings)
         self.rest: Rest = self.springs.let_down(state.posture, state.T_site_base)
         self.shift = np.zeros_like(self.rest.posture)
