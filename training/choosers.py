@@ -8,7 +8,7 @@ from training.route import Choose
 LEARNED, THRESHOLD = "learned", "threshold"
 ALWAYS = {f"always {action}": action for action in (WAVE, TRIPOD, WALK)}
 NAMES = (LEARNED, *ALWAYS, THRESHOLD)
-EASY, FAIR = 0.6, 0.3
+EASY, FAIR = 0.25, 0.05
 """Least traversability at which the rule of thumb takes a tripod, and a wave."""
 
 

@@ -7,7 +7,6 @@ The same seeds give the same table to the last bit, whatever the number of proce
 import argparse
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,8 @@ from footfall.io.policies import write_policy
 from footfall.planning.choice.actions import ACTIONS
 from footfall.planning.choice.mdp import Seen
 from footfall.planning.choice.policy import GaitPolicy, learned
-from footfall.planning.choice.reward import RewardWeights, reward
+from footfall.planning.choice.reward import reward
 from footfall.planning.choice.settings import ChoiceSettings
-from footfall.planning.choice.state import StateSpace
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED
 from training.route import NO_START, Choose, Route, robot, route_from, walked
@@ -31,9 +29,9 @@ SETTINGS = ChoiceSettings()
 
 def what_rollouts_are_of(metres: float, settings: ChoiceSettings) -> Item:
     """All that they depend on: states, weights and discount are only made of them."""
-    asked = replace(settings, space=StateSpace(), weights=RewardWeights(), discount=0.0)
-    of = {"robot": robot().digest, "settings": asked.digest, "metres": metres, "version": SOFTWARE_VERSION}
-    return {"rollouts": of}
+    of = {"robot": robot().digest, "metres": metres, "version": SOFTWARE_VERSION}
+    of |= {"gaits": settings.gaits.digest, "walks": settings.walks.digest}
+    return {"routes": of | {name: getattr(settings, name) for name in ("ahead", "speed", "pause")}}
 
 
 def transitions(routes: Iterable[Route], settings: ChoiceSettings) -> list[Seen]:

@@ -179,7 +179,7 @@ def test_rules_that_are_compared_with():
         WALK,
     ]
     rule = choosers.chooser(choosers.THRESHOLD, None)
-    assert [rule(Features(one)) for one in (0.1, 0.4, 0.9)] == [WALK, WAVE, TRIPOD]
+    assert [rule(Features(one)) for one in (0.0, 0.1, 0.9)] == [WALK, WAVE, TRIPOD]
     assert rule(Features(0.9, refused=True)) == WALK
     with pytest.raises(ValueError, match="needs a policy"):
         choosers.chooser(choosers.LEARNED, None)

@@ -38,7 +38,7 @@ class StateSpace(Value):
     """Limits between the classes of each feature, rising; a number at a limit is of the class above it. Without limits
     a feature counts for nothing."""
 
-    traversability: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8)
+    traversability: tuple[float, ...] = (0.05, 0.15, 0.25, 0.5)
     slope_ahead: tuple[float, ...] = ()
     lean: tuple[float, ...] = ()
     age: tuple[float, ...] = ()
