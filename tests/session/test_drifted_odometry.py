@@ -11,10 +11,11 @@ from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.drifted import looked_twice
+from tests.support.waiting import BOUND
 
 DRIFT = transform(rotation("z", np.array(0.005)), (0.06, -0.02, 0.0))
 """More than the gate accepts, less than three deviations of one look."""
-GOAL, SETTINGS = WalkGoal(0.4, 0.1), WalkSettings(seed=1, smoothing=Smoothing(rounds=0))
+GOAL, SETTINGS = WalkGoal(0.4, 0.1), WalkSettings(seed=1, time_limit=BOUND, smoothing=Smoothing(rounds=0))
 
 
 @pytest.fixture
