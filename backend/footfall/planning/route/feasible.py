@@ -240,7 +240,7 @@ def _strips(changed: NDArray[np.bool_], halo: int) -> list[tuple[int, int, int, 
     rows, cols = changed.shape
     strips = []
     for south in range(0, rows, _TILE):
-        near = changed[max(south - halo, 0) : south + _TILE + halo].any(axis=0)
+        near = np.any(changed[max(south - halo, 0) : south + _TILE + halo], axis=0, keepdims=True)[0]
         wanted = [near[max(west - halo, 0) : west + _TILE + halo].any() for west in range(0, cols, _TILE)]
         edges = np.flatnonzero(np.diff([0, *map(int, wanted), 0]))
         for first, last in zip(edges[::2], edges[1::2], strict=True):

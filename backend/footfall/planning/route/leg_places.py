@@ -25,6 +25,7 @@ LEGS = 6
 FINE = 0.02
 """Distances and depths at which a leg is tried [m]."""
 _EVEN = 1e-6
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +33,8 @@ class LegPlaces:
     """radius: of the disc under body and sweeping legs [cells]. room: of the base over the highest ground there [m].
 
     Of each heading below a half turn and each leg, counter-clockwise (the other half turn has the same places):
-    rows, cols: (headings / 2, LEGS, most) int32 how far a footfall is from the chassis [cells], nearest to where the
-    leg stands first. strokes: how far below the highest ground the wheel reaches there [m].
+    rows, cols: (headings / 2, LEGS, most) int32 how far a footfall is from the chassis [cells]. strokes: how far below
+    the highest ground the wheel reaches there [m].
     by_angle: its numbers counter-clockwise. count: (headings / 2, LEGS) how many there are.
     """
 
@@ -60,7 +61,7 @@ def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:
     azimuths = _azimuths(robot)
     room, away, deepest = _vertical_reach(robot)
     hip = math.hypot(*robot.description.legs[0].T_base_hip[:2, 3])
-    standing, radius = reach(robot), math.floor(reach(robot) / resolution)
+    radius = math.floor(reach(robot) / resolution)
     row, col = np.mgrid[-radius : radius + 1, -radius : radius + 1]
     near = row**2 + col**2 <= radius**2
     row, col = row[near], col[near]
@@ -77,7 +78,8 @@ def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:
             kept = (np.abs(angle) < math.pi / LEGS - _EVEN) & (x > hip) & (stroke > 0.0)
             if not kept.any():
                 raise InvalidInput(f"cells of {resolution:g} m are too coarse for the footfalls of {robot.name}")
-            order = np.argsort(np.hypot(x - standing, y)[kept], kind="stable")
+            # one after the other far apart: where one is no footing its neighbours mostly are none either
+            order = np.argsort(angle[kept], kind="stable")[np.argsort(np.arange(kept.sum()) * _GOLDEN % 1.0)]
             legs.append(tuple(layer[kept][order] for layer in (row, col, stroke, angle)))
         # the opposite legs, and headings a quarter turn on, are the same cells turned: to the last one
         found.append(legs + [(-r, -c, stroke, angle) for r, c, stroke, angle in legs])
