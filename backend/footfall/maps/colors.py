@@ -214,8 +214,9 @@ def layer_rgb(stack: MapStack, layer: str) -> NDArray[np.uint8]:
 
 def hatched(changed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of the changed cells, (rows, cols), are drawn as stripes: the others show what is below them."""
-    rows, cols = np.indices(changed.shape, sparse=True)
-    return changed & ((rows + cols) % HATCH < HATCH // 2)
+    rows, cols = changed.shape
+    diagonals = np.add.outer(np.arange(rows), np.arange(cols))
+    return changed & (diagonals % HATCH < HATCH // 2)
 
 
 def layer_legend(stack: MapStack, layer: str) -> list[tuple[str, Rgb]]:

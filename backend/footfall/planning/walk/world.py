@@ -66,11 +66,13 @@ class World:
             settings.joint_reserve,
         )
         self.balance = Balance(_SUPPORT[settings.support], settings.least_margin)
-        gap = max(settings.clearance, LEAST_GAP)
+        added = max(settings.clearance, LEAST_GAP)
+        # the clearance is enlarged by what turned ground is off the site's: that much of it is not for samples
+        self._gap = max(settings.clearance - (0.0 if hung is None else hung.frame.off), LEAST_GAP)
         tether = None if hung is None else hung.frame.tether(hung.tether)
         balance = settings.balance if hung is None else hung.balance(settings.balance)
         self._held: HeldTables = held_tables(robot, balance, tether)
-        self._tether = tether_tables(robot, ground.dem, tether, gap)
+        self._tether = tether_tables(robot, ground.dem, tether, added)
         meshes = robot_meshes(robot.description)
         reaches = [float(np.linalg.norm(np.asarray(meshes[part].vertices), axis=1).max()) for part in PARTS]
         self._reaches = np.tile(reaches, robot.leg_count)
@@ -95,7 +97,7 @@ class World:
             self.balance,
             self.settings.most_torque,
             self._reaches,
-            max(clearance, LEAST_GAP),
+            self._gap,
             self._tether,
         )
         return Piece(
