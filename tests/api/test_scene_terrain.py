@@ -122,16 +122,17 @@ def test_colours_of_older_ground_lie_on_their_places_and_are_striped_where_they_
     classes = rng.integers(1, 4, older.shape).astype(np.uint8)
     maps = MapStack(older, 2, "plain", {"footing": classes}, Provenance({"dem": "of old"}))
     heights = np.zeros(newer.shape, np.float32)
-    dem = Dem(heights, newer, "newer", Provenance({}), texture=rng.integers(0, 99, newer.shape).astype(np.uint8))
+    seen_from_above = rng.integers(0, 99, newer.shape).astype(np.uint8)
+    dem = Dem(heights, newer, "newer", Provenance({}), texture=seen_from_above)
     changed = np.zeros(older.shape, bool)
     changed[3:10, 4:11] = True
     picture, colors = held_rgb(dem, maps, "footing", changed), layer_rgb(maps, "footing")
     on_maps = picture[1:, 2:]
     assert np.array_equal(on_maps[~changed], colors[~changed])
     striped = (on_maps == HATCH_RGB).all(axis=2)
-    seen = (on_maps == dem.texture[1:, 2:, None]).all(axis=2)
+    seen = (on_maps == seen_from_above[1:, 2:, None]).all(axis=2)
     assert np.array_equal(striped | seen, changed)
     assert 0.3 < striped[changed].mean() < 0.7
-    assert (picture[0] == dem.texture[0][:, None]).all()
-    assert (picture[:, :2] == dem.texture[:, :2, None]).all()
+    assert (picture[0] == seen_from_above[0][:, None]).all()
+    assert (picture[:, :2] == seen_from_above[:, :2, None]).all()
     assert np.array_equal(held_rgb(dem, maps, "footing", None)[1:, 2:], colors)

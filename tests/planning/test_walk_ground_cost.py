@@ -155,7 +155,7 @@ def test_on_a_slope_it_is_the_site_s_ground_that_knows_its_age(athlete):
     site = ground(lambda x, y: -1.2 * x, half=4.0, resolution=0.1)
     x, _ = np.meshgrid(site.geometry.xs, site.geometry.ys)
     site = remembered(site, np.where(x > 0.0, HOUR, 0.0))
-    frame = slope_between(site, np.zeros(2), np.zeros(2), 3.0)
+    frame = slope_between(site, np.zeros(2), np.zeros(2), 3.0, np.zeros(2))
     assert frame.ground is not site
     places = footfalls(athlete, frame.ground, LOW, HIGH, SETTINGS)
     found = costed(frame.ground, places, athlete.wheel_radius, FootfallCosts(age=1.0), frame).costs

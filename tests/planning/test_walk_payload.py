@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -241,7 +242,8 @@ def test_a_payload_that_makes_no_sense_is_misuse(wrong):
 @pytest.mark.parametrize("own", [None, 0.0, 20.0])
 def test_an_execution_carries_what_the_walk_does_unless_it_names_a_payload(own):
     def executed_as(planned):
-        return with_load_of(SimpleNamespace(provenance=Provenance({}, planned)), asked)
+        walk: Any = SimpleNamespace(provenance=Provenance({}, planned))
+        return with_load_of(walk, asked)
 
     asked = ExecutionSettings(compliance=ComplianceSettings(balance=BalanceSettings(friction=0.7, payload_mass=own)))
     balance = executed_as(CARRYING).compliance.balance

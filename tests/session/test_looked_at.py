@@ -33,7 +33,9 @@ def raised(dem, x, y, z):
     heights = dem.heights.copy()
     row, col = dem.geometry.cell(x, y)
     heights[row, col] = z
-    return ground_change(dem, type(dem)(heights, dem.geometry, dem.name, dem.provenance))
+    change = ground_change(dem, type(dem)(heights, dem.geometry, dem.name, dem.provenance))
+    assert change is not None
+    return change
 
 
 def postures(robot, dem, standing, count):

@@ -31,6 +31,13 @@ def otherwise(dem, cells, by):
     return replace(dem, heights=heights)
 
 
+def compared(one, other):
+    """What changed, of two maps that can be compared."""
+    change = ground_change(one, other)
+    assert change is not None
+    return change
+
+
 def on_first(change):
     """The changed cells on the grid of the first map."""
     return laid_onto(GRID, change.cells, change.geometry, False)
@@ -45,12 +52,12 @@ def test_a_height_is_the_same_within_what_is_stated_of_both_and_never_beyond_wha
     later = replace(otherwise(dem, (ROW, COL), by), variance=np.full(GRID.shape, now, np.float32))
     expected = np.zeros(GRID.shape, bool)
     expected[ROW, COL] = abs(by) > limit
-    assert np.array_equal(on_first(ground_change(dem, later)), expected)
+    assert np.array_equal(on_first(compared(dem, later)), expected)
 
 
 @pytest.mark.parametrize(("by", "counts"), [(0.9, False), (1.1, True), (-1.1, True)])
 def test_where_nothing_is_stated_the_least_holds(by, counts):
-    change = ground_change(ground(), otherwise(ground(4e-4), (ROW, COL), by * SAME_HEIGHT))
+    change = compared(ground(), otherwise(ground(4e-4), (ROW, COL), by * SAME_HEIGHT))
     assert on_first(change).any() == counts
 
 
@@ -58,7 +65,7 @@ def test_what_only_tells_of_the_looking_changes_nothing():
     dem = ground(1e-5)
     other = replace(dem, name="again", texture=np.full(GRID.shape, 9, np.uint8), provenance=Provenance({"a": "b"}))
     assert other.digest != dem.digest
-    assert not ground_change(dem, other).cells.any()
+    assert not compared(dem, other).cells.any()
 
 
 def test_ground_that_appears_or_goes_has_changed_and_so_has_unseen_ground_that_is_as_high_as_it():
@@ -68,11 +75,11 @@ def test_ground_that_appears_or_goes_has_changed_and_so_has_unseen_ground_that_i
     holed[hole] = np.nan
     before = replace(whole, heights=holed)
     for one, other in ((whole, before), (before, whole)):
-        change = ground_change(one, other)
+        change = compared(one, other)
         assert np.array_equal(on_first(change), np.isnan(holed))
         assert np.array_equal(change.cells, change.flipped)
     # a rim that rises lifts the hole beside it
-    change = ground_change(before, otherwise(before, (4, 8), 1.0))
+    change = compared(before, otherwise(before, (4, 8), 1.0))
     assert on_first(change)[4, 8]
     assert on_first(change)[hole].any()
     assert not change.flipped.any()
@@ -83,7 +90,7 @@ def test_a_map_that_grows_says_where():
     dem = ground()
     grown = GridGeometry(GRID.x0 - 0.3, GRID.y0, GRID.resolution, GRID.rows, GRID.cols + 3)
     heights = np.concatenate([np.zeros((GRID.rows, 3), np.float32), dem.heights], axis=1)
-    change = ground_change(dem, Dem(heights, grown, "grown", Provenance({})))
+    change = compared(dem, Dem(heights, grown, "grown", Provenance({})))
     assert not on_first(change).any()
     assert laid_onto(grown, change.flipped, change.geometry, False)[:, :3].all()
 
@@ -100,7 +107,7 @@ def test_other_cells_are_not_compared(monkeypatch):
 def test_what_lies_in_discs_is_found_as_by_asking_every_cell(discs, seed):
     dem = ground()
     later = otherwise(dem, np.random.default_rng(seed).random(GRID.shape) < 0.1, 0.5)
-    change = ground_change(dem, later)
+    change = compared(dem, later)
     grid = change.geometry
     asked = np.array(discs).reshape(-1, 3)
     within = change.within(asked)
