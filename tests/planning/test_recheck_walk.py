@@ -451,6 +451,7 @@ def test_friction_holds_where_forces_are_found(seed, friction):
 def test_nothing_of_the_planner_judges_its_walks():
     """What the recheck imports of the project is named here; none of it plans, solves or certifies."""
     allowed = {
+        "footfall.balance.payload",
         "footfall.balance.settings",
         "footfall.balance.tether",
         "footfall.core.bounds",

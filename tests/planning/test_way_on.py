@@ -230,5 +230,5 @@ def test_what_is_no_number_passes_no_limit(decides, walk, athlete, stood):
     for name in ("margins", "torques"):
         found = decides(plan=replace(walk, **{name: np.full_like(getattr(walk, name), np.nan)}))
         assert found.act is Act.REPLAN, (name, found)
-    assert off_walk(athlete, stood, np.full_like(walk.waypoints[0], np.nan), walk.Ts_site_base[0])
+    assert off_walk(athlete, stood, walk.waypoints[0], np.full((4, 4), np.nan))
     assert not arrived(GOAL, np.full((4, 4), np.nan))

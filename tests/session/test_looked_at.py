@@ -93,6 +93,7 @@ def test_a_way_is_looked_at_all_along_and_what_was_not_found_everywhere(athlete,
     Ts_site_base = np.repeat(np.eye(4)[None], 3, axis=0)
     Ts_site_base[:, 0, 3] = 0.0, 2.0, 2.5
     discs = discs_of(WALK, athlete, standing, SimpleNamespace(plan=SimpleNamespace(Ts_site_base=Ts_site_base)))
+    assert discs is not None
     reach = discs[0, 2]
     for share in np.linspace(0.0, 2.5, 26):
         nearest = np.abs(discs[:, 0] - share).min()

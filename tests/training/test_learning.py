@@ -106,7 +106,7 @@ def test_finished_routes_of_something_else_are_refused(tmp_path):
     with pytest.raises(InvalidInput, match="choose another file"):
         Finished(path, what_rollouts_are_of(5.0, SETTINGS))
     path.write_text(path.read_text() + "{\n")
-    with pytest.raises(InvalidInput, match="line 2 of routes"):
+    with pytest.raises(InvalidInput, match="its line 2 is damaged"):
         Finished(path, what_rollouts_are_of(6.0, SETTINGS))
 
 

@@ -353,9 +353,9 @@ class WalkLoop:
             raise Conflict("the rover reports a fault")
         if not live.link.connected:
             raise Conflict("the rover is not connected")
-        if live.epoch != self._epoch:
-            raise Conflict("the rover was stopped, or was connected anew, meanwhile")
         self._require_conn(live.conn)
+        if live.epoch != self._epoch:
+            raise Conflict("the rover was stopped, connected anew, or given up on in the middle of a row, meanwhile")
 
     def _require_conn(self, conn: dict[str, Any]) -> None:
         if self._conn is not None and (conn["holder"] is None or conn["number"] != self._conn):
