@@ -59,7 +59,7 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     console.locator("#walk-x").fill("900")
     console.locator("#walk-yaw").fill("")
     console.locator("#walk-x").press("Enter")
-    expect(told.locator("p.no")).to_contain_text("off map")
+    expect(told.locator("p.no")).to_contain_text("off the map")
     refused = held(quiet, WALK)
     assert refused["goal"]["yaw"] is None
     [forbidden] = refused["provenance"]["settings"]["forbidden"]

@@ -147,7 +147,7 @@ def test_a_number_that_is_none_is_told_and_what_needs_it_is_left_out(athlete, st
 def test_a_duration_is_not_negative(athlete, start, seconds):
     result = one(athlete, start, "WAIT", None, None, seconds)["duration"]
     assert (result.holds, result.margin) == (seconds >= 0, seconds)
-    assert result.text == f"{seconds:.3f} s"
+    assert result.text == f"{seconds:z.3f} s"
 
 
 @pytest.mark.parametrize("joint", range(6))
