@@ -133,7 +133,7 @@ def test_a_wheel_that_will_not_leave_the_ground_is_told(console: Page, quiet: Ru
 def test_by_keyboard_alone_and_out_of_date_after_another_plan(console: Page, quiet: Running, look: Keep) -> None:
     console.locator("#h-plan").click()  # focus away from fields
     console.keyboard.press("r")
-    expect(console.locator("#toast")).to_contain_text("There is nothing to make commands of")
+    expect(console.locator("#toast")).to_contain_text("There is no prediction that can be commanded")
     planned(console, quiet, lambda: console.keyboard.press("p"))
     first = commanded(console, quiet, lambda: console.keyboard.press("b"))
     assert first["status"] == "found", first["reason"]

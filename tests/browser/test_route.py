@@ -53,7 +53,7 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     console.locator("#walk-x").fill("900")
     press(console, "Plan route")
     expect(told).to_have_class("no")
-    expect(told).to_contain_text("No route, off map: ")
+    expect(told).to_contain_text("No route (off the map): ")
     expect(console.locator("#route-way")).to_be_hidden()
 
     live.load_terrain(wavy(half=5.0, seed=1), "made for the test")
