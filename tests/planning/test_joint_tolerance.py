@@ -127,5 +127,5 @@ def test_what_is_inside_or_far_outside_is_left_as_it_was_measured(athlete, q, pa
 def test_two_numbers_are_told_with_as_many_digits_as_tell_them_apart(number, apart):
     digits = digits_apart(number, number + apart)
     assert digits >= 3
-    assert number == number + apart or f"{number:.{digits}f}" != f"{number + apart:.{digits}f}"
-    assert digits == 3 or f"{number:.{digits - 1}f}" == f"{number + apart:.{digits - 1}f}"
+    assert number == number + apart or f"{number:z.{digits}f}" != f"{number + apart:z.{digits}f}"
+    assert digits == 3 or f"{number:z.{digits - 1}f}" == f"{number + apart:z.{digits - 1}f}"
