@@ -93,6 +93,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     page.keyboard.press("Enter")
     until(lambda: held(served, LOOP)["state"] == "ended", "the end")
     assert held(served, LOOP)["outcome"] == "cancelled"
+    page.evaluate("null")  # requests are heard of only while the page is spoken to
     assert steered == ["hold", "resume", "cancel"]
     words = "By itself to the goal: cancelled: ended by the operator"
     expect(page.locator("#loop-now")).to_have_text(words)
