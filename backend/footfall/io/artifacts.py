@@ -7,6 +7,8 @@ version adds a field: a decoded value keeps the digest it was stored under.
 
 import io
 import json
+import math
+import re
 import zipfile
 import zlib
 from importlib import import_module
@@ -24,6 +26,12 @@ MAX_BYTES = 1 << 30
 _AT_ONCE = 1 << 20
 _LONGEST_HEAD = 10 + (1 << 16)
 """Of an array in version 1.0 of its format [bytes]."""
+_HEAD = re.compile(
+    rb"\x93NUMPY\x01\x00(?P<length>..)\{'descr': '(?P<dtype>[<>|=]?[a-zA-Z][0-9]*)', 'fortran_order': False, "
+    rb"'shape': \((?P<shape>[0-9, ]*)\), \} *\n",
+    re.DOTALL,
+)
+"""Of an array of numbers, as numpy writes it (version 1.0 of its format)."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -293,15 +301,20 @@ def _unpacked(archive: zipfile.ZipFile, name: str) -> NDArray[np.uint8]:
 
 
 def _array(body: NDArray[np.uint8]) -> np.ndarray:
-    # Checked against the entry's true length before numpy allocates what the header claims.
-    stream = io.BytesIO(body[:_LONGEST_HEAD].tobytes())
-    if np.lib.format.read_magic(stream) != (1, 0):
+    # Checked against the entry's true length before numpy allocates what the header claims. numpy would build a syntax
+    # tree of the header, which CPython before 3.13 refuses now and then where several threads do so (SystemError).
+    head = _HEAD.match(body[:_LONGEST_HEAD].tobytes())
+    if head is None or head.end() != 10 + int.from_bytes(head["length"], "little"):
         raise ValueError("an array has an unknown format")
-    shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
-    count = int(np.prod(shape, dtype=object))
-    if dtype.hasobject or fortran or not dtype.itemsize or len(body) - stream.tell() != count * dtype.itemsize:
+    try:
+        dtype = np.dtype(head["dtype"].decode())
+    except TypeError as err:
+        raise ValueError("an array has numbers of an unknown kind") from err
+    shape = tuple(int(size) for size in head["shape"].split(b",") if size.strip())
+    count = math.prod(shape)
+    if dtype.hasobject or not dtype.itemsize or len(body) - head.end() != count * dtype.itemsize:
         raise ValueError("an array does not fit its header")
-    return body[stream.tell() :].view(dtype).reshape(shape)
+    return body[head.end() :].view(dtype).reshape(shape)
 
 
 def _import_homes(structure: Any) -> None:
