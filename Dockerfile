@@ -12,5 +12,5 @@ COPY --chown=operator:operator . .
 RUN make .venv/.run
 EXPOSE 8080
 HEALTHCHECK --start-period=120s --interval=30s --timeout=10s CMD [".venv/bin/python", "-c", \
-  "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8080/api/v1/health/live', timeout=8)"]
+  "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8080/health/live', timeout=8)"]
 CMD ["make", "run"]

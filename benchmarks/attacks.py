@@ -5,20 +5,25 @@ connection of its own, and by the page's line, in turn.
 """
 
 import contextlib
+import io
 import itertools
 import json
 import multiprocessing
 import os
+import random
 import socket
 import struct
 import threading
 import time
+import zipfile
 import zlib
 from collections.abc import Callable, Iterator
+from functools import cache
 from multiprocessing.synchronize import Event
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 from websockets.typing import Subprotocol
@@ -26,6 +31,8 @@ from websockets.typing import Subprotocol
 from benchmarks.soak.processes import ServerProcess
 from benchmarks.timing import Figure
 from footfall.api.access import BASE
+from footfall.io.bundles import FORMAT, VERSION, log_bytes
+from footfall.io.event_log import START, make_record
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
 from footfall.telemetry.link import AckMessage, HelloMessage, encode
@@ -83,9 +90,14 @@ def _stops(port: int, line: Connection, count: int) -> tuple[float, ...]:
 
 
 def resident(pid: int) -> float:
-    """Memory of a process [MiB]."""
-    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / (1 << 20)
+    """Memory of a process and of those that it started [MiB]; one that ends meanwhile has none."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+        threads = list(Path(f"/proc/{pid}/task").iterdir())
+        started = [child for one in threads for child in (one / "children").read_text().split()]
+    except (FileNotFoundError, ProcessLookupError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / (1 << 20) + sum(resident(int(child)) for child in started)
 
 
 @contextlib.contextmanager
@@ -288,6 +300,56 @@ def unread(port: int) -> None:
         raw.close()
 
 
+def _file(port: int, path: str, name: str, content: bytes, options: str = "{}") -> None:
+    """A form with a file, as the page sends it."""
+    part = '--x\r\nContent-Disposition: form-data; name="{}"{}\r\n\r\n'
+    head = part.format("options", "").encode() + options.encode()
+    head += b"\r\n" + part.format("file", f'; filename="{name}"').encode()
+    _whole(port, f"{SESSION}/{path}", head + content + b"\r\n--x--\r\n", "multipart/form-data; boundary=x")
+
+
+def large_terrain(port: int) -> None:
+    """A good ASCII grid of 15.2 million cells, 30 MB."""
+    rows = b"0 " * 3900 + b"\n"
+    _file(port, "terrains", "a.asc", b"ncols 3900\nnrows 3900\nxllcorner 0\nyllcorner 0\ncellsize 0.1\n" + rows * 3900)
+
+
+def large_scan(port: int) -> None:
+    """A good text of 10 million points, 60 MB."""
+    _file(port, "terrains/scans", "a.xyz", b"0 0 0\n9 9 1\n" * 5_000_000, '{"unit": "m", "up": "z"}')
+
+
+def unpacking_scan(port: int) -> None:
+    """A depth image that unpacks to 275 MB."""
+    calibration = '{"calibration": {"fx": 5000, "fy": 5000, "cx": 3000, "cy": 3000}}'
+    _file(port, "terrains/scans", "a.npz", _depth_image(), calibration)
+
+
+@cache
+def _depth_image() -> bytes:
+    packed = io.BytesIO()
+    np.savez_compressed(packed, depth=np.zeros((6000, 6000)))
+    return packed.getvalue()
+
+
+def large_bundle(port: int) -> None:
+    """A session whose only artifact unpacks to 2 GB, and not quite to 200 times what it is packed."""
+    _whole(port, f"{BASE}/recordings", _bundle(), "application/zip")
+
+
+@cache
+def _bundle() -> bytes:
+    packed = io.BytesIO()
+    part = random.Random(1).randbytes(1 << 13) + bytes((1 << 20) - (1 << 13))
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as bundle:
+        bundle.writestr("session.json", json.dumps({"format": FORMAT, "version": VERSION}))
+        bundle.writestr("events.jsonl", log_bytes([make_record(0, 1.0, "session_created", {}, START)]))
+        with bundle.open(f"artifacts/{'0' * 32}.bin", "w", force_zip64=True) as file:
+            for _ in range(2048):
+                file.write(part)
+    return packed.getvalue()
+
+
 ATTACKS: dict[str, Attack] = {
     "no attack": nothing,
     "20 000 names at the login": many_names,
@@ -302,4 +364,8 @@ ATTACKS: dict[str, Attack] = {
     "a chatty rover": chatty_rover,
     "blank images": blank_images,
     "unread downloads": unread,
+    "terrains just under the limits": large_terrain,
+    "scans just under the limits": large_scan,
+    "scans that unpack": unpacking_scan,
+    "bundles just under the limits": large_bundle,
 }

@@ -26,6 +26,7 @@ from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
 from footfall.session.access.account_stores import account_store, has_accounts, keep_to_owner
 from footfall.session.access.accounts import Accounts
+from footfall.session.reading import ReadingProcess
 from footfall.session.registry import Sessions
 from footfall.session.rover.light_time import LightTime
 from footfall.telemetry.link import PATH
@@ -234,7 +235,8 @@ def serve(
         listening = stack.enter_context(contextlib.closing(listen(host, port)))
         front = front_of(listening, **safely)
         jobs = stack.enter_context(pool_of(folder, workers, worker_beside))
-        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time))
+        reading = stack.enter_context(contextlib.closing(ReadingProcess()))
+        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time, read=reading))
         if session is not None:
             sessions.open(session)
         elif sample is not None:

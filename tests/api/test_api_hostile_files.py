@@ -1,11 +1,14 @@
 """Hostile files at every door of a real server: each is refused by name, and the server goes on as before."""
 
+import random
 import warnings
 
 import pytest
 
 from footfall.api.door.body_limits import JSON_BYTES
+from footfall.core.errors import InvalidInput
 from footfall.io.bundles import MAX_FILES
+from footfall.io.event_log import MAX_LINE
 from tests.support.hostile import (
     ALIASES,
     DEEP,
@@ -89,6 +92,11 @@ def _twice() -> bytes:
         return zip_with([("events.jsonl", b""), ("session.json", b"{}"), ("session.json", b"{}")])
 
 
+def _text(length: int) -> bytes:
+    """That no zip makes much smaller."""
+    return random.Random(1).randbytes(length // 2).hex().encode()
+
+
 # made when they are sent: some are large before they are packed
 BUNDLES = {
     "no zip": (lambda: b"PK\x03\x04 not really", "no zip"),
@@ -101,6 +109,8 @@ BUNDLES = {
     "twice": (lambda: _twice(), "twice"),
     "deep JSON": (lambda: zip_of({"session.json": b"[" * DEEP, "events.jsonl": b""}), "JSON"),
     "deep JSON in the log": (lambda: _with_session({"events.jsonl": b"[" * DEEP + b"\n"}), ""),
+    "a large session.json": (lambda: zip_of({"session.json": _text(2 << 20), "events.jsonl": b""}), "are refused"),
+    "a long line": (lambda: _with_session({"events.jsonl": _text(MAX_LINE + 2) + b"\n"}), "line 1 has more than"),
     "what does not belong": (lambda: _with_session({"setup.py": b"import os"}), ""),
 }
 
@@ -113,6 +123,31 @@ def test_bundles(client, server, case):
     assert word in document["detail"]
     assert {one["id"] for one in client.get("/sessions").json()["sessions"]} == listed
     assert not list(server.sessions.folder.glob(".import-*"))
+
+
+FILES = {
+    "terrains": {"file": ("t.asc", b"ncols 2\nnrows 2\ncellsize 1\n0 0\n0 0\n")},
+    "terrains/blend": {"file": ("t.asc", b"ncols 2\nnrows 2\ncellsize 1\n0 0\n0 0\n")},
+    "terrains/scans": {"file": ("t.xyz", b"0 0 0\n1 1 1\n")},
+}
+
+
+@pytest.mark.parametrize("path", [*FILES, "terrains/photographs", "recordings"])
+def test_files_are_read_by_what_the_sessions_read_with(client, server, monkeypatch, path):
+    """A server's reads in a process apart, with little memory; tests/session/test_reading.py has what becomes there."""
+
+    def refuse(work, /, *_, **__):
+        raise InvalidInput(f"{work.__name__} takes more memory than there is")
+
+    monkeypatch.setattr(server.sessions, "read", refuse)
+    if path == "recordings":
+        answer = client.post("/recordings", content=_with_session({}), headers=ZIP)
+    elif path in FILES:
+        answer = client.post(f"/sessions/current/{path}", files=FILES[path])
+    else:
+        pair = [("images", (f"a_{side}.png", b"\x89PNG\r\n")) for side in ("left", "right")]
+        answer = client.post(f"/sessions/current/{path}", files=[("calibration", ("c.yaml", b"a: 1")), *pair])
+    assert "takes more memory" in problem(answer, 422, "invalid-input")["detail"]
 
 
 IMAGES = {

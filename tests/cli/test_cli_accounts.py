@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import socket
 import ssl
 import subprocess
 from datetime import datetime, timedelta
@@ -84,11 +85,15 @@ def test_a_server_with_accounts_and_tls(tmp_path, certificate):
     token = run(data, "token", "add", "script", "--account", "ada").stdout.strip()
     command = [*FOOTFALL, "serve", "--accounts", "--port", "0", "--data", str(data)]
     command += ["--tls-cert", str(certificate[0]), "--tls-key", str(certificate[1])]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        command += ["--foxglove", str(probe.getsockname()[1])]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert server.stdout is not None
         url = server.stdout.readline().split()[-1]
         assert url.startswith("https://127.0.0.1:")
+        assert "it asks for no login: whoever is on this machine may look" in server.stdout.readline()
         believed = ssl.create_default_context(cafile=str(certificate[0]))
         with httpx.Client(base_url=url, verify=believed, timeout=BOUND, trust_env=False) as client:
             assert client.get("/api/v1/info").status_code == 401

@@ -1,8 +1,10 @@
 """Worker processes that one server of a test leaves to the next: each takes seconds of a core to load its libraries."""
 
 import atexit
+from functools import cache
 
 from footfall.session.jobs.local import Jobs, WorkerProcess
+from footfall.session.reading import ReadingProcess
 
 _spare: list[WorkerProcess] = []
 
@@ -23,8 +25,15 @@ class KeptWorkers(Jobs):
         _spare.append(process)
 
 
+@cache
+def kept_reading() -> ReadingProcess:
+    """One process that reads files for all servers of this process of tests; a server has one of its own."""
+    return ReadingProcess()
+
+
 @atexit.register
 def end_spare() -> None:
     """End those that nobody took."""
+    kept_reading().close()
     while _spare:
         _spare.pop().stop()

@@ -19,7 +19,7 @@ from footfall.telemetry.link import PATH
 from footfall_ui.app import Server, create_app
 from footfall_ui.listening import address_of, listen
 from footfall_ui.rover_process import RoverProcess
-from tests.support.kept_workers import KeptWorkers
+from tests.support.kept_workers import KeptWorkers, kept_reading
 from tests.support.waiting import BOUND, joined, until
 
 
@@ -69,7 +69,10 @@ def running_server(
     accounts: who may come in; None: everybody. sign_on: the provider of other accounts.
     physics: of that rover; a kinematic one answers the same on a busy machine.
     """
-    with closing(listen("127.0.0.1", port)) as listening, Sessions(folder, KeptWorkers()) as sessions:
+    with (
+        closing(listen("127.0.0.1", port)) as listening,
+        Sessions(folder, KeptWorkers(), read=kept_reading()) as sessions,
+    ):
         if prepare is not None:
             prepare(sessions)
         url = address_of(listening)

@@ -27,6 +27,8 @@ VERSION = 1
 MAX_ZIP_BYTES = 4 << 30
 """Largest accepted bundle, unpacked [bytes]."""
 MAX_FILES = 20_000
+MAX_SESSION_BYTES = 1 << 20
+"""Largest accepted session.json, unpacked [bytes]."""
 MAX_RATIO, SMALL_FILE = 200, 1 << 20
 """A file of more than SMALL_FILE bytes that its zip holds this many times smaller is no honest part of a session."""
 
@@ -99,7 +101,7 @@ def read_bundle(bundle: str | os.PathLike[str] | bytes) -> Bundle:
     """Read a folder, a zip file, or the bytes of a zip; artifacts stay unread until asked for.
 
     Raises InvalidBundle, naming the file, for what is missing, damaged, of a later version, too large
-    (MAX_ZIP_BYTES, MAX_FILES), or points outside of the bundle.
+    (MAX_ZIP_BYTES, MAX_FILES, MAX_SESSION_BYTES), or points outside of the bundle.
     """
     if isinstance(bundle, bytes):
         return _from_zip(bundle, "the bundle")
@@ -191,6 +193,9 @@ def _from_zip(data: bytes, label: str) -> Bundle:
         if entry.file_size > max(SMALL_FILE, MAX_RATIO * entry.compress_size):
             raise InvalidBundle(f"{entry.filename!r} would unpack to {entry.file_size >> 20} MB", file=entry.filename)
         name = path.as_posix().removeprefix(top)
+        if name == SESSION and entry.file_size > MAX_SESSION_BYTES:
+            text = f"{SESSION} has {entry.file_size} bytes, more than {MAX_SESSION_BYTES} are refused"
+            raise InvalidBundle(text, file=SESSION, limit=MAX_SESSION_BYTES)
         if name in files:
             raise InvalidBundle(f"{entry.filename!r} is in the bundle twice", file=entry.filename)
         files[name] = _entry_reader(archive, entry)

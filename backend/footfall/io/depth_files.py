@@ -59,6 +59,8 @@ def _npz(content: bytes, name: str) -> tuple[Array, dict[str, Any]]:
             check_npz_size(packed, name)
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             found = {one: archive[one] for one in ("depth", *MEMBERS) if one in archive.files}
+    except MemoryError:
+        raise
     except Exception as err:  # damaged archives raise whatever zip and numpy trip over
         raise InvalidTerrain(f"{name} is damaged, or no npz archive of arrays") from err
     if "depth" not in found:

@@ -18,6 +18,9 @@ Record = dict[str, Any]
 START = "0" * 32
 """``previous`` of the first line."""
 
+MAX_LINE = 16 << 20
+"""Longest line that is read [bytes]."""
+
 _FIELDS = {"seq", "time", "type", "payload", "previous", "hash"}
 
 
@@ -70,6 +73,8 @@ def read_lines(data: bytes, name: str = "events.jsonl") -> tuple[list[Record], i
     previous, taken = START, 0
     *lines, _ = data.split(b"\n")  # what follows the last newline is nothing, or torn
     for i, text in enumerate(lines):
+        if len(text) > MAX_LINE:
+            raise InvalidBundle(f"{name} line {i + 1} has more than {MAX_LINE >> 20} MB", file=name, line=i + 1)
         record = _parse(text)
         if record is None:
             if taken + len(text) + 1 == len(data):

@@ -31,6 +31,9 @@ SCANS = (".pcd", ".las", ".laz", ".xyz", ".csv", ".txt", ".vtk")
 MAX_POINTS = 40_000_000
 """More are refused by what the header states, before they are unpacked."""
 
+_AT_ONCE = 1 << 20
+"""Points of a LAS file that are unpacked together."""
+
 MAX_COORDINATE = 1e8
 
 
@@ -43,7 +46,7 @@ def read_scan(content: bytes, name: str) -> Scan:
         raise InvalidTerrain(f"{name} is empty")
     try:
         points, declared = _READERS[ending](content, name)
-    except InvalidTerrain:
+    except (InvalidTerrain, MemoryError):
         raise
     except Exception as err:  # the parsers raise whatever they trip over
         raise InvalidTerrain(
@@ -118,17 +121,21 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     from footfall.io.terrain_projection import check_projection_text, check_true_to_scale
 
     with laspy.open(io.BytesIO(content)) as opened:
-        _require_few(opened.header.point_count, name)
-        las = opened.read()
-    if len(las.x) < las.header.point_count:
-        raise InvalidTerrain(f"{name} is cut: it states {las.header.point_count} points and holds {len(las.x)}")
-    points = np.column_stack([np.asarray(axis, np.float64) for axis in (las.x, las.y, las.z)])
-    declared: dict[str, Any] = {"up": "z", "classes": np.asarray(las.classification, np.uint8)}
-    wkt = _coordinate_system(las.header, name)
+        header, count = opened.header, opened.header.point_count
+        _require_few(count, name)
+        points, classes, held = np.empty((count, 3)), np.empty(count, np.uint8), 0
+        for part in opened.chunk_iterator(_AT_ONCE):  # what else a point has is many times as much
+            these = slice(held, held := held + len(part))
+            points[these] = np.column_stack([np.asarray(axis, np.float64) for axis in (part.x, part.y, part.z)])
+            classes[these] = part.classification
+    if held < count:
+        raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
+    declared: dict[str, Any] = {"up": "z", "classes": classes}
+    wkt = _coordinate_system(header, name)
     if wkt is not None:
         # feet, degrees and what is not true to scale are refused, as in other formats
         check_projection_text(wkt, name)
-        low, high = las.header.mins, las.header.maxs
+        low, high = header.mins, header.maxs
         check_true_to_scale(CRS.from_wkt(wkt), (low[0], low[1], high[0], high[1]), name)
         declared["unit"] = "m"
     return points, declared

@@ -30,6 +30,8 @@ def read_mesh(
         given = _counted_from_one(content) if ending == "obj" else content
         polygons = polygons_in(given, ending)
         vertices, triangles = read_polygons(given, ending) if polygons else _of_library(given, ending)
+    except MemoryError:
+        raise
     except Exception as err:  # the parsers raise whatever they trip over
         why = f": {err}" if isinstance(err, ValueError) and (ending == "obj" or polygons_in(content, ending)) else ""
         raise InvalidTerrain(f"{name} can't be read as a mesh, it is cut or corrupt{why}") from err

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
-from footfall.io.bundles import EVENTS, FORMAT, SESSION, VERSION, read_bundle
+from footfall.io.bundles import FORMAT, SESSION, VERSION, read_bundle
 from footfall.resources import sample_sessions_folder
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
@@ -21,11 +21,11 @@ from footfall.session.jobs.pool import JobPool
 from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
 from footfall.session.live import LiveSession
 from footfall.session.looked import Looked
+from footfall.session.reading import Read, read_here
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
-from footfall.session.storage.artifact_folder import verify_artifact
+from footfall.session.storage.carried_in import check_bundle
 from footfall.session.storage.interface import Listed
-from footfall.session.storage.kinds import require_kinds
 from footfall.session.storage.listing import found_sessions, is_session_folder
 from footfall.session.storage.references import require_whole, whole_zip
 from footfall.session.storage.store import SessionStore, read_session, remove_session
@@ -47,6 +47,7 @@ class Sessions:
     robot: name or path of the robot of new sessions that name none.
     recording: how much of what the rover says each session records; None: nothing.
     light_time: how long messages to and from the rover are on their way; see :meth:`set_light_time`.
+    read: how files from outside are read; a server reads them in a process apart.
     """
 
     def __init__(
@@ -56,10 +57,12 @@ class Sessions:
         robot: "str | os.PathLike[str] | Robot" = "athlete",
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
+        read: Read = read_here,
     ) -> None:
         self.folder = Path(folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.jobs = Jobs() if jobs is None else jobs
+        self.read = read
         self._robot = robot
         self._recording = recording
         self.light_time = light_time or LightTime()
@@ -186,20 +189,17 @@ class Sessions:
             known = ", ".join(self.samples()) or "none"
             raise NotFound(f"there is no sample session {name!r}; there are: {known}", sample=name)
         path = sample_sessions_folder() / name
-        return self.import_bundle(path if path.is_dir() else path.with_name(f"{name}.zip"))
+        return self.import_bundle(path if path.is_dir() else path.with_name(f"{name}.zip"), ours=True)
 
-    def import_bundle(self, bundle: str | os.PathLike[str] | bytes) -> LiveSession:
+    def import_bundle(self, bundle: str | os.PathLike[str] | bytes, *, ours: bool = False) -> LiveSession:
         """Copy a bundle (folder, zip file, or its bytes) into the working folder and open it.
 
-        Every artifact is read once. Raises InvalidBundle, naming the file, where anything is wrong; then
-        nothing is left behind.
+        Every artifact is looked at before. ours: it comes with this program and is read in this process.
+        Raises InvalidBundle, naming the file, where anything is wrong; then nothing is left behind.
         """
         self._require_may_switch()
+        (read_here if ours else self.read)(check_bundle, bundle)
         read = read_bundle(bundle)
-        if not read.records or read.records[0]["type"] != "session_created":
-            raise InvalidBundle(f"{EVENTS} does not begin with the making of the session", file=EVENTS)
-        kinds = {name.partition(".")[0]: verify_artifact(name, content()) for name, content in read.files.items()}
-        require_kinds(read.records, kinds)
         with self._guard:
             session_id = self._new_id()
             folder = self.folder / session_id

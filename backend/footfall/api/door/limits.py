@@ -9,11 +9,13 @@ from footfall.api.door.holding import IN_ALL, OF_ONE
 from footfall.core.errors import InvalidInput
 from footfall.core.strict_json import MOST_DEEP
 from footfall.core.value import Value, value
-from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_ZIP_BYTES
+from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_SESSION_BYTES, MAX_ZIP_BYTES
+from footfall.io.event_log import MAX_LINE
 from footfall.io.image_files import MAX_PIXELS
 from footfall.io.link_images import MAX_FRAME_PIXELS
 from footfall.io.photograph_files import MAX_PIXELS as MAX_ALL_PIXELS
 from footfall.io.terrain_mesh_files import MAX_TRIANGLES
+from footfall.session.reading import MOST_MEMORY, MOST_SECONDS
 from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME
 from footfall.terrain.dem import MAX_CELLS
 
@@ -68,6 +70,10 @@ IN_FILES: Mapping[str, int] = {
     "bundle_files": MAX_FILES,
     "bundle_bytes_unpacked": MAX_ZIP_BYTES,
     "bundle_unpack_ratio": MAX_RATIO,
+    "bundle_session_bytes": MAX_SESSION_BYTES,
+    "bundle_line_bytes": MAX_LINE,
+    "reading_bytes": MOST_MEMORY,
+    "reading_seconds": int(MOST_SECONDS),
     "rover_text_bytes": MAX_TEXT_FRAME,
     "rover_binary_bytes": MAX_BINARY_FRAME,
     "rover_frame_pixels": MAX_FRAME_PIXELS,

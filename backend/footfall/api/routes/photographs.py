@@ -7,7 +7,7 @@ from typing import Any
 
 from fastapi import Request, Response
 
-from footfall.api.access import OneSession, product
+from footfall.api.access import AllSessions, OneSession, product
 from footfall.api.bodies.answers import PhotographJob
 from footfall.api.bodies.schemas import PhotographOptions
 from footfall.api.bodies.settings_models import settings_value
@@ -19,6 +19,7 @@ from footfall.api.routing import Routes
 from footfall.core.errors import InvalidImages
 from footfall.io.photograph_files import PAIRS_FILE, pair_and_side, read_photographs
 from footfall.session.live import LiveSession
+from footfall.session.reading import Read
 from footfall.telemetry.photographs import Photographs
 from footfall.telemetry.state import RobotState
 from footfall.terrain.settings import TerrainSettings
@@ -47,7 +48,9 @@ _NAME = re.compile(r"\w[\w .+-]*")
         several=("calibration", "images"),
     ),
 )
-async def build_from_photographs(live: OneSession, request: Request, response: Response) -> PhotographJob:
+async def build_from_photographs(
+    live: OneSession, request: Request, response: Response, sessions: AllSessions
+) -> PhotographJob:
     """Build a terrain from uploaded pairs, which need not be rectified; a job. Formats: docs/calibration.md.
 
     A pair that can't be used is left out: ``left_out`` here, and of the terrain, says which and why.
@@ -57,11 +60,12 @@ async def build_from_photographs(live: OneSession, request: Request, response: R
         images = uploads_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
         pairs = uploads_of(form, "pairs", 1, MAX_TEXT_BYTES)
         options = json_of(form, "options", PhotographOptions)
-        return await in_turn(_build, live, calibration, images, pairs, options, response)
+        return await in_turn(_build, live, sessions.read, calibration, images, pairs, options, response)
 
 
 def _build(
     live: LiveSession,
+    read: Read,
     calibration: list[Uploaded],
     images: list[Uploaded],
     pairs: list[Uploaded],
@@ -72,7 +76,7 @@ def _build(
     if options.with_rover:
         pose = product(live, "current", RobotState, live.state.state).T_site_base
     with TemporaryDirectory(prefix="footfall-") as folder:
-        photographs = _read(Path(folder), calibration, images, pairs, options.cameras, pose)
+        photographs = _read(read, Path(folder), calibration, images, pairs, options.cameras, pose)
     settings = settings_value(TerrainSettings, options.settings)
     job = live.build_from_photographs(photographs, settings, with_rover=options.with_rover)
     pairs_used = [pair.name for pair in photographs.pairs]
@@ -80,6 +84,7 @@ def _build(
 
 
 def _read(
+    read: Read,
     folder: Path,
     calibration: list[Uploaded],
     images: list[Uploaded],
@@ -108,7 +113,7 @@ def _read(
         files.append(path)
     if not images:
         raise InvalidImages("the form needs files called 'images': NAME_left.png and NAME_right.png of each pair")
-    return read_photographs(folder, files, names, pose)
+    return read(read_photographs, folder, files, names, pose)
 
 
 def _harmless(name: str) -> bool:

@@ -2,7 +2,7 @@
 
 from fastapi import Request, Response
 
-from footfall.api.access import OneSession, session_path
+from footfall.api.access import AllSessions, OneSession, session_path
 from footfall.api.bodies.answers import TerrainAnswer
 from footfall.api.bodies.scan_schemas import ScanOptions
 from footfall.api.bodies.settings_models import settings_value
@@ -12,6 +12,7 @@ from footfall.api.routes.terrains import about_terrain
 from footfall.api.routing import Routes
 from footfall.io.scan_terrain import terrain_from_scan
 from footfall.session.live import LiveSession
+from footfall.session.reading import Read
 from footfall.terrain.scan import ScanSettings
 
 router = Routes(tags=["terrains"])
@@ -25,18 +26,19 @@ router = Routes(tags=["terrains"])
         {"options": ScanOptions},
     ),
 )
-async def load_scan(live: OneSession, request: Request, response: Response) -> TerrainAnswer:
+async def load_scan(live: OneSession, request: Request, response: Response, sessions: AllSessions) -> TerrainAnswer:
     """Make the ground that a scan or a depth image shows the session's terrain. Formats: docs/terrain-files.md."""
     async with form_of(request, ("file",), ("options",)) as form:
         file, options = upload_of(form, "file"), json_of(form, "options", ScanOptions)
-        about = await in_turn(_load, live, file, options)
+        about = await in_turn(_load, live, sessions.read, file, options)
     response.headers["Location"] = session_path(live, "terrains", about["digest"])
     return about
 
 
-def _load(live: LiveSession, file: Uploaded, options: ScanOptions) -> TerrainAnswer:
+def _load(live: LiveSession, read: Read, file: Uploaded, options: ScanOptions) -> TerrainAnswer:
     calibration = None if options.calibration is None else options.calibration.members()
-    dem = terrain_from_scan(
+    dem = read(
+        terrain_from_scan,
         file.file.read(),
         file.name,
         settings_value(ScanSettings, options.settings),

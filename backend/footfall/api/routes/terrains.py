@@ -10,7 +10,7 @@ from fastapi import Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from starlette.datastructures import FormData
 
-from footfall.api.access import Digest, OneSession, product, session_path
+from footfall.api.access import AllSessions, Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
 from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions
@@ -35,6 +35,7 @@ from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write
 from footfall.io.terrain_sidecars import MOST_BESIDE, names_beside
 from footfall.session.jobs.job import Job
 from footfall.session.live import LiveSession
+from footfall.session.reading import Read
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS, age_shares
 from footfall.terrain.settings import BlendSettings, TerrainSettings
@@ -62,13 +63,15 @@ _one_at_a_time = Lock()
         several=("beside",),
     ),
 )
-async def make_terrain(live: OneSession, request: Request, response: Response) -> TerrainAnswer | JobAnswer:
+async def make_terrain(
+    live: OneSession, request: Request, response: Response, sessions: AllSessions
+) -> TerrainAnswer | JobAnswer:
     """JSON: rebuild from the session's images (202, a job). A form with a file: read that terrain (201)."""
     if is_multipart(request):
         async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
             file = upload_of(form, "file")
             beside, options = _beside(form, file.name), json_of(form, "options", TerrainOptions)
-            about = await in_turn(_load, live, file, beside, options)
+            about = await in_turn(_load, live, sessions.read, file, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
     order = parse(await small_body(request), BuildTerrain)
@@ -88,9 +91,11 @@ def _beside(form: FormData, name: str) -> list[Uploaded]:
     return found
 
 
-def _load(live: LiveSession, file: Uploaded, beside: list[Uploaded], options: TerrainOptions) -> TerrainAnswer:
+def _load(
+    live: LiveSession, read: Read, file: Uploaded, beside: list[Uploaded], options: TerrainOptions
+) -> TerrainAnswer:
     with on_disk(file, beside) as path:
-        dem = read_terrain(path, **options.arguments())
+        dem = read(read_terrain, path, **options.arguments())
     live.load_terrain(dem, source=file.name)
     return about_terrain(dem)
 
@@ -130,18 +135,19 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
         several=("beside",),
     ),
 )
-async def blend(live: OneSession, request: Request, response: Response) -> JobAnswer:
+async def blend(live: OneSession, request: Request, response: Response, sessions: AllSessions) -> JobAnswer:
     """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
     async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
         file = upload_of(form, "file")
         beside, options = _beside(form, file.name), json_of(form, "options", BlendOptions)
-        return accepted(await in_turn(_blend, live, file, beside, options), response)
+        return accepted(await in_turn(_blend, live, sessions.read, file, beside, options), response)
 
 
-def _blend(live: LiveSession, file: Uploaded, beside: list[Uploaded], options: BlendOptions) -> Job:
+def _blend(live: LiveSession, read: Read, file: Uploaded, beside: list[Uploaded], options: BlendOptions) -> Job:
     settings = settings_value(BlendSettings, options.settings)
     with on_disk(file, beside) as path:
-        return live.blend_terrain(read_terrain(path, **options.read.arguments()), settings, source=file.name)
+        external = read(read_terrain, path, **options.read.arguments())
+    return live.blend_terrain(external, settings, source=file.name)
 
 
 @router.post("/sessions/{session}/terrains/undo")

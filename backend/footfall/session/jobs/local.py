@@ -7,7 +7,7 @@ import logging
 import multiprocessing
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -139,7 +139,7 @@ class Jobs(JobPool):
             self._dismiss(process)
 
     def _hired(self) -> "WorkerProcess":
-        return WorkerProcess(self._recipes)
+        return WorkerProcess(work, self._recipes)
 
     def _dismiss(self, process: "WorkerProcess") -> None:
         process.stop()
@@ -240,11 +240,12 @@ class Jobs(JobPool):
 class WorkerProcess:
     """One worker process and this end of its pipe; started when needed.
 
+    serve: what the process does with its end of the pipe and ``args``.
     begun: whether it has taken up the job that was handed to it last.
     """
 
-    def __init__(self, recipes: str) -> None:
-        self._recipes = recipes
+    def __init__(self, serve: Callable[..., None], *args: Any) -> None:
+        self._serve, self._args = serve, args
         self._process: SpawnProcess | None = None
         self._pipe: Connection | None = None
         self.begun = False
@@ -255,7 +256,7 @@ class WorkerProcess:
         if self._process is None or self._pipe is None:
             context = multiprocessing.get_context("spawn")
             self._pipe, theirs = context.Pipe(duplex=True)
-            self._process = context.Process(target=work, args=(theirs, self._recipes), daemon=True)
+            self._process = context.Process(target=self._serve, args=(theirs, *self._args), daemon=True)
             self._process.start()
             theirs.close()
         return self._pipe

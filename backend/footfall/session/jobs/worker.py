@@ -39,7 +39,7 @@ def work(pipe: Connection, recipes: str) -> None:
     """
     # Ctrl-C reaches the whole process group; the server decides when a worker ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_server, daemon=True).start()
+    threading.Thread(target=end_with_server, daemon=True).start()
     with none_while_loading():
         module = import_module(recipes)
         with contextlib.suppress(Exception):  # the job that needs what did not load will say so
@@ -89,8 +89,8 @@ def _logged_by_server(pipe: Connection) -> Iterator[None]:
         root.removeHandler(handler)
 
 
-def _end_with_server() -> None:
-    """A server that was killed closes the pipe, but who is at work does not look there."""
+def end_with_server() -> None:
+    """End this process where its server has gone: a killed one closes the pipe, but who is at work does not look."""
     server = parent_process()
     if server is not None:
         server.join()
