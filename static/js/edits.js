@@ -24,10 +24,10 @@ export const edit = (change) => inTurn(async () => {
 const turn = (way) => inTurn(async () => {
   await settled(); // what is being moved, or typed, is the latest choice
   await typed();
-  const latest = known.summary[way];
-  if (!latest) return;
+  const choice = known.summary[way];
+  if (!choice) return;
   try {
-    await post(`/sessions/current/${way}`, { choice: latest.choice });
+    await post(`/sessions/current/${way}`, { choice: choice.choice });
   } finally {
     await refresh();
   }

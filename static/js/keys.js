@@ -37,6 +37,7 @@ export function listenForKeys(stop) {
       return;
     }
     if (isEscape(event)) {
+      /** @type {NodeListOf<HTMLDialogElement>} */
       const open = document.querySelectorAll("dialog[open]");
       for (const dialog of open) dialog.close();
       if (!open.length) isTaken(event);

@@ -13,7 +13,8 @@ const LAYOUTS = {
 
 let kept = { chosen: "plan a step", shown: {} }; // shown: layout → names of panels, where they differ from the delivered
 
-const panels = () => [...document.querySelectorAll(".panel")];
+/** @returns {HTMLElement[]} */
+const panels = () => [...document.querySelectorAll(".panel")].map((panel) => /** @type {HTMLElement} */ (panel));
 const nameOf = (panel) => panel.id.replace("panel-", "");
 const titleOf = (panel) => panel.querySelector("h2").lastChild.textContent.trim();
 const shown = () => kept.shown[kept.chosen] ?? LAYOUTS[kept.chosen].shown;

@@ -1,6 +1,7 @@
 "use strict";
 // Plays a recorded session from what this file carries. All of it goes in as text.
 const story = JSON.parse(document.getElementById("story").textContent);
+/** @type {(id: string) => any} whatever kind of element has that id */
 const $ = (id) => document.getElementById(id);
 const PLAY_SECONDS = 6;
 

@@ -163,12 +163,12 @@ const lift = ({ plan }) => plan.provenance.settings.lift;
 
 function told(execution, figures, used) {
   const less = figures.clearance_uncertainty;
-  const asked = ofPresentPlan() ? known.plan.plan.provenance.settings.lift : null;
+  const wanted = ofPresentPlan() ? known.plan.plan.provenance.settings.lift : null;
   const { friction, gravity, payload_mass: payload } = used.compliance.balance;
   return [
     ["Lowest in the swing", (figures.clearance > 0 ? `${fixed(figures.clearance)} m above the ground, ` : `${fixed(-figures.clearance)} m too low, `)
       + (less === null ? `not known ${softer(used)}` : `${fixed(Math.abs(less))} m ${less < 0 ? "more" : "less"} ${softer(used)}`)],
-    ["Commanded lift", `${fixed(lift(execution))} m${asked !== null && lift(execution) > asked ? `, raised from ${fixed(asked)} m` : ""}`],
+    ["Commanded lift", `${fixed(lift(execution))} m${wanted !== null && lift(execution) > wanted ? `, raised from ${fixed(wanted)} m` : ""}`],
     ["Touch-down", figures.touch_down_offset === null
       ? "none: the wheel never touches the ground" : `${fixed(figures.touch_down_offset)} m from the planned contact`],
     ["Friction used", `${fixed(100 * figures.friction_use, 1)} % at most`],

@@ -56,6 +56,7 @@ export function start() {
 
 // Where there is little room the ground comes first: folded, the gauge says the two numbers that matter. Opened by hand it stays.
 let roomy = true;
+/** @param {ResizeObserverEntry[]} sizes */
 function fold([{ contentRect }]) {
   if (contentRect.height === 0 || roomy === contentRect.height >= ROOM) return;
   roomy = !roomy;
@@ -64,7 +65,7 @@ function fold([{ contentRect }]) {
 
 function choose(name) {
   outline = name;
-  document.querySelector(`#gauge-outlines input[value="${name}"]`).checked = true;
+  /** @type {HTMLInputElement} */ (document.querySelector(`#gauge-outlines input[value="${name}"]`)).checked = true;
   try {
     localStorage.setItem(KEPT_AS, name);
   } catch { /* as above */ }

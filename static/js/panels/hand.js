@@ -2,7 +2,7 @@
 // While it is moved, what there is to say of the place is read out; nothing is chosen until it rests, or Enter is pressed.
 
 import { act } from "../acts.js";
-import { PAGE, post, put, request } from "../api.js";
+import { post, put, request } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { explainKey, heardFirst } from "../keys.js";
 import { lacking } from "../rights.js";

@@ -188,9 +188,9 @@ function drawLines() {
   const { width, height } = size();
   $("picture").style.setProperty("--shape", width / height);
   $("picture-lines").setAttribute("viewBox", `-0.5 -0.5 ${width} ${height}`);
-  const show = { plan: $("image-plan").checked, grid: $("image-grid").checked };
+  const drawn = { plan: $("image-plan").checked, grid: $("image-grid").checked };
   acceptedFor = accepted();
-  $("picture-lines").replaceChildren(...(overlay ? lines(overlay, acceptedFor, show) : []), ...(at ? cross(at) : []));
+  $("picture-lines").replaceChildren(...(overlay ? lines(overlay, acceptedFor, drawn) : []), ...(at ? cross(at) : []));
   const chosen = overlay?.footfall;
   list.pairs.forEach(({ name }, i) => {
     const sees = Boolean(chosen?.seen_by.includes(name));
@@ -198,7 +198,7 @@ function drawLines() {
     $(`pair-${i}`).title = sees ? `${name}: the footfall is in sight` : name;
   });
   $("picture-seen").textContent = !chosen ? "" : `Footfall of leg ${chosen.leg}: ${SEEN[chosen.seen] ?? "in sight"}.`;
-  $("line-legend").hidden = !overlay?.path.length || !show.plan;
+  $("line-legend").hidden = !overlay?.path.length || !drawn.plan;
 }
 
 // As in the scene: what the plan for the footfall says; without one, what the maps say.

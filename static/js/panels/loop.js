@@ -22,7 +22,7 @@ export function start() {
   act({ text: "Walk to the goal by itself", button: "loop-begin", held: true, run: begin, refusal: notBegun });
   const hold = { text: "Hold the walk by itself", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") };
   const cancel = { text: "Cancel the walk by itself", run: () => steer("cancel"), refusal: notSteered };
-  for (const [one, button] of [[hold, "hold"], [cancel, "cancel"]]) {
+  for (const [button, one] of Object.entries({ hold, cancel })) {
     act({ ...one, button: `loop-${button}` });
     act({ ...one, button: `next-loop-${button}`, quiet: true }); // in sight whichever panels are
   }

@@ -48,6 +48,7 @@ function toggle() {
 
 const chooseAt = ([x, y]) => (picks() ? setGoal(x, y) : chooseFootfall(x, y));
 
+/** @returns {[number, number]} */
 function place(canvas, event) {
   const box = canvas.getBoundingClientRect();
   const { x0, y0, resolution, rows, cols } = about.geometry;

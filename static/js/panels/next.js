@@ -31,7 +31,7 @@ export function start() {
   // a key that is held on the other button goes on here, and must not act
   $("next-act").addEventListener("keydown", (event) => { if (event.repeat) event.preventDefault(); });
   for (const id of ["next-act", "next-hold"]) $(id).addEventListener("focus", ({ target }) => { focused = target.matches(":focus-visible") ? id : ""; });
-  addEventListener("focusin", ({ target }) => { if (!["next-act", "next-hold"].includes(target.id)) focused = ""; });
+  addEventListener("focusin", ({ target }) => { if (!["next-act", "next-hold"].includes(/** @type {Element} */ (target).id)) focused = ""; });
   subscribe(draw);
 }
 

@@ -14,7 +14,7 @@ const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
 let shown = ""; // digest of the route that is shown
 
 export function start() {
-  act({ text: "Plan a route to the walk's goal", button: "plan-route", run: plan, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
+  act({ text: "Plan a route to the walk's goal", button: "plan-route", run: planRoute, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
   act({ text: "Goal of the walk along the route", button: "route-goal", run: take, refusal: notTaken });
   subscribe(draw);
 }
@@ -26,7 +26,7 @@ function notTaken() {
   return out() ? `The route is out of date: ${out()}.` : "";
 }
 
-const plan = () => attempt(async () => {
+const planRoute = () => attempt(async () => {
   $("panel-walk").open = true;
   if (!$("walk-form").reportValidity()) return;
   await freeze();

@@ -57,9 +57,9 @@ function draw({ frame }) {
   if (!isShown("telemetry")) return;
   drawnAt = performance.now();
   $("plot-leg").disabled = !QUANTITIES[$("plot-quantity").value].ofLeg;
-  const start = held ? held[0] : now() - Number($("plot-span").value);
+  const begin = held ? held[0] : now() - Number($("plot-span").value);
   const { quantity, channels } = wanted();
-  const data = since(start, channels);
+  const data = since(begin, channels);
   const end = held ? held[1] : now();
   if (held) while (data[0].length && data[0].at(-1) > end) data.forEach((column) => column.pop());
   const silent = data[0].length ? end - data[0].at(-1) : Infinity;
@@ -70,9 +70,9 @@ function draw({ frame }) {
   $("plot").hidden = $("plot-series").hidden = !frame;
   if (!frame) return;
   build(quantity, channels);
-  newest = { start, end };
+  newest = { start: begin, end };
   plot.setData(withGaps(data), false);
-  plot.setScale("x", { min: start, max: end });
+  plot.setScale("x", { min: begin, max: end });
   drawList(channels, data);
 }
 

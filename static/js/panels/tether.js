@@ -42,9 +42,9 @@ function takeFootfall() {
   demand();
 }
 
-export function tetherInWords({ tether, lengths, pulls }) {
-  const most = fixed(tether.most_force, 0);
-  return `Tether: ${fixed(lengths[0], 2)} → ${fixed(lengths.at(-1), 2)} m of ${fixed(tether.free_length, 1)} m, pulled with ${fixed(Math.min(...pulls), 0)} to ${fixed(Math.max(...pulls), 0)} N of ${most} N. No command drives its drum.`;
+export function tetherInWords({ tether: hung, lengths, pulls }) {
+  const most = fixed(hung.most_force, 0);
+  return `Tether: ${fixed(lengths[0], 2)} → ${fixed(lengths.at(-1), 2)} m of ${fixed(hung.free_length, 1)} m, pulled with ${fixed(Math.min(...pulls), 0)} to ${fixed(Math.max(...pulls), 0)} N of ${most} N. No command drives its drum.`;
 }
 
 // How much of it each foot move takes, hauling in counted as less than nothing [m].

@@ -16,7 +16,7 @@ let places = { forbidden: [], pinned: [] }; // what the operator says of the gro
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
-  act({ text: "Plan the walk, or the gait, to its goal", button: "plan-walk", run: plan });
+  act({ text: "Plan the walk, or the gait, to its goal", button: "plan-walk", run: planWalk });
   $("walk-gait").addEventListener("change", changed);
   act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
@@ -63,7 +63,7 @@ export function goalMeant() {
 
 export const walkSettings = () => ({ seed: Number($("seed").value), ...places });
 
-const plan = () => attempt(async () => {
+const planWalk = () => attempt(async () => {
   $("panel-walk").open = true;
   showTether();
   if (!$("walk-form").reportValidity()) return;
@@ -143,8 +143,8 @@ function smoothedInWords({ before, after }) {
 }
 
 function inWords(plan) {
-  const places = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
-  const way = places.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - places[i][axis])), 0);
+  const stood = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
+  const way = stood.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - stood[i][axis])), 0);
   return `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${fixed(way, 2)} m, least margin ${fixed(Math.min(...plan.margins))} m, largest torque ${fixed(100 * Math.max(...plan.torques), 0)} % of its limit`;
 }
 

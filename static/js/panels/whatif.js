@@ -9,13 +9,14 @@ import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import { computeMaps } from "./ground.js";
 
+/** @type {[string, string, number][]} name, text, how much one of the field is */
 const FIELDS = [
   ["dx", "East [m]", 1], ["dy", "North [m]", 1], ["dz", "Up [m]", 1],
   ["droll", "Roll [°]", Math.PI / 180], ["dpitch", "Pitch [°]", Math.PI / 180], ["dyaw", "Yaw [°]", Math.PI / 180],
 ];
 
 let shownAnswer = ""; // "shift", "body_move", or "": what the answer that stands there is of
-let answered = { shift: "", body_move: "", what_if: "" };
+const answered = { shift: "", body_move: "", what_if: "" };
 
 export function start() {
   $("what-if-fields").append(...FIELDS.map(([name, text]) =>
