@@ -127,7 +127,7 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
         for part in opened.chunk_iterator(_AT_ONCE):  # what else a point has is many times as much
             these = slice(held, held := held + len(part))
             points[these] = np.column_stack([np.asarray(axis, np.float64) for axis in (part.x, part.y, part.z)])
-            classes[these] = part.classification
+            classes[these] = np.asarray(part.classification, np.uint8)
     if held < count:
         raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
     declared: dict[str, Any] = {"up": "z", "classes": classes}
