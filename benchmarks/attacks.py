@@ -9,7 +9,6 @@ import io
 import itertools
 import json
 import multiprocessing
-import os
 import random
 import socket
 import struct
@@ -99,14 +98,15 @@ def _at_rest(pid: int) -> float:
 
 
 def resident(pid: int) -> float:
-    """Memory of a process and of those that it started [MiB]; one that ends meanwhile has none."""
+    """Memory of a process and of those that it started, shared pages once [MiB]; one that ended has none."""
     try:
-        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+        rollup = Path(f"/proc/{pid}/smaps_rollup").read_text()
+        shares = [int(line.split()[1]) for line in rollup.splitlines() if line.startswith("Pss:")]
         threads = list(Path(f"/proc/{pid}/task").iterdir())
         started = [child for one in threads for child in (one / "children").read_text().split()]
     except (FileNotFoundError, ProcessLookupError):
         return 0.0
-    return pages * os.sysconf("SC_PAGE_SIZE") / (1 << 20) + sum(resident(int(child)) for child in started)
+    return sum(shares) / 1024 + sum(resident(int(child)) for child in started)
 
 
 @contextlib.contextmanager
@@ -114,7 +114,7 @@ def _peak(pid: int) -> Iterator[list[float]]:
     found, over = [resident(pid)], threading.Event()
 
     def look() -> None:
-        while not over.wait(0.02):
+        while not over.wait(0.1):
             found.append(resident(pid))
 
     looking = threading.Thread(target=look)
