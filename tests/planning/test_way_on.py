@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import MultiPoint, Point, Polygon
 
+from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.planning.stance.stand import stand
 from footfall.planning.walk.excerpt import parts_count, start_of
@@ -20,7 +21,9 @@ from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_gr
 from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED, off_walk
 from footfall.planning.walk_execution.stage import BESIDE, stage
 from footfall.planning.walk_execution.way_on import arrived, way_on
+from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass
+from footfall.robot.model import Robot
 from footfall.terrain.ground.surface import height_at
 from tests.support.chassis_ground import wavy
 
@@ -232,3 +235,27 @@ def test_what_is_no_number_passes_no_limit(decides, walk, athlete, stood):
         assert found.act is Act.REPLAN, (name, found)
     assert off_walk(athlete, stood, walk.waypoints[0], np.full((4, 4), np.nan))
     assert not arrived(GOAL, np.full((4, 4), np.nan))
+
+
+def test_a_payload_counts_in_how_steadily_the_rover_stands(athlete, ground, stood, walk):
+    """Second method: shapely, and a rover whose description carries it."""
+    place = np.array([0.3, 0.9, 0.3])
+    load = BalanceSettings(payload_mass=200.0, payload_position=place)
+    described = Robot(with_payload(athlete.description, 200.0, position=place))
+    posture, T = start_of(walk, 0)
+    state = replace(stood, posture=posture, T_site_base=T)
+    polygon = MultiPoint(walk.stances[0].contacts[:, :2]).convex_hull
+    assert isinstance(polygon, Polygon)
+    bare, inside = (
+        polygon.exterior.distance(Point(apply(T, center_of_mass(robot, posture))[:2])) for robot in (athlete, described)
+    )
+    assert inside < bare - 0.05
+
+    def steady(least, balance):
+        limits = WayOnSettings(least_margin=least)
+        found = way_on(athlete, ground, state, GOAL, walk, 0, SoFar(), limits, balance=balance)
+        return "centre of mass is" not in found.reason
+
+    assert steady(inside - 0.01, load)
+    assert not steady(inside + 0.01, load)
+    assert steady(inside + 0.01, None)

@@ -9,7 +9,9 @@ import footfall
 from footfall.balance.support import margin
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
+from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.robot.model import Robot
 from footfall.sequence.steadiness import SAMPLING, course_of
 from tests.support.chassis_ground import wavy
 
@@ -80,9 +82,15 @@ def test_a_row_that_moves_nothing_stands_on_every_wheel(athlete, ground, planned
     assert lifting.max() < stood.min() - 0.2
 
 
-def test_along_a_walk_the_polygon_s_margin_is_the_planner_s(athlete, ground):
+@pytest.fixture(scope="module")
+def walk(athlete, ground):
     plan = footfall.plan_walk(athlete, ground, footfall.stand(athlete, ground), goal=(0.4, 0.1, 0.0), seed=4).plan
     assert plan is not None
+    return plan
+
+
+def test_along_a_walk_the_polygon_s_margin_is_the_planner_s(athlete, ground, walk):
+    plan = walk
     course = course_of(athlete, ground, plan)
     travel = np.abs(np.diff(plan.waypoints, axis=0)).max(axis=1)
     for row in range(len(travel)):
@@ -93,3 +101,15 @@ def test_along_a_walk_the_polygon_s_margin_is_the_planner_s(athlete, ground):
     np.testing.assert_allclose(
         [course.moments[course.rows == row][-1] for row in range(len(travel))], np.cumsum(travel) / travel.sum()
     )
+
+
+def test_a_walk_s_payload_counts_as_if_the_description_carried_it(athlete, ground, walk):
+    place = np.array([0.3, 0.9, 0.3])
+    described = Robot(with_payload(athlete.description, 150.0, position=place))
+    settings = replace(walk.provenance.settings, payload_mass=150.0, payload_position=place)
+    laden = replace(walk, provenance=replace(walk.provenance, settings=settings))
+    course, same = course_of(athlete, ground, laden), course_of(described, ground, walk)
+    for outline, margins in course.margins.items():
+        np.testing.assert_allclose(margins, same.margins[outline], atol=1e-9)
+    bare = course_of(athlete, ground, walk)
+    assert course.margins["plain"][0] < bare.margins["plain"][0] - 0.05

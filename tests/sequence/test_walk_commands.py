@@ -11,6 +11,9 @@ from footfall.io.imports import from_csv, from_fprime, from_json, from_seqjson, 
 from footfall.io.scripting import make_sequence as make_for_scripts
 from footfall.planning.stance.stand import stand
 from footfall.planning.walk.parts import parts_of
+from footfall.robot.description import with_payload
+from footfall.robot.model import Robot
+from footfall.sequence.edit import Edit, apply_edit
 from footfall.sequence.make import make_sequence
 from footfall.sequence.rules import check_rules
 from footfall.sequence.settings import SequenceSettings
@@ -76,6 +79,24 @@ def test_the_rules_ask_what_the_walk_was_planned_with(athlete, dem, walk, comman
     asked = make_sequence(wary, athlete).provenance.settings
     assert isinstance(asked, SequenceSettings)
     assert (asked.conservative, asked.clearance) == (True, 0.01)
+
+
+def test_the_rules_weigh_the_payload_of_the_walk_also_after_an_edit(athlete, dem, walk, commanded):
+    """As if the description carried it; the box that must stay clear is another matter."""
+    place = np.array([0.3, 0.6, 0.3])
+    described = Robot(with_payload(athlete.description, 120.0, position=place))
+    own = replace(walk.provenance, settings=replace(SETTINGS, payload_mass=120.0, payload_position=place))
+    laden = make_sequence(replace(walk, provenance=own), athlete, dem)
+    parents = {**walk.provenance.parents, "robot": described.digest}
+    same = make_sequence(replace(walk, provenance=replace(walk.provenance, parents=parents)), described, dem)
+    longer = apply_edit(athlete, laden, Edit("duration", 0, number=60.0), dem)
+
+    def weighed(sequence):
+        return np.array([one.margin for one in sequence.rules if one.rule in ("balance", "torque")])
+
+    np.testing.assert_allclose(weighed(laden), weighed(same), atol=1e-6)
+    np.testing.assert_array_equal(weighed(longer), weighed(laden))
+    assert np.abs(weighed(laden) - weighed(commanded)).max() > 0.05
 
 
 def test_a_row_that_does_not_fit_the_one_before_breaks_a_rule(athlete, dem, walk, commanded):

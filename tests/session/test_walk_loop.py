@@ -450,3 +450,10 @@ def test_a_session_closes_while_its_walk_waits_for_a_job(tmp_path, athlete, dem,
             assert loop.outcome == "cancelled"
             with pytest.raises(Conflict, match="closed"):
                 live.plan_walk(GOAL)
+
+
+def test_what_the_rover_carries_counts_in_whether_it_stands_steadily(live, rover):
+    laden = replace(UNSEEN.walk, payload_mass=300.0, payload_position=np.array([0.0, 9.0, 0.3]))
+    found = ended(live.walk_to(GOAL, replace(UNSEEN, walk=laden)))
+    assert (found[0], found[1].startswith("the centre of mass is")) == ("stopped", True), found
+    assert rover.sent == []

@@ -9,7 +9,7 @@ from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import Place, WalkGoal, WalkResult, WalkSettings
+from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.sequence.edit import Edit
 from footfall.session.jobs.product_recipes import PRODUCTS
@@ -17,6 +17,7 @@ from footfall.session.jobs.requests import WalkRequest
 from footfall.session.log.fold import fold_all
 from footfall.session.products.kinds import WALK
 from footfall.session.replay.recompute import replay
+from footfall.session.steadiness import along
 from tests.support.chassis_ground import wavy
 
 LOAD = {"payload_mass": 40.0, "payload_position": np.array([0.2, 0.1, 0.4])}
@@ -130,6 +131,12 @@ def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
     np.testing.assert_allclose(made.predicted[-1], found.plan.waypoints[-1], atol=1e-9)
     np.testing.assert_allclose(made.poses[-1], found.plan.Ts_site_base[-1], atol=1e-6)
     assert live.state.sequence == digest
+    as_planned, as_commanded = (along(live, one).course for one in (found.digest, digest))
+    in_body = [row for row, phase in enumerate(found.plan.phases[1:]) if phase == BODY]
+    for course in (as_planned, as_commanded):
+        ends = [course.margins["plain"][course.rows == row][-1] for row in in_body]
+        # with what it carries
+        np.testing.assert_allclose(ends, found.plan.margins[1:][in_body], atol=2e-3)
     live.edit_sequence(digest, Edit("duration", 0, number=30.0))
     live.export_sequence(format="csv")
     live.summary()

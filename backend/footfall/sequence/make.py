@@ -1,5 +1,6 @@
 """A checked plan becomes commands with durations; nothing is merged, rounded or left out."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,7 @@ from footfall.planning.execution.problem import Execution
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import parts_of
-from footfall.planning.walk.problem import Tethered, WalkPlan
+from footfall.planning.walk.problem import Tethered, WalkPlan, WalkSettings
 from footfall.planning.walk_execution.problem import WalkExecution
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
@@ -41,7 +42,7 @@ def make_sequence(
     An execution becomes what it commands a rover that sags, see :mod:`footfall.sequence.of_execution`. With ``dem`` the
     motion rules (collision, balance, torque…) are checked too. No command drives the drum of a tether: commands of a
     walk on one take as long as its drum does, and fail a rule that says what it would have to pay out. Without
-    ``settings`` the clearance and the balance preference are the plan's own.
+    ``settings`` the clearance, the balance preference and the payload are the plan's own.
 
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
     rover is already.
@@ -51,7 +52,7 @@ def make_sequence(
     parts = parts_of(plan) if isinstance(plan, WalkPlan) else (plan,)
     if not parts:
         raise InvalidSequence("the walk goes nowhere: the rover is where it is to be, there is nothing to command")
-    settings = settings or settings_of(parts[0])
+    settings = settings or _with_load_of(plan, settings_of(parts[0]))
     for part in parts:
         _require_fit(part, robot)
     limits = robot.speed_limits * settings.speed_fraction
@@ -113,6 +114,14 @@ def settings_of(plan: Part) -> SequenceSettings:
         least_margin=made_with.least_margin,
         friction=made_with.friction,
     )
+
+
+def _with_load_of(plan: Part | WalkPlan, settings: SequenceSettings) -> SequenceSettings:
+    """The settings with the payload that a walk was planned with."""
+    asked = plan.provenance.settings
+    if not isinstance(asked, WalkSettings):
+        return settings
+    return replace(settings, payload_mass=asked.payload_mass, payload_position=asked.payload_position)
 
 
 def _require_fit(plan: Part, robot: Robot) -> None:

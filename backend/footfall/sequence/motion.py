@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.payload import loaded
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, Contacts, contacts, wheel_gaps
@@ -211,8 +212,9 @@ def _balance(
     support: Contacts,
     settings: SequenceSettings,
 ) -> RuleResult:
-    coms = apply(T_site_base, centers_of_mass(robot, postures[0], leg, postures[:, 6 * leg : 6 * leg + 6]))
-    return told_balance(row, support, coms, settings)
+    own = centers_of_mass(robot, postures[0], leg, postures[:, 6 * leg : 6 * leg + 6])
+    _, coms = loaded(robot, own, settings.balance)
+    return told_balance(row, support, apply(T_site_base, coms), settings)
 
 
 def _ends(robot: Robot, row: int, leg: int, posture: Array, T_site_base: Array, dem: Dem) -> RuleResult:

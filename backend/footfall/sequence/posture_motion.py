@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.payload import loaded
 from footfall.core.beside import beside
 from footfall.core.frames import apply
 from footfall.maps.standing import STANDING_GAP, contacts, wheel_gaps
@@ -47,7 +48,7 @@ def check_posture_move(
     yield _ground(robot, row, body, Ts_site_base[:, None] @ Ts_base_link, legs, gaps)
     yield _drag(robot, row, postures, Ts_site_base, gaps, touched)
     support = contacts(robot, dem, passage.before, passage.T_before, holding)
-    coms = coms_of(robot, postures[0], postures)
+    _, coms = loaded(robot, coms_of(robot, postures[0], postures), settings.balance)
     in_site = np.einsum("nij,nj->ni", Ts_site_base[:, :3, :3], coms) + Ts_site_base[:, :3, 3]
     yield told_balance(row, support, in_site, settings)
     yield told_torque(robot, row, postures, Ts_site_base, holding, support, settings)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.support import margins
-from footfall.balance.torques import torque_margin
+from footfall.balance.torques import torque_check
 from footfall.core.beside import beside
 from footfall.maps.standing import Contacts
 from footfall.robot.model import Robot
@@ -57,11 +57,10 @@ def told_torque(
     settings: SequenceSettings,
 ) -> RuleResult:
     """The rule torque, for postures (n, legs × 6) and chassis poses (n, 4, 4) over the feet of the legs ``down``."""
+    balance = settings.balance
     every = max(1, int(TORQUE_SAMPLING / settings.sample))
     chosen = sorted({*range(0, len(postures), every), len(postures) - 1})
-    checks = [
-        torque_margin(robot, postures[i], Ts_site_base[i], down, support.normals, settings.friction) for i in chosen
-    ]
+    checks = [torque_check(robot, postures[i], Ts_site_base[i], down, support.normals, balance) for i in chosen]
     worst = int(np.argmax([check.ratio for check in checks]))
     at, check = f"at {chosen[worst] / (len(postures) - 1):.0%} of the row", checks[worst]
     text = f"{check.joint_name} at {beside(100 * check.ratio, 100.0, 0)[0]}% of its limit {at}"

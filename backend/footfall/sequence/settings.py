@@ -2,7 +2,11 @@
 
 from dataclasses import field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from footfall.balance.friction import FRICTION
+from footfall.balance.settings import BalanceSettings
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Value, value
@@ -20,6 +24,7 @@ class SequenceSettings(Value):
     conservative: check the supporting feet's conservative polygon, not the plain one.
     least_margin: least margin of the centre of mass to that polygon [m].
     friction: coefficient between wheel and ground, for the torque rule of a rigid rover.
+    payload_mass [kg], payload_position (3,) [m]: as of BalanceSettings, what a rigid rover carries.
     compliance: how a rover sags, for sequences that know how it stood at rest; None: as its description says.
     """
 
@@ -30,6 +35,17 @@ class SequenceSettings(Value):
     least_margin: float = 0.0
     friction: float = FRICTION
     compliance: ComplianceSettings | None = field(default=None, metadata=LATER)
+    payload_mass: float | None = field(default=None, metadata=LATER)
+    payload_position: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+
+    @property
+    def balance(self) -> BalanceSettings:
+        """What the rover is held by: as ``compliance`` has it, else friction and payload, on Earth."""
+        if self.compliance is not None:
+            return self.compliance.balance
+        return BalanceSettings(
+            friction=self.friction, payload_mass=self.payload_mass, payload_position=self.payload_position
+        )
 
     def check(self) -> None:
         if not 0 < self.speed_fraction <= 1:
@@ -38,3 +54,4 @@ class SequenceSettings(Value):
             raise InvalidSequence(f"sample must be {FINEST:g}…{COARSEST:g} rad", sample=self.sample)
         require_not_negative("m", InvalidSequence, clearance=self.clearance, least_margin=self.least_margin)
         require_above_zero("", InvalidSequence, friction=self.friction)
+        self.balance.check()

@@ -7,17 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.moving_leg import centers_of_mass
+from footfall.balance.payload import loaded
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply
 from footfall.maps.standing import standing
 from footfall.maps.steadiness import OUTLINES, Support, support_of
 from footfall.planning.stance.follow import base_path
-from footfall.planning.step.problem import StepPlan
-from footfall.planning.walk.problem import BODY, WalkPlan
+from footfall.planning.step.problem import StepPlan, StepSettings
+from footfall.planning.walk.problem import BODY, WalkPlan, WalkSettings
 from footfall.robot.kinematics import center_of_mass, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.sequence.sampled import DRAG
+from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
@@ -51,8 +53,9 @@ def course_of(
 ) -> Course:
     """Margins at samples of every row. A row stands on the wheels that are down, and stay, from its begin to its end.
 
-    Of ``balance`` friction and the sides of its cones count.
+    Of ``balance`` friction, the sides of its cones and the payload count; None: what the motion was made with.
     """
+    balance = balance or balance_of(moved)
     if isinstance(moved, StepPlan):
         waypoints = moved.waypoints
         Ts = np.broadcast_to(moved.T_site_base, (len(waypoints), 4, 4))
@@ -67,12 +70,12 @@ def course_of(
         legs = [command.leg for command in moved.commands]
     travel = np.abs(np.diff(waypoints, axis=0)).max(axis=1)
     begins = np.concatenate([[0.0], np.cumsum(travel)])
-    stances = _Stances(robot, dem, balance or BalanceSettings())
+    stances = _Stances(robot, dem, balance)
     moments, rows, found, why = [], [], [], {}
     for row, leg in enumerate(legs):
         support = stances.of_row(waypoints[row : row + 2], Ts[row : row + 2], leg)
         shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(travel[row] / SAMPLING))) + 1)
-        coms = _coms(robot, waypoints[row : row + 2], Ts[row : row + 2], leg, shares)
+        coms = _coms(robot, waypoints[row : row + 2], Ts[row : row + 2], leg, shares, balance)
         found.append(support.margins(coms[:, :2]))
         moments.append((begins[row] + shares * travel[row]) / max(begins[-1], 1e-12))
         rows.append(np.full(len(shares), row))
@@ -83,6 +86,14 @@ def course_of(
         {name: np.concatenate([one[name] for one in found]) for name in OUTLINES},
         why,
     )
+
+
+def balance_of(moved: StepPlan | WalkPlan | Sequence) -> BalanceSettings:
+    """Friction and payload that a motion was made with; those of the settings as delivered where it does not say."""
+    made_with = moved.provenance.settings
+    if isinstance(made_with, (WalkSettings, SequenceSettings)):
+        return made_with.balance
+    return BalanceSettings(friction=made_with.friction) if isinstance(made_with, StepSettings) else BalanceSettings()
 
 
 class _Stances:
@@ -113,7 +124,9 @@ class _Stances:
         return self._down[key]
 
 
-def _coms(robot: Robot, postures: Array, Ts_site_base: Array, leg: int | None, shares: Array) -> Array:
+def _coms(
+    robot: Robot, postures: Array, Ts_site_base: Array, leg: int | None, shares: Array, balance: BalanceSettings
+) -> Array:
     """Centres of mass at shares 0…1 of a row, site (n, 3) [m]."""
     dense = postures[0] + shares[:, None] * (postures[1] - postures[0])
     Ts = base_path(Ts_site_base[0], Ts_site_base[1], shares)
@@ -121,4 +134,5 @@ def _coms(robot: Robot, postures: Array, Ts_site_base: Array, leg: int | None, s
         coms = centers_of_mass(robot, postures[0], leg, dense[:, 6 * leg : 6 * leg + 6])
     else:
         coms = np.array([center_of_mass(robot, posture) for posture in dense])
+    _, coms = loaded(robot, coms, balance)
     return np.einsum("nij,nj->ni", Ts[:, :3, :3], coms) + Ts[:, :3, 3]

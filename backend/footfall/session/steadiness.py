@@ -81,7 +81,7 @@ def friction_of(live: LiveSession) -> BalanceSettings:
 
 def along(live: LiveSession, digest: str) -> Along:
     """A plan, a walk or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
-    from footfall.sequence.steadiness import course_of
+    from footfall.sequence.steadiness import balance_of, course_of
 
     motion = _motion(live.get(digest), digest)
     made_on = motion.provenance.parents.get("dem")
@@ -90,11 +90,11 @@ def along(live: LiveSession, digest: str) -> Along:
     if made_on is None:
         raise Conflict("it names no terrain, so nobody knows what the wheels stand on", digest=digest)
     settings = motion.provenance.settings
-    friction = float(getattr(settings, "friction", BalanceSettings().friction))
-    course = course_of(live.robot, cast(Dem, live.get(made_on)), motion, BalanceSettings(friction=friction))
+    balance = balance_of(motion)
+    course = course_of(live.robot, cast(Dem, live.get(made_on)), motion, balance)
     least = float(getattr(settings, "least_margin", 0.0))
     conservative = getattr(settings, "conservative", False) or getattr(settings, "support", "") == "required"
-    return Along(motion, course, friction, least, bool(conservative))
+    return Along(motion, course, balance.friction, least, bool(conservative))
 
 
 def _motion(found: Value, digest: str) -> StepPlan | WalkPlan | Sequence:

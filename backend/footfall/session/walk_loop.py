@@ -204,8 +204,8 @@ class WalkLoop:
         # held for hours, the rover may stand elsewhere by now
         self._until(self._free.is_set, LET_GO_ON)
         place = self._at_rest()
-        robot, dem = self._live.robot, self._dem
-        decision = way_on(robot, dem, place.state, self.goal, walk, number, so_far, limits, place.doubt)
+        robot, dem, balance = self._live.robot, self._dem, self._settings.walk.balance
+        decision = way_on(robot, dem, place.state, self.goal, walk, number, so_far, limits, place.doubt, balance)
         self.act, self.reason = decision.act.value, decision.reason
         self.part = "" if walk is None or number >= parts_count(walk) else name_of(walk, number)
         self.decided[self.act] += 1

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.balance.payload import loaded
+from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margin
 from footfall.core.frames import apply
 from footfall.maps.standing import contacts
@@ -30,18 +32,20 @@ def way_on(
     so_far: SoFar,
     settings: WayOnSettings,
     doubt: str = "",
+    balance: BalanceSettings | None = None,
 ) -> WayOn:
     """The next act of a rover that was measured to stand as ``state`` says, ``number`` foot moves into ``walk``.
 
     dem: the ground as it is known now, which need not be that of the walk; None: none is known yet. Where looking or
     planning anew was tried in vain, what is left is to stop. doubt: why it is not sure where on the map it stands,
-    which only looking can change; empty where it is sure. Raises InvalidInput where the walk has no such foot move.
+    which only looking can change; empty where it is sure. balance: whose payload the rover carries; None: that of
+    its description. Raises InvalidInput where the walk has no such foot move.
     """
     if dem is None:
         return _look("no ground is known yet", so_far, settings)
     if doubt:
         return WayOn(Act.STOP, f"a look did not help: {doubt}") if so_far.looked else WayOn(Act.LOOK, doubt)
-    if unsteady := _unsteady(robot, dem, state, settings):
+    if unsteady := _unsteady(robot, dem, state, settings, balance or BalanceSettings()):
         return WayOn(Act.STOP, unsteady)
     if arrived(goal, state.T_site_base):
         return WayOn(Act.ARRIVED, "the chassis is at the goal")
@@ -85,10 +89,11 @@ def _replan(reason: str, so_far: SoFar, settings: WayOnSettings) -> WayOn:
     return WayOn(Act.STOP, f"planned anew {so_far.anew} times with no foot move between: {reason}")
 
 
-def _unsteady(robot: Robot, dem: Dem, state: RobotState, settings: WayOnSettings) -> str:
+def _unsteady(robot: Robot, dem: Dem, state: RobotState, settings: WayOnSettings, balance: BalanceSettings) -> str:
     """Why the rover does not stand steadily enough to move at all; empty where it does."""
     feet = contacts(robot, dem, state.posture, state.T_site_base, bearing(robot, state))
-    com = apply(state.T_site_base, center_of_mass(robot, state.posture))
+    _, com_base = loaded(robot, center_of_mass(robot, state.posture), balance)
+    com = apply(state.T_site_base, com_base)
     inside = margin(feet.points, com[:2])
     if inside >= settings.least_margin:
         return ""
