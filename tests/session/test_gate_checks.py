@@ -206,6 +206,20 @@ def test_a_leg_that_was_lowered_until_it_touched_is_not_asked_where_it_is():
     assert "the number of joints" in error.message
 
 
+@pytest.mark.parametrize(
+    "again", [Command("LEG_MOVE", 2, AFTER[2][12:18], 1.0), Command("POSTURE_MOVE", None, AFTER[2], 1.0)]
+)
+def test_a_leg_that_was_lowered_is_asked_again_once_it_was_moved_again(again):
+    lower = Command("LEG_LOWER", 2, START[12:18], 1.0, force=50.0)
+    commands = (lower, again, Command("WAIT", None, None, 1.0), MOVE)
+    sequence = replace(SEQUENCE, commands=commands, predicted=np.vstack([AFTER, AFTER[2:]]))
+    for row in (2, 3):
+        posture = sequence.predicted[row - 1].copy()
+        goes_on(row, told(posture=posture), sequence)
+        posture[14] += 0.02
+        assert refusal("start", goes_on, row, told(posture=posture), sequence).details["joint"] == NAMES[14]
+
+
 def test_the_chassis_may_have_moved_by_its_tolerance_in_all_directions_and_turns():
     for row, posture in ((0, START), (1, AFTER[0])):
         for along in np.vstack([np.eye(3), -np.eye(3)]):

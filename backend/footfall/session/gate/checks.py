@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import CommandRefused
 from footfall.core.frames import pose_difference
-from footfall.sequence.commands import Sequence
+from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.foot_moves import begins_a_foot_move
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.fusion.on_map import OnMap
@@ -101,8 +101,8 @@ def _require_fit(sequence: Sequence, facts: Facts, joint_names: tuple[str, ...])
 def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names: tuple[str, ...]) -> None:
     """Raises CommandRefused unless a run that waits before ``row`` finds the rover as the rows before it leave it.
 
-    A leg that was lowered until it touched stands where the ground is: its joints are not asked. Between foot moves of
-    a rover that sags all its wheels have to be where they are predicted to rest.
+    A leg that was lowered until it touched stands where the ground is: its joints are not asked until they are moved
+    again. Between foot moves of a rover that sags all its wheels have to be where they are predicted to rest.
     """
     if row == 0:
         return require_fit(sequence, facts, joint_names)
@@ -111,10 +111,10 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     expected = sequence.set_points_before(row) if sags else sequence.predicted[row - 1]
     present = frame.commanded if sags else frame.state.posture
     told = np.array(expected)
-    for command in sequence.commands[:row]:
-        if command.kind.ends_by_force and command.leg is not None and told.shape == present.shape:
-            leg = slice(6 * command.leg, 6 * command.leg + 6)
-            told[leg] = present[leg]
+    if told.shape == present.shape:
+        for leg in _lowered(sequence.commands[:row]):
+            own = slice(6 * leg, 6 * leg + 6)
+            told[own] = present[own]
     whose = "the set point of " if sags else ""
     _require_joints("start", told, present, joint_names, f"where row {row + 1} starts", whose)
     _require_pose(sequence.poses[row - 1], facts.place)
@@ -123,6 +123,19 @@ def require_fit_to_go_on(sequence: Sequence, row: int, facts: Facts, joint_names
     # a leg in the air changes nothing about what the others bear together
     _require_weight(facts, frame.state)
     return None
+
+
+def _lowered(commands: tuple[Command, ...]) -> set[int]:
+    """Legs that stand where they touched: what moved them last ended by force."""
+    found: set[int] = set()
+    for command in commands:
+        if command.kind.moves_all:
+            found.clear()
+        elif command.leg is not None and command.kind.moves:
+            found.discard(command.leg)
+            if command.kind.ends_by_force:
+                found.add(command.leg)
+    return found
 
 
 def _require_rest(robot: "Robot", sequence: Sequence, row: int, place: OnMap) -> None:
