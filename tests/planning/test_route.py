@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shapely.geometry import LineString, Point
 
 import footfall
 from footfall.core.errors import InvalidInput
@@ -98,15 +99,17 @@ def test_how_high_the_ground_rises_is_that_over_the_plane_under_the_rover():
     assert found[10:20, 10:20].max() > 0.5
 
 
-def test_a_route_keeps_off_what_is_no_go(athlete, start):
-    area = NoGo(5.0, 0.5, 2.0)
-    found = footfall.plan_route(athlete, ground(), start, GOAL, RouteSettings(no_go=(area,)))
-    assert found.plan is not None
-    share = np.linspace(0.0, 1.0, 400)[:, None]
-    for a, b in pairwise(found.plan.points):
-        away = np.hypot(*((1 - share) * a + share * b - (area.x, area.y)).T)
-        assert away.min() > area.radius - 0.08
-    assert found.plan.points[:, 1].min() < -1.0
+@pytest.mark.parametrize(
+    ("area", "resolution"),
+    [(NoGo(5.0, 0.5, 2.0), 0.1), (NoGo(5.05, 0.02, 0.04), 0.1), (NoGo(4.95, -0.05, 0.3), 1.0)],
+    ids=["large", "between middles of cells", "smaller than a cell"],
+)
+def test_a_route_keeps_off_what_is_no_go_however_large_cells_are(athlete, start, area, resolution):
+    asked = RouteSettings(no_go=(area,), resolution=resolution)
+    found = footfall.plan_route(athlete, ground(), start, GOAL, asked)
+    assert found.plan is not None, found.reason
+    assert LineString(found.plan.points).distance(Point(area.x, area.y)) > area.radius - 1e-9
+    assert LineString([(0.0, 0.0), GOAL]).distance(Point(area.x, area.y)) < area.radius
 
 
 def test_a_route_keeps_to_its_corridors(athlete, start):
@@ -157,6 +160,7 @@ def test_a_goal_that_is_cut_off_is_told_where(athlete, start):
         ((40.0, 0.0), RouteSettings(), Status.OFF_MAP, "off the map: the map spans x -5.00…15.00 m"),
         ((9.0, -3.0), RouteSettings(), Status.UNKNOWN_GROUND, "unknown; take images"),
         (GOAL, RouteSettings(no_go=(NoGo(10.0, 0.0, 0.5),)), Status.GOAL_INVALID, "no-go; the nearest that is better"),
+        (GOAL, RouteSettings(no_go=(NoGo(10.04, 0.0, 0.03),)), Status.GOAL_INVALID, "marked as no-go; the nearest"),
         (GOAL, RouteSettings(no_go=(NoGo(0.0, 0.0, 0.5),)), Status.START_INVALID, "the rover is on ground that is"),
     ],
 )

@@ -103,7 +103,9 @@ def _slope(mean: Array, some: Array, axis: int) -> Array:
 
 
 def marked_off(geometry: GridGeometry, settings: RouteSettings) -> NDArray[np.bool_]:
-    """Cells that the operator keeps the chassis off: no-go areas, and all beside the corridors where there are any."""
+    """Cells that the operator keeps the chassis off: any part of them in a no-go area, and, where there are corridors,
+    their middle beside all of those.
+    """
     x, y = np.meshgrid(geometry.xs, geometry.ys)
     off = np.full(geometry.shape, bool(settings.corridors))
     for one in settings.corridors:
@@ -111,6 +113,8 @@ def marked_off(geometry: GridGeometry, settings: RouteSettings) -> NDArray[np.bo
         share = ((x - one.x) * along + (y - one.y) * across) / max(along**2 + across**2, 1e-12)
         share = np.clip(share, 0.0, 1.0)
         off &= np.hypot(x - one.x - share * along, y - one.y - share * across) > one.beside
+    half = 0.5 * geometry.resolution
     for area in settings.no_go:
-        off |= np.hypot(x - area.x, y - area.y) <= area.radius
+        beside, beyond = (np.maximum(np.abs(one) - half, 0.0) for one in (x - area.x, y - area.y))
+        off |= np.hypot(beside, beyond) <= area.radius
     return off

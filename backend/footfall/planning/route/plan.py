@@ -2,19 +2,19 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from footfall.core.errors import InvalidInput
-from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import cost_grid, marked_off
 from footfall.planning.route.feasible import FORBIDDEN, feasible_cost_grid, feasible_ground
-from footfall.planning.route.problem import CostGrid, NoGo, Route, RouteResult, RouteSettings
+from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -98,16 +98,18 @@ def _costs(
 ) -> tuple[CostGrid, Callable[[tuple[float, float]], str]]:
     """The grid that routes are looked for on, and what makes a place x, y [m] of it forbidden, in words."""
     if settings.cost != "feasible":
-        return cost_grid(robot, dem, settings, progress), lambda place: _why(dem, settings, place)
+        costs = cost_grid(robot, dem, settings, progress)
+        return costs, lambda place: _why(dem, settings, costs, place)
     found = feasible_ground(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)
     return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])]
 
 
-def _why(dem: Dem, settings: RouteSettings, place: tuple[float, float]) -> str:
-    if any(_in(area, place) for area in settings.no_go):
+def _why(dem: Dem, settings: RouteSettings, grid: CostGrid, place: tuple[float, float]) -> str:
+    cell = _cell(grid, place)
+    if marked_off(grid.geometry, replace(settings, corridors=()))[cell]:
         return "ground that is marked as no-go"
-    if settings.corridors and marked_off(GridGeometry(*place, 1.0, 1, 1), settings)[0, 0]:
+    if marked_off(grid.geometry, settings)[cell]:
         return "ground beside the corridors"
     if not np.isfinite(height_at(dem, *place)):
         return "unknown ground, with too little around it that is known and good"
@@ -115,10 +117,6 @@ def _why(dem: Dem, settings: RouteSettings, place: tuple[float, float]) -> str:
         f"ground that is too bad or too little known (mean goodness × certainty under the rover below "
         f"{settings.worst:g}) or rises more than {settings.highest:g} m under it"
     )
-
-
-def _in(area: NoGo, place: tuple[float, float]) -> bool:
-    return math.dist((area.x, area.y), place) <= area.radius
 
 
 def _cell(grid: CostGrid, place: tuple[float, float]) -> tuple[int, int]:
