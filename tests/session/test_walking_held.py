@@ -196,6 +196,18 @@ def test_a_walk_goes_on_on_a_newer_map_where_its_feet_are_on_the_ground_and_on_n
     assert report.ok, [one.text for one in report.products if not one.ok]
 
 
+def test_several_foot_moves_are_commanded_only_where_the_ground_of_each_is_known(live, rover, walk):
+    ground, last = live.get(live.state.dem), walk.foot_moves - 1
+    x, y = walk.stances[-1].contacts[walk.legs[last], :2]
+    away = np.hypot(ground.geometry.xs - x, (ground.geometry.ys - y)[:, None])
+    live.load_terrain(replace(ground, heights=np.where(away <= 0.15, np.float32(np.nan), ground.heights)))
+    with pytest.raises(
+        Conflict, match=rf"where foot move {last + 1} puts the foot of leg {walk.legs[last]} .* is known"
+    ):
+        live.command_foot_moves(None, 0, walk.foot_moves)
+    assert live.get(live.command_foot_moves(None, 0)).valid
+
+
 def test_a_state_that_was_made_up_is_planned_from_as_it_is(live, standing):
     assert standing.wheel_forces.any()
     found = live.get(live.plan_walk(GOAL, SEED).finish())

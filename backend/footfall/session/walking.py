@@ -141,7 +141,7 @@ class WalkingSession(PlannedSession):
         of = parts_count(plan)
         if not 0 <= first < of or count < 1:
             raise InvalidInput(f"the walk has {of} parts, counted from 0", first=first, count=count, of=of)
-        against = self._against(plan, first)
+        against = self._against(plan, first, count)
         if against:
             raise Conflict(against, walk=digest, first=first)
         dem = present(self.state.dem, "there is no terrain any more")
@@ -199,9 +199,9 @@ class WalkingSession(PlannedSession):
             return 0
         return asked[1].count
 
-    def _against(self, plan: WalkPlan, number: int) -> str:
-        """Why foot move ``number`` can't begin where the rover stands; "" where nothing speaks against it."""
-        if plan.parents.get("dem") != self.state.dem and (off := self._off_ground(plan, number)):
+    def _against(self, plan: WalkPlan, number: int, count: int = 1) -> str:
+        """Why ``count`` parts of a walk from ``number`` on can't begin where the rover stands; "" where they can."""
+        if plan.parents.get("dem") != self.state.dem and (off := self._off_ground(plan, number, count)):
             return f"the terrain has changed since the walk was planned: {off}: {AGAIN}"
         now = self.things_now()
         if now.stands is None:
@@ -233,12 +233,14 @@ class WalkingSession(PlannedSession):
         )
         return moved if what == "chassis" else turned
 
-    def _off_ground(self, plan: WalkPlan, number: int) -> str:
-        """Why the rest of a walk does not fit the present ground from foot move ``number`` on; "" where it does."""
+    def _off_ground(self, plan: WalkPlan, number: int, count: int) -> str:
+        """Why the rest of a walk does not fit the present ground from foot move ``number`` on, ``count`` of which are
+        to come; "" where it does.
+        """
         from footfall.planning.walk_execution.ground_ahead import moved_ground, unknown_ground
 
         dem = self._shelf.typed(Dem, present(self.state.dem, "there is no terrain any more"))
-        return moved_ground(dem, plan, number) or unknown_ground(self.robot, dem, plan, number, number + 1)
+        return moved_ground(dem, plan, number) or unknown_ground(self.robot, dem, plan, number, number + count)
 
     @property
     def _sags(self) -> bool:
