@@ -259,3 +259,14 @@ def test_a_payload_counts_in_how_steadily_the_rover_stands(athlete, ground, stoo
     assert steady(inside - 0.01, load)
     assert not steady(inside + 0.01, load)
     assert steady(inside + 0.01, None)
+
+
+@settings(max_examples=40, derandomize=True, deadline=None)
+@given(farthest=st.floats(0.05, 3.0), within=st.floats(0.05, 2.0))
+def test_on_known_ground_there_is_always_a_stage_and_the_rover_is_not_there_yet(athlete, ground, farthest, within):
+    goal = WalkGoal(2.0, 0.5, within=within)
+    found = stage(athlete, ground, np.eye(4), goal, farthest)
+    assert found is not None
+    assert np.hypot(found.x, found.y) <= farthest + 1e-9
+    assert found.within <= goal.within
+    assert not arrived(found, np.eye(4))

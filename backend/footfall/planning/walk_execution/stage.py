@@ -26,7 +26,8 @@ def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: 
     """The goal, where it is within ``farthest`` [m] and its ground is known; else a place on the straight way to it.
 
     That is the farthest place within where every foot of a rover at ease has known ground beside it, and the ground
-    below the chassis is known; it may face any way there. None where there is no such place.
+    below the chassis is known; it may face any way there. So that it is not reached already, it is to be met within
+    half of ``farthest`` at most. None where there is no such place.
     """
     here = T_site_base[:2, 3]
     way = np.array([goal.x, goal.y]) - here
@@ -34,10 +35,11 @@ def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: 
     facing = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
     if length <= farthest and stands_on_known(robot, dem, goal.x, goal.y, facing if goal.yaw is None else goal.yaw):
         return goal
-    for far in np.arange(min(length, farthest), goal.within, -STRIDE):
+    within = min(goal.within, farthest / 2.0)
+    for far in np.arange(min(length, farthest), within, -STRIDE):
         x, y = here + way * (far / length)
         if stands_on_known(robot, dem, float(x), float(y), facing):
-            return replace(goal, x=float(x), y=float(y), yaw=None)
+            return replace(goal, x=float(x), y=float(y), yaw=None, within=within)
     return None
 
 
