@@ -13,6 +13,8 @@ from footfall.core.frames import inverse, rotation, transform
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.sequence.commands import wait
+from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.local import InlineJobs
@@ -197,6 +199,54 @@ def test_let_go_on_before_the_row_has_ended_it_walks_as_if_it_was_not_held(live,
     go_on.set()
     assert ended(loop)[0] == "arrived"
     assert live.summary()["walk_loop"]["outcome"] == "arrived"
+
+
+def test_where_its_run_is_let_go_on_it_goes_on_itself(live, rover):
+    reached, go_on = threading.Event(), threading.Event()
+
+    def before(rows):
+        if rows == 1:
+            reached.set()
+            assert go_on.wait(BOUND)
+
+    rover.before_row = before
+    loop = live.walk_to(GOAL, UNSEEN)
+    assert reached.wait(BOUND)
+    loop.hold()
+    go_on.set()
+    until(lambda: loop.as_dict()["waits_for"] == "somebody to let it go on: held by local", "what it waits for")
+    live.next_row()
+    until(lambda: live.gate["waiting"], "the end of the row")
+    assert loop.state == "held"
+    live.resume_run()
+    until(lambda: loop.state != "held", "the walk that goes on")
+    assert ended(loop)[0] == "arrived"
+
+
+def test_a_run_of_somebody_else_just_after_its_own_is_not_taken_for_it(live, rover):
+    """That one is aborted after its first row, which waits; its own was carried out."""
+    loop, carries_out, others = live.walk_to(GOAL, UNSEEN), rover._carries_out, []
+
+    def then(message):
+        last = message["row"] == len(live.get(message["sequence"]).commands) - 1
+        if not last or others:
+            return carries_out(message)
+        # the walk hears of nothing until the other run has ended, too
+        with loop._sending:
+            carries_out(message)
+            waits = live.edit_sequence(live.command_foot_moves(None, 1), Edit("insert", 0, command=wait(1.0)))
+            others.append(live.send(live.arm(waits)["token"])["run"])
+            live.abort_run()
+            rover.rows += 1
+            carries_out(rover.sent[-1])
+        return None
+
+    rover._carries_out = then
+    assert ended(loop)[0] == "arrived"
+    assert len(others) == 1
+    assert live.end_of_run(others[0]) == ("aborted", "aborted")
+    assert live.end_of_run(others[0] - 1) == ("done", "")
+    assert live.end_of_run(live.state.runs + 1) is None
 
 
 def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it(live, rover, monkeypatch):

@@ -125,6 +125,15 @@ class CommandedSession(LinkedSession):
         told = {name: item for name, item in fields_of(run).items() if name != "mark"}
         return {**told, "rows": rows, "compared": self.outcome()}
 
+    def end_of_run(self, number: int | None) -> tuple[str, str] | None:
+        """Outcome of a run, and the reason; None while it goes on, and of one that never began."""
+        run = self.state.run
+        if run is not None and run.number == number:
+            return (run.outcome, run.reason) if run.state == "ended" else None
+        # another has begun since: the log has how this one ended
+        ends = (event.payload for event in reversed(self.events()) if event.type == "run_ended")
+        return next(((end["outcome"], end["reason"]) for end in ends if end.get("run") == number), None)
+
     def _with_the_latest_end(self) -> SessionState:
         state, latest = self.state, self._commanding.latest_end
         if state.run is None or state.run.state == "ended" or latest is None or latest[1]["run"] != state.run.number:

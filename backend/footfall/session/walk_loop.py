@@ -240,7 +240,7 @@ class WalkLoop:
         return found.plan, 0, replace(so_far, refused="")
 
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:
-        live, before = self._live, self._live.state.runs
+        live = self._live
         self.waits_for = "its commands"
         try:
             sequence = live.command_foot_moves(self._walk, number, count)
@@ -254,11 +254,10 @@ class WalkLoop:
             refused = self._send(sequence)
         if refused:
             return number, replace(so_far, refused=refused)
-        self._until(lambda: self._is_carried_out(before), CARRIED_OUT)
-        ended, frame = live.state.run, live.frame
+        self._until(self._is_carried_out, CARRIED_OUT)
+        (outcome, reason), frame = live.end_of_run(self._sent) or ("", ""), live.frame
         self._seen = -1 if frame is None else frame.number
-        if ended is None or ended.outcome != "done":
-            reason = "" if ended is None else ended.reason
+        if outcome != "done":
             raise Conflict(f"the commands were not carried out to their end: {reason}")
         moved = len(live.foot_moves_in(sequence))
         self.foot_moves += moved
@@ -313,8 +312,8 @@ class WalkLoop:
         age = self._live.link.age
         return age is not None and age <= within
 
-    def _is_carried_out(self, before: int) -> bool:
-        """Whether a run that came after number ``before`` has ended. One that waits by itself holds the walk."""
+    def _is_carried_out(self) -> bool:
+        """Whether its run has ended. One that waits by itself holds the walk, which goes on with one that goes on."""
         with self._sending:
             gate = self._live.gate
             waits = self._is_sending() and gate["waiting"]
@@ -322,8 +321,10 @@ class WalkLoop:
             if waits and self._free.is_set() and not self._cancelled:
                 self.state = "held"
                 self._free.clear()
-        run = self._live.state.run
-        return run is not None and run.number > before and run.state == "ended"
+            elif self._is_sending() and gate["mode"] == "whole" and not self._free.is_set():
+                self.state = "going"
+                self._free.set()
+        return self._live.end_of_run(self._sent) is not None
 
     def _finish(self, job: Job, what: str) -> str:
         try:
