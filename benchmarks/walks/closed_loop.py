@@ -10,7 +10,9 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -19,7 +21,8 @@ import numpy as np
 import footfall
 from benchmarks.referee import at_rest
 from benchmarks.scenes import robot
-from footfall.core.errors import InvalidInput
+from benchmarks.walks.diary import Diary
+from footfall.core.errors import FootFallError, InvalidInput
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.sequence.commands import Sequence
@@ -48,8 +51,8 @@ PLACES = 8
 class LinkedRover:
     """A rover in physics at the end of a session's link, in a thread of its own, as fast as the machine lets it be."""
 
-    def __init__(self, live: LiveSession, rover: PhysicalRover, seed: int, scale: float) -> None:
-        self._live, self._rover, self._seed, self._scale = live, rover, seed, scale
+    def __init__(self, live: LiveSession, rover: PhysicalRover, diary: Diary, seed: int, scale: float) -> None:
+        self._live, self._rover, self._diary, self._seed, self._scale = live, rover, diary, seed, scale
         self.watch = Watch(rover, {})
         self._inbox: queue.Queue[str] = queue.Queue()
         self._closing = threading.Event()
@@ -76,7 +79,8 @@ class LinkedRover:
             if self._rover.mode == "moving":
                 moved_at = self._rover.time
             if self._rover.time - moved_at < RESTS:
-                self._goes_on()
+                with self._diary.rovers("physics", time.thread_time):
+                    self._goes_on()
             else:
                 self._closing.wait(PERIOD)
             self._told += 1
@@ -100,9 +104,11 @@ class LinkedRover:
         elif isinstance(message, ImageRequestMessage):
             self._images += 1
             seed = 1000 * self._seed + self._images
-            taken = render_snapshot(
-                rover.robot, rover.state(), rover.dem, seed=seed, pairs=message.pairs, scale=self._scale
-            )
+            # nothing else is at work meanwhile, and the rays have threads of their own
+            with self._diary.rovers("images", time.process_time):
+                taken = render_snapshot(
+                    rover.robot, rover.state(), rover.dem, seed=seed, pairs=message.pairs, scale=self._scale
+                )
             live.take_images(taken)
         elif isinstance(message, QueryMessage):
             said = rover.became(message.id)
@@ -140,26 +146,34 @@ class Walked:
         )
 
 
-def walked(number: int, metres: float, settings: LoopSettings, scale: float) -> Walked:
-    """One walk straight on, by its number. Raises InvalidInput where the rover can stand in none of the places."""
+def walked(
+    number: int, metres: float, settings: LoopSettings, scale: float, minutes: float, folder: Path | None
+) -> Walked:
+    """One walk straight on, by its number, ended after so many minutes; its session is kept in ``folder``.
+
+    Raises InvalidInput where the rover can stand in none of the places.
+    """
     world = rock_field(size=metres + 12.0, resolution=0.04, abundance=0.03, smallest=0.1, largest=0.4, seed=number)
     rover = _standing(world, -metres / 2.0)
     start = rover.T_site_base[:2, 3]
     goal = WalkGoal(float(start[0]) + metres, float(start[1]))
     began, at = time.perf_counter(), rover.time
-    with tempfile.TemporaryDirectory() as folder, Sessions(folder, InlineJobs(), rover.robot) as sessions:
+    with tempfile.TemporaryDirectory() as made, Sessions(folder or made, InlineJobs(), rover.robot) as sessions:
         live = sessions.create(f"closed loop {number}")
-        with LinkedRover(live, rover, number, scale) as linked:
+        with Diary(live, rover) as diary, LinkedRover(live, rover, diary, number, scale) as linked:
             loop = live.walk_to(goal, settings)
-            seen = 0
-            while not loop.wait(1.0):
-                seen = _tell(live, seen)
-            _tell(live, seen)
+            in_time = loop.wait(60.0 * minutes)
+            if not in_time:
+                # it may end by itself just now
+                with suppress(FootFallError):
+                    loop.cancel()
+                loop.wait()
+        print(diary.told(loop.foot_moves), flush=True)
         there = rover.T_site_base[:2, 3]
         return Walked(
             number=number,
             outcome=loop.outcome,
-            reason=loop.reason,
+            reason=loop.reason if in_time else f"after {minutes:g} minutes, {loop.reason}",
             metres=float(np.linalg.norm(there - start)),
             left=float(np.linalg.norm(there - (goal.x, goal.y))),
             foot_moves=loop.foot_moves,
@@ -184,15 +198,6 @@ def _standing(world: Dem, x: float) -> PhysicalRover:
     raise InvalidInput(f"the rover can stand in none of {PLACES} places: {reason}")
 
 
-def _tell(live: LiveSession, seen: int) -> int:
-    """Print what was decided since event ``seen``; returns how many there are by now."""
-    events = live.events(seen)
-    for event in events:
-        if event.type == "walk_decided":
-            print(f"    {event.payload['act']}: {event.payload['reason']}", flush=True)
-    return seen + len(events)
-
-
 def main() -> None:
     """Walk, a row for each walk as it ends, then how many arrived."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -200,6 +205,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first walk")
     parser.add_argument("--metres", type=float, default=5.0)
     parser.add_argument("--look-every", type=int, default=1, help="foot moves between two looks")
+    parser.add_argument("--minutes", type=float, default=60.0, help="of one walk, by the clock; then it is ended")
+    parser.add_argument("--keep", type=Path, help="folder in which the sessions are kept")
     parser.add_argument("--scale", type=float, default=0.5, help="of the cameras' resolution")
     parser.add_argument("--time-limit", type=float, default=60.0, help="of one plan [s]")
     parser.add_argument("--pairs", nargs="*", help="cameras that take images; all where none is named")
@@ -212,7 +219,7 @@ def main() -> None:
     )
     found = []
     for number in range(asked.first, asked.first + asked.walks):
-        found.append(walked(number, asked.metres, settings, asked.scale))
+        found.append(walked(number, asked.metres, settings, asked.scale, asked.minutes, asked.keep))
         print(found[-1], flush=True)
     print(
         f"{sum(one.outcome == 'arrived' for one in found)} of {len(found)} arrived, {sum(one.tipped for one in found)} "

@@ -12,6 +12,7 @@ from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.planning.stance.stand import stand
 from footfall.planning.walk.excerpt import parts_count, start_of
+from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.plan import plan_walk
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
@@ -121,6 +122,17 @@ def test_a_walk_is_kept_on_ground_that_hardly_moved_and_on_no_other(walk, ground
         assert f"{abs(by):.3f} m {'above' if by > 0 else 'below'}" in lies_off
 
 
+def test_a_walk_planned_on_the_ground_as_it_is_known_goes_on_whatever_it_is_off_the_feet_that_stand(
+    decides, ground, walk
+):
+    """Planned anew it would stand as it does: only to look could help, and that was done."""
+    higher = raised(ground, 1.5 * GROUND_MOVED)
+    assert decides(0, dem=higher).act is Act.REPLAN
+    parents = {**walk.provenance.parents, "dem": higher.digest}
+    anew = replace(walk, provenance=replace(walk.provenance, parents=parents))
+    assert decides(0, dem=higher, plan=anew).act is Act.GO
+
+
 def test_ground_that_moved_under_one_later_footfall_makes_a_new_plan(decides, ground, walk):
     last = walk.foot_moves - 1
     x, y = walk.stances[-1].contacts[walk.legs[last], :2]
@@ -147,6 +159,20 @@ def test_unknown_ground_under_the_next_foot_is_looked_at_and_that_of_later_ones_
     if not unknown_ground(athlete, later, walk, 0, 1):
         assert decides(0, dem=later).act is Act.GO
         assert decides(0, dem=later, limits=WayOnSettings(foot_moves=last)).act is Act.LOOK
+
+
+def test_every_place_that_a_walk_may_put_a_foot_on_is_known_enough_to_go_there(athlete, ground, walk):
+    dark = ground
+    for x, y in ((1.0, 0.3), (-1.2, 1.1), (0.2, -1.4)):
+        dark = hole(dark, x, y, 0.3)
+    places = footfalls(athlete, dark, np.array([-2.0, -2.0]), np.array([2.0, 2.0]), WalkSettings(spacing=0.1, seed=3))
+    assert len(places.contacts) > 500
+    stance, leg = walk.stances[1], walk.legs[0]
+    for place in places.contacts:
+        contacts = stance.contacts.copy()
+        contacts[leg] = place
+        there = replace(walk, stances=(walk.stances[0], replace(stance, contacts=contacts), *walk.stances[2:]))
+        assert unknown_ground(athlete, dark, there, 0, 1) == ""
 
 
 @pytest.mark.parametrize("up", [0.5 * CHASSIS_MOVED, 1.5 * CHASSIS_MOVED])

@@ -57,7 +57,7 @@ def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSet
 
 def standable(robot: Robot, dem: Dem, xy: Array, settings: WalkSettings) -> tuple[Array, Array, NDArray[np.int64]]:
     """Contacts and normals (k, 3) of those of places (n, 2) where a wheel may stand upright, and their rows (k,)."""
-    rows = np.flatnonzero(_known(dem, xy, robot.wheel_radius) & ~_forbidden(xy, settings.forbidden))
+    rows = np.flatnonzero((unknown_away(dem, xy) > robot.wheel_radius) & ~_forbidden(xy, settings.forbidden))
     xy = xy[rows]
     contacts = np.column_stack([xy, height_at(dem, xy[:, 0], xy[:, 1])])
     normals = normal_at(dem, xy[:, 0], xy[:, 1], robot.wheel_radius)
@@ -85,8 +85,8 @@ def _drawn(cells: NDArray[np.int64], seed: int) -> Array:
     return out
 
 
-def _known(dem: Dem, xy: Array, radius: float) -> NDArray[np.bool_]:
-    """Whether all cells within ``radius`` [m] of places (n, 2) are known."""
+def unknown_away(dem: Dem, xy: Array) -> Array:
+    """How far the nearest unknown cell is from places (n, 2), at least, (n,) [m]; 0 off the map."""
     grid = dem.geometry
     # beyond the map all is unknown
     known = np.pad(np.isfinite(dem.heights), 1)
@@ -94,10 +94,10 @@ def _known(dem: Dem, xy: Array, radius: float) -> NDArray[np.bool_]:
     columns = np.rint((xy[:, 0] - grid.x0) / grid.resolution).astype(int)
     rows = np.rint((xy[:, 1] - grid.y0) / grid.resolution).astype(int)
     inside = (rows >= 0) & (rows < grid.rows) & (columns >= 0) & (columns < grid.cols)
-    out = np.zeros(len(xy), bool)
+    out = np.zeros(len(xy))
     # the place is up to half a cell's diagonal from its cell's middle
-    out[inside] = away[rows[inside], columns[inside]] > radius + math.sqrt(0.5) * grid.resolution
-    return out
+    out[inside] = away[rows[inside], columns[inside]] - math.sqrt(0.5) * grid.resolution
+    return np.maximum(out, 0.0)
 
 
 def _forbidden(xy: Array, places: tuple[Place, ...]) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ footfalls where those still lie on the ground.
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.problem import WalkPlan, part_told
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
@@ -16,21 +17,21 @@ Array = NDArray[np.float64]
 
 GROUND_MOVED = 0.03
 """A footfall may be so far above or below the ground as it is known now [m]: what a wheel may cut in."""
-_RINGS = np.array([(r * np.cos(a), r * np.sin(a)) for r in (0.5, 1.0) for a in np.pi / 4 * np.arange(8)])
-"""Places in a disc of radius 1 beside its middle."""
 
 
 def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int) -> str:
-    """Where a foot of the foot moves ``first`` … ``last − 1`` comes down on ground that is not known; or nothing."""
+    """Where a foot of the foot moves ``first`` … ``last − 1`` comes down on ground that is not known; or nothing.
+
+    It is asked what a place must be for a walk to put a foot there.
+    """
     for number in range(first, min(last, walk.foot_moves)):
         leg = walk.legs[number]
         at = walk.stances[number + 1].contacts[leg, :2]
-        places = np.vstack([at, at + robot.wheel_radius * _RINGS])
-        seen = np.isfinite(height_at(dem, places[:, 0], places[:, 1]))
-        if not seen.all():
+        away = float(unknown_away(dem, at[None])[0])
+        if not away > robot.wheel_radius:
             return (
-                f"the ground where {part_told(number, walk.foot_moves)} puts the foot of leg {leg} "
-                f"({at[0]:z.2f}, {at[1]:z.2f}) is known in {int(seen.sum())} of {len(seen)} places"
+                f"unknown ground is {away:z.2f} m from where {part_told(number, walk.foot_moves)} puts the foot of leg "
+                f"{leg} ({at[0]:z.2f}, {at[1]:z.2f}), within {robot.wheel_radius:g} m"
             )
     return ""
 

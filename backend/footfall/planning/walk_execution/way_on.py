@@ -62,7 +62,8 @@ def way_on(
     last = min(number + settings.foot_moves, parts_count(walk))
     if unknown := unknown_ground(robot, dem, walk, number, last):
         return _look(unknown, so_far, settings)
-    if moved := moved_ground(dem, walk, number):
+    # on the map that it was planned on another plan puts the feet that stand no nearer to the ground
+    if walk.parents.get("dem") != dem.digest and (moved := moved_ground(dem, walk, number)):
         return _replan(moved, so_far, settings)
     if weak := _beyond(walk, number, last, settings):
         return _replan(weak, so_far, settings)
