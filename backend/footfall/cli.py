@@ -281,6 +281,8 @@ def export(
     ] = "seqjson",
     out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write; otherwise stdout.")] = None,
     page: Annotated[bool, typer.Option("--page", help="The whole session as a page that plays alone.")] = False,
+    robot: Annotated[Path | None, typer.Option(help="Its robot.toml, for a plan of a robot of your own.")] = None,
+    terrain: Annotated[Path | None, typer.Option(help="The terrain that such a plan was made on.")] = None,
     as_json: Json = False,
 ) -> None:
     """Write a session's sequence, or the commands of a plan, as a file for others; or a whole session as a page."""
@@ -290,7 +292,7 @@ def export(
     from footfall.io.exports import export as run
     from footfall.recorded import sequence_of
 
-    sequence = sequence_of(source)
+    sequence = sequence_of(source, robot, terrain)
     content = run(sequence, format, out)
     if as_json:
         terminal.show({"sequence": sequence.digest, "commands": len(sequence.commands), "bytes": len(content)})

@@ -5,10 +5,13 @@ from typing import TypeVar
 
 from footfall.core.errors import FootFallError, InvalidBundle, InvalidInput, NotFound
 from footfall.core.value import Value
+from footfall.io.any_robot import load_robot
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS
 from footfall.io.scripting import make_sequence
+from footfall.io.terrain_files import read_terrain
 from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.legged.problem import LeggedResult
 from footfall.planning.step.problem import PlanResult, Status
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
@@ -61,8 +64,11 @@ class Recorded:
         return self.get(self.state.sequence, Sequence, "sequence")
 
 
-def sequence_of(source: Path) -> Sequence:
-    """The sequence of a session, or the commands of a stored plan."""
+def sequence_of(source: Path, robot: Path | None = None, terrain: Path | None = None) -> Sequence:
+    """The sequence of a session, or the commands of a stored plan.
+
+    robot, terrain: files that the plan of a robot that others described was made with; it needs both.
+    """
     if source.suffix != ".npz":
         return Recorded(source).sequence()
     if not source.is_file():
@@ -73,9 +79,23 @@ def sequence_of(source: Path) -> Sequence:
         raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
     if isinstance(value, Sequence):
         return value
+    if isinstance(value, LeggedResult):
+        return _of_legged(source.name, value, robot, terrain)
     if not isinstance(value, (PlanResult, WalkResult, ExecutionResult, WalkExecutionResult)):
         raise InvalidInput(f"{source.name} holds a {type(value).__name__}; give a plan, a sequence or a session")
     found = value.execution if isinstance(value, (ExecutionResult, WalkExecutionResult)) else value.plan
     if found is None or value.status is not Status.FOUND:
         raise InvalidInput(f"{source.name} holds a plan that was refused: {value.reason}")
     return make_sequence(found)
+
+
+def _of_legged(name: str, result: LeggedResult, robot: Path | None, terrain: Path | None) -> Sequence:
+    if result.plan is None:
+        raise InvalidInput(f"{name} holds a plan that was refused: {result.reason}")
+    if robot is None or terrain is None:
+        raise InvalidInput(f"{name} is of {result.plan.start.robot}: give its --robot and --terrain")
+    described, dem, parents = load_robot(robot), read_terrain(terrain), result.provenance.parents
+    for what, made_with, given in (("robot", parents["robot"], described), ("terrain", parents["terrain"], dem)):
+        if given.digest != made_with:
+            raise InvalidInput(f"{name} was planned with another {what}", planned_with=made_with, given=given.digest)
+    return make_sequence(result.plan, described, dem)

@@ -36,6 +36,14 @@ def test_a_robot_of_your_own_walks(described):
     result = decode(out.read_bytes())
     assert isinstance(result, LeggedResult)
     assert result.digest == told["digest"]
+    known = ["--robot", described / "robot.toml", "--terrain", described / "level.tif"]
+    lines = run("export", out, "--format", "csv", *known).stdout.splitlines()
+    assert lines[0].endswith("l5_yaw_rad,l5_hip_rad,l5_knee_rad")
+    assert len(lines) == told["figures"]["waypoints"]
+    assert "walk.npz is of ring: give its --robot and --terrain" in run("export", out, code=2).stderr
+    write_terrain(plane(5.0, 0.1), described / "other.tif")
+    said = run("export", out, *known[:3], described / "other.tif", code=2).stderr
+    assert "was planned with another terrain" in said
 
 
 def test_no_is_an_answer_and_options_of_the_rover_are_refused(described):

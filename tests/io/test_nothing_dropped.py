@@ -124,9 +124,9 @@ def test_messages_that_are_not_those_of_the_attachment_are_refused():
     out = BytesIO()
     writer = Writer(out)
     writer.start(profile="ros2", library="test")
-    for topic in sorted({one.topic for one in messages(changed.commands)}):
+    for topic in sorted({one.topic for one in messages(changed.commands, None, len(changed.start))}):
         writer.register_channel(topic, "cdr", 0)
-    for one in messages(changed.commands):
+    for one in messages(changed.commands, None, len(changed.start)):
         writer.add_message(writer.register_channel(one.topic, "cdr", 0), one.time, one.data, one.time)
     writer.add_attachment(0, 0, "sequence.json", "application/json", export(four_kinds(), "json"))
     writer.finish()

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from footfall.sequence.commands import Command, leg_lower, leg_move, posture_move, wait
+from footfall.robot.joint_layout import athlete_layout
+from footfall.sequence.commands import Command, by_leg, leg_lower, leg_move, posture_move, wait
 from footfall.telemetry.command_kinds import (
     KINDS,
     LEG_LOWER,
@@ -92,12 +93,13 @@ def test_arguments_are_told_in_order_with_their_values():
 
 
 def test_joints_are_told_leg_by_leg():
-    whole = posture_move(ALL, 1.0).by_leg
+    layout = athlete_layout(6)
+    whole = by_leg(posture_move(ALL, 1.0), layout)
     assert [leg for leg, _ in whole] == [0, 1, 2, 3, 4, 5]
     assert np.concatenate([angles for _, angles in whole]).tolist() == ALL.tolist()
-    ((leg, angles),) = leg_move(4, SIX, 1.0).by_leg
+    ((leg, angles),) = by_leg(leg_move(4, SIX, 1.0), layout)
     assert (leg, angles.tolist()) == (4, SIX.tolist())
-    assert wait(1.0).by_leg == []
+    assert by_leg(wait(1.0), layout) == []
 
 
 def test_the_sequences_that_tests_export_have_every_kind():

@@ -138,6 +138,7 @@ HOMES: dict[str, tuple[str, ...]] = {
         "Payload",
         "RobotDescription",
     ),
+    "footfall.robot.joint_layout": ("JointLayout",),
     "footfall.robot.legged.finding": (
         "Finding",
         "Grade",

@@ -10,8 +10,8 @@ from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import LATER, Provenance, Value, value
 from footfall.robot.description import JOINTS
+from footfall.robot.joint_layout import JointLayout, athlete_layout
 from footfall.telemetry.command_kinds import (
-    JOINTS_OF_LEG,
     LEG_LOWER,
     LEG_MOVE,
     POSTURE_MOVE,
@@ -70,15 +70,6 @@ class Command(Value):
         given = [(argument, getattr(self, argument.name)) for argument in self.kind.arguments]
         return [(argument, one.tolist() if isinstance(one, np.ndarray) else one) for argument, one in given]
 
-    @property
-    def by_leg(self) -> list[tuple[int, Array]]:
-        """The legs whose joints it moves, each with its six angles [rad]; none where it moves nothing."""
-        if self.joints is None:
-            return []
-        if self.kind.names_leg:
-            return [] if self.leg is None else [(self.leg, self.joints)]
-        return list(enumerate(self.joints.reshape(-1, JOINTS_OF_LEG)))
-
     def check(self) -> None:
         if not isinstance(self.name, str) or not isinstance(self.phase, str):
             raise InvalidSequence("the name and the phase of a command are texts")
@@ -112,6 +103,15 @@ def posture_move(joints: Array, duration: float, phase: str = "") -> Command:
 def wait(duration: float) -> Command:
     """Do nothing for ``duration`` seconds."""
     return Command(WAIT.name, None, None, duration)
+
+
+def by_leg(command: Command, layout: JointLayout) -> list[tuple[int, Array]]:
+    """The legs whose joints it moves, each with its places [rad or m]; none where it moves nothing."""
+    if command.joints is None:
+        return []
+    if command.kind.names_leg:
+        return [] if command.leg is None else [(command.leg, command.joints)]
+    return layout.by_leg(command.joints)
 
 
 @value
@@ -151,6 +151,7 @@ class Sequence(Value):
     at_rest: how the rover stood that ``predicted`` lets sag; None: it was taken as rigid, its joints where they are
     commanded. Only with it, commanded: set points after each command, (len(commands), legs × 6) [rad].
     tether: that the rover hangs on.
+    described: legs and joints of a robot that others described; None: of ATHLETE's build.
     """
 
     robot: str
@@ -164,6 +165,12 @@ class Sequence(Value):
     at_rest: AtRest | None = field(default=None, metadata=LATER)
     commanded: NDArray[np.float64] | None = field(default=None, metadata=LATER)
     tether: Tether | None = field(default=None, metadata=LATER)
+    described: JointLayout | None = field(default=None, metadata=LATER)
+
+    @property
+    def layout(self) -> JointLayout:
+        """Its robot's legs and joints by name."""
+        return self.described or athlete_layout(len(self.start) // len(LEG_JOINTS))
 
     @property
     def valid(self) -> bool:

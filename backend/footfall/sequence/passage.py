@@ -105,13 +105,13 @@ def carried(
         return T_site_base, list(legs)
     stood = apply(T_site_base, wheel_centers(robot, before))
     centers = wheel_centers(robot, now)
-    T, off = _fitted(centers, stood, legs)
+    T, off = fitted(centers, stood, legs)
     if np.linalg.norm(off[list(legs)], axis=1).max() <= CLEAR:
         return T, list(legs)
     for count in range(len(legs) - 1, 2, -1):
         found = []
         for holding in itertools.combinations(legs, count):
-            T_held, off = _fitted(centers, stood, holding)
+            T_held, off = fitted(centers, stood, holding)
             away = float(np.linalg.norm(off[list(holding)], axis=1).max())
             if away <= CLEAR and all(off[leg, 2] > 0 for leg in legs if leg not in holding):
                 found.append((away, holding, T_held))
@@ -163,7 +163,7 @@ def _standing(
     return tuple(given)
 
 
-def _fitted(centers: Array, stood: Array, legs: Sequence[int]) -> tuple[Array, Array]:
+def fitted(centers: Array, stood: Array, legs: Sequence[int]) -> tuple[Array, Array]:
     """The pose that brings the centres (n, 3) of some legs nearest to where they stood, and all (n, 3) offsets then."""
     a, b = centers[list(legs)], stood[list(legs)]
     middle_a, middle_b = a.mean(axis=0), b.mean(axis=0)

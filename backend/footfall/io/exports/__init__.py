@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
-from footfall.io.exports import as_csv, as_fprime, as_html, as_json, as_ros2, as_seqjson, as_yamcs
+from footfall.io.exports import as_csv, as_fprime, as_html, as_joint_csv, as_json, as_ros2, as_seqjson, as_yamcs
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 
@@ -24,6 +24,9 @@ FORMATS: dict[str, Callable[..., bytes]] = {
     "html": as_html.encode,
 }
 """format name → encoder, which takes the sequence"""
+
+NOT_DESCRIBED = {"yamcs": "a stack names no joints", "html": "its pictures are of ATHLETE's legs"}
+"""format name → why it can't carry the commands of a robot that others described"""
 
 COUNTING = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
 """Formats whose files number the rows, so that their encoders take the number of the first, ``first_row``, too."""
@@ -78,13 +81,17 @@ def export(
     robot: what the pictures of "html" show; None: the one of that name that ships with FootFall. first_row: number
     of the first row; files of 2026-11-25 and before count from 0.
 
-    Raises InvalidSequence where a rule does not hold (naming row and rule), NotFound for an unknown
-    format or a missing folder.
+    Raises InvalidSequence where a rule does not hold (naming row and rule) or the format can't carry it, NotFound for
+    an unknown format or a missing folder.
     """
     if format not in FORMATS:
         raise NotFound(f"there is no export format {format!r}; there are {', '.join(FORMATS)}", format=format)
     require_exportable(sequence)
-    if format == "html":
+    if sequence.described is not None and format in NOT_DESCRIBED:
+        raise InvalidSequence(f"{TITLES[format]} can't carry commands of {sequence.robot}: {NOT_DESCRIBED[format]}")
+    if sequence.described is not None and format == "csv":
+        data = as_joint_csv.encode(sequence, first_row)
+    elif format == "html":
         data = as_html.encode(sequence, robot)
     elif format in COUNTING:
         data = FORMATS[format](sequence, first_row)

@@ -9,7 +9,8 @@ import csv
 import io
 import re
 
-from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.robot.joint_layout import JointLayout
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
 from footfall.telemetry.command_kinds import DURATION, FORCE, LEG_ANGLES
 
 ANGLES = tuple(f"{joint}_{LEG_ANGLES.unit}" for joint in LEG_JOINTS)
@@ -34,19 +35,20 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
     """UTF-8 CSV with a header line; ``sequence`` is the digest of what was checked."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
+    layout = sequence.layout
     forces = any(command.force is not None for command in sequence.commands)
     writer.writerow(EVERY_COLUMN if forces else COLUMNS)
     for row, command in enumerate(sequence.commands, first_row):
         last = ["" if command.force is None else repr(command.force)] if forces else []
-        for leg, joints in _by_leg(command):
+        for leg, joints in _lines(command, layout):
             told = [sequence.digest, harmless(sequence.robot), row, command.name, leg, harmless(command.phase)]
             writer.writerow([*told, repr(command.duration), *joints, *last])
     return text.getvalue().encode()
 
 
-def _by_leg(command: Command) -> list[tuple[int | str, list[str]]]:
+def _lines(command: Command, layout: JointLayout) -> list[tuple[int | str, list[str]]]:
     """A leg and its six joints for each line of a command."""
     lines: list[tuple[int | str, list[str]]] = [
-        (leg, [repr(angle) for angle in angles.tolist()]) for leg, angles in command.by_leg
+        (leg, [repr(angle) for angle in angles.tolist()]) for leg, angles in by_leg(command, layout)
     ]
     return lines or [("", [""] * len(ANGLES))]

@@ -7,7 +7,9 @@ The compiler reads comments too (a line break would end one), so names from file
 import json
 from typing import Any
 
+from footfall.core.errors import InvalidSequence
 from footfall.core.value import SOFTWARE_VERSION
+from footfall.io.exports.as_json import described
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, KINDS, LEG, LEG_ANGLES, Argument, CommandKind
 
@@ -27,6 +29,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         "version": VERSION,
         "digest": sequence.digest,
         "robot": sequence.robot,
+        **described(sequence),
         "software": sequence.provenance.software,
         "start": sequence.start.tolist(),
         "T_site_base": sequence.T_site_base.tolist(),
@@ -41,7 +44,15 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
 
 
 def dictionary(sequence: Sequence) -> bytes:
-    """The JSON dictionary of the commands, for rovers with as many legs as the sequence's."""
+    """The JSON dictionary of the commands, for robots with as many legs and joints as the sequence's.
+
+    Raises InvalidSequence where its legs have unlike numbers of joints: one type holds those of any leg.
+    """
+    counts = {len(own) for own in sequence.layout.joints}
+    if len(counts) > 1:
+        told = ", ".join(map(str, sorted(counts)))
+        raise InvalidSequence(f"an F Prime dictionary has one type for the joints of a leg; the legs have {told}")
+    order = "" if sequence.described else f": {', '.join(LEG_JOINTS)}"
     document = {
         "metadata": {
             "deploymentName": COMPONENT,
@@ -50,9 +61,9 @@ def dictionary(sequence: Sequence) -> bytes:
             "libraryVersions": [],
             "dictionarySpecVersion": "1.0.0",
         },
-        "typeDefinitions": [_array(_LEG_JOINTS, len(LEG_JOINTS)), _array(_POSTURE, len(sequence.start))],
+        "typeDefinitions": [_array(_LEG_JOINTS, counts.pop()), _array(_POSTURE, len(sequence.start))],
         "constants": [],
-        "commands": [_command(kind) for kind in KINDS.values()],
+        "commands": [_command(kind, order) for kind in KINDS.values()],
         "parameters": [],
         "events": [],
         "telemetryChannels": [],
@@ -90,22 +101,22 @@ _TYPES = {LEG: _U8, LEG_ANGLES: _named(_LEG_JOINTS), ALL_ANGLES: _named(_POSTURE
 """Types of arguments that are no F64."""
 
 
-def _param(argument: Argument) -> dict[str, Any]:
-    order = f": {', '.join(LEG_JOINTS)}" if argument is LEG_ANGLES else ""
+def _param(argument: Argument, order: str) -> dict[str, Any]:
+    """order: of the joints of a leg, where all legs call them alike."""
     return {
         "name": argument.name,
         "type": _TYPES.get(argument, _F64),
         "ref": False,
-        "annotation": argument.means + order,
+        "annotation": argument.means + (order if argument is LEG_ANGLES else ""),
     }
 
 
-def _command(kind: CommandKind) -> dict[str, Any]:
+def _command(kind: CommandKind, order: str) -> dict[str, Any]:
     return {
         "name": f"{COMPONENT}.{kind.name}",
         "commandKind": "async",
         "opcode": 0x46460000 + kind.code,
         "annotation": kind.does,
-        "formalParams": [_param(argument) for argument in kind.arguments],
+        "formalParams": [_param(argument, order) for argument in kind.arguments],
         "queueFullBehavior": "assert",
     }

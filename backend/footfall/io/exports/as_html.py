@@ -11,8 +11,9 @@ import numpy as np
 
 from footfall.io.exports.sheet_drawing import heading, moving_legs, side_view, top_view
 from footfall.io.robot_files import load_robot, robot_names
+from footfall.robot.joint_layout import JointLayout
 from footfall.robot.model import Robot
-from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
 
 _STYLE = """\
 @page { size: A4; margin: 12mm }
@@ -127,9 +128,9 @@ def _table(sequence: Sequence) -> str:
     kept = [plain(f"{name.replace('-', ' ')} {unit}") for name, unit in units.items()]
     names = [*_COLUMNS, "takes s", "until N", *kept]
     head = "".join(f"<th{' class=text' if name in _LEFT else ''}>{name}</th>" for name in names)
-    body, at = [], 0.0
+    body, at, layout = [], 0.0, sequence.layout
     for row, command in enumerate(sequence.commands):
-        body.append(_rows(row, at, command, [least.get((row, rule), math.nan) for rule in units]))
+        body.append(_rows(row, at, command, layout, [least.get((row, rule), math.nan) for rule in units]))
         at += command.duration
     note = (
         "<p>Right of “until N”: by how much each rule is kept. Angles are rounded to 0.01°, times to 0.01 s: "
@@ -138,10 +139,10 @@ def _table(sequence: Sequence) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table>{note}"
 
 
-def _rows(row: int, at: float, command: Command, margins: list[float]) -> str:
+def _rows(row: int, at: float, command: Command, layout: JointLayout, margins: list[float]) -> str:
     """One line of the table for each leg that the command moves."""
     legs: list[tuple[int | None, list[str]]] = [
-        (leg, [f"{angle:z.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in command.by_leg
+        (leg, [f"{angle:z.2f}" for angle in np.degrees(angles).tolist()]) for leg, angles in by_leg(command, layout)
     ] or [(None, [""] * len(LEG_JOINTS))]
     tall = f' rowspan="{len(legs)}"' if len(legs) > 1 else ""
     first = f"<td{tall}>{row + 1}</td><td{tall}>{at:z.2f}</td><td class=text{tall}>{plain(command.name)}</td>"

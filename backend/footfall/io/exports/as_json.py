@@ -10,12 +10,16 @@ VERSION = 1
 
 
 def encode(sequence: Sequence, first_row: int = 1) -> bytes:
-    """UTF-8 JSON; angles in rad, durations in s, lengths in m. A rule of the whole sequence is one of row −1."""
+    """UTF-8 JSON; angles in rad, durations in s, lengths, and joints that slide, in m.
+
+    A rule of the whole sequence is one of row −1.
+    """
     document = {
         "format": "footfall-sequence",
         "version": VERSION,
         "digest": sequence.digest,
         "robot": sequence.robot,
+        **described(sequence),
         "software": sequence.provenance.software,
         "parents": dict(sequence.provenance.parents),
         "T_site_base": sequence.T_site_base.tolist(),
@@ -28,6 +32,15 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         "rules": [_rule(rule, first_row) for rule in sequence.rules],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
+
+
+def described(sequence: Sequence) -> dict[str, Any]:
+    """Legs and joints by name, where the robot is one that others described: ``sliding`` ones go by metres."""
+    layout = sequence.described
+    if layout is None:
+        return {}
+    legs = [{"name": name, "joints": list(own)} for name, own in zip(layout.legs, layout.joints, strict=True)]
+    return {"layout": {"legs": legs, "sliding": list(layout.sliding)}}
 
 
 def command_object(row: int, command: Command) -> dict[str, Any]:

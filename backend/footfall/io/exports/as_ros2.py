@@ -10,12 +10,15 @@ topic                            what
 /footfall/leg2/lower_force       std_msgs/Float64 beside it: the rise of force that ends the LEG_LOWER [N]
 ===============================  =====================================================================================
 
+A robot that others described has its own joints by name, and topics of its legs' names: /footfall/leg_LF/….
+
 Positions keep all their bits. Times are whole nanoseconds: a message stands at the sum of the durations before it,
 counted from 0, with header.stamp 0 ("now"). The sequence itself goes along as the attachment ``sequence.json``.
 Nothing is compressed, and the bytes depend on nothing but the sequence.
 """
 
 import io
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -25,10 +28,13 @@ from mcap.writer import CompressionType, Writer
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import as_json
 from footfall.io.ros2_messages import DEFINITIONS, FLOAT, LONGEST, NS, TRAJECTORY, number, trajectory
-from footfall.robot.description import joint_name
-from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
+from footfall.robot.joint_layout import JointLayout, athlete_layout
+from footfall.sequence.commands import LEG_JOINTS, Command, Sequence, by_leg
 
 ATTACHMENT = "sequence.json"
+
+_TOPIC_TOKEN = re.compile("[A-Za-z0-9]+(_[A-Za-z0-9]+)*")
+"""What may stand between two slashes of a topic; https://design.ros2.org/articles/topic_and_service_names.html"""
 
 
 def encode(sequence: Sequence, first_row: int = 1) -> bytes:
@@ -41,7 +47,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
         for name in (TRAJECTORY, FLOAT)
     }
     channels: dict[str, int] = {}
-    for one in messages(sequence.commands):
+    for one in messages(sequence.commands, sequence.described, len(sequence.start)):
         if one.topic not in channels:
             channels[one.topic] = writer.register_channel(one.topic, MessageEncoding.CDR, schemas[one.name])
         writer.add_message(
@@ -62,32 +68,44 @@ class Asked(NamedTuple):
     data: bytes
 
 
-def messages(commands: Iterable[Command]) -> list[Asked]:
-    """All that the commands ask, in order. Raises InvalidSequence where a duration is too long for the format."""
+def messages(commands: Iterable[Command], described: JointLayout | None, joint_count: int) -> list[Asked]:
+    """All that the commands ask, in order. described: of a robot that others described; None: ATHLETE's build.
+
+    Raises InvalidSequence where a duration is too long for the format, or a leg's name is none for a topic.
+    """
+    layout = described or athlete_layout(joint_count // len(LEG_JOINTS))
+    legs = layout.legs if described is None else tuple(map(_topic_token, described.legs))
     found: list[Asked] = []
     at = 0.0
     for row, command in enumerate(commands):
         if not command.duration <= LONGEST:
             raise InvalidSequence(f"row {row + 1} takes longer than ROS 2 can say, {LONGEST} s", row=row)
-        found += [Asked(topic, name, round(at * NS), row, data) for topic, name, data in _messages(command)]
+        for topic, name, data in _messages(command, layout, legs):
+            found.append(Asked(topic, name, round(at * NS), row, data))
         at += command.duration
     return found
 
 
-def _messages(command: Command) -> list[tuple[str, str, bytes]]:
+def _messages(command: Command, layout: JointLayout, legs: tuple[str, ...]) -> list[tuple[str, str, bytes]]:
     """Topic, message name and CDR of what one command asks of each leg."""
     what = "lower" if command.kind.ends_by_force else "joint_trajectory"
     found = [
-        (_topic(leg, what), TRAJECTORY, trajectory(command.duration, _names(leg), own)) for leg, own in command.by_leg
+        (_topic(legs[leg], what), TRAJECTORY, trajectory(command.duration, layout.joints[leg], own))
+        for leg, own in by_leg(command, layout)
     ]
     if command.force is not None and command.leg is not None:
-        found.append((_topic(command.leg, "lower_force"), FLOAT, number(command.force)))
+        found.append((_topic(legs[command.leg], "lower_force"), FLOAT, number(command.force)))
     return found
 
 
-def _names(leg: int) -> tuple[str, ...]:
-    return tuple(joint_name(leg, part) for part in LEG_JOINTS)
+def _topic(leg: str, what: str) -> str:
+    return f"/footfall/{leg}/{what}"
 
 
-def _topic(leg: int, what: str) -> str:
-    return f"/footfall/leg{leg}/{what}"
+def _topic_token(leg: str) -> str:
+    token = f"leg_{leg}"
+    if not _TOPIC_TOKEN.fullmatch(token):
+        raise InvalidSequence(
+            f"a topic of ROS 2 can't be called {token!r}: name the leg with letters and digits in the robot.toml"
+        )
+    return token

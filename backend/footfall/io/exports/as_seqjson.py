@@ -7,6 +7,8 @@ is done. A tagged time would have to round the durations, which travel as argume
 import json
 from typing import Any
 
+from footfall.io.exports.as_json import described
+from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import LEG_JOINTS, Command, Sequence
 from footfall.telemetry.command_kinds import ALL_ANGLES, LEG_ANGLES, CommandKind
 
@@ -16,6 +18,8 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
 
     LEG_MOVE(leg, six joints, duration), LEG_LOWER(leg, six joints, duration, force), WAIT(duration),
     POSTURE_MOVE(six joints of each leg, named leg0_hip_yaw and so on, duration).
+
+    A robot that others described has its own joints, by their names, in m where they slide.
     """
     document = {
         "id": f"footfall-{sequence.digest}",
@@ -24,6 +28,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
             "schema": "seq-json-schema 1.3.1",
             "digest": sequence.digest,
             "robot": sequence.robot,
+            **described(sequence),
             "software": sequence.provenance.software,
             "parents": dict(sequence.provenance.parents),
             "units": {"angle": "rad", "duration": "s", "length": "m"} | _newtons(sequence),
@@ -32,9 +37,7 @@ def encode(sequence: Sequence, first_row: int = 1) -> bytes:
             "final": sequence.predicted[-1].tolist(),
             **_final_pose(sequence),
         },
-        "steps": [
-            _step(row, command, len(sequence.start) // 6) for row, command in enumerate(sequence.commands, first_row)
-        ],
+        "steps": [_step(row, command, sequence) for row, command in enumerate(sequence.commands, first_row)],
     }
     return json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False).encode() + b"\n"
 
@@ -49,12 +52,17 @@ def _final_pose(sequence: Sequence) -> dict[str, Any]:
     return {"final_T_site_base": sequence.Ts_site_base[-1].tolist()}
 
 
-def names(kind: CommandKind, leg_count: int) -> list[str]:
-    """The arguments of a command by name, every joint one of its own."""
+def names(kind: CommandKind, leg: int | None, layout: JointLayout | None, leg_count: int = 0) -> list[str]:
+    """The arguments of a command by name, every joint one of its own.
+
+    layout: of a robot that others described; None: ATHLETE's build with so many legs, which call their joints alike.
+    """
     found: list[str] = []
     for argument in kind.arguments:
         if argument is LEG_ANGLES:
-            found += LEG_JOINTS
+            found += LEG_JOINTS if layout is None or leg is None else layout.joints[leg]
+        elif argument is ALL_ANGLES and layout is not None:
+            found += layout.joint_names
         elif argument is ALL_ANGLES:
             found += [f"leg{leg}_{joint}" for leg in range(leg_count) for joint in LEG_JOINTS]
         else:
@@ -62,11 +70,12 @@ def names(kind: CommandKind, leg_count: int) -> list[str]:
     return found
 
 
-def _step(row: int, command: Command, leg_count: int) -> dict[str, Any]:
+def _step(row: int, command: Command, sequence: Sequence) -> dict[str, Any]:
     numbers: list[float] = []
     for _, given in command.arguments:
         numbers += given if isinstance(given, list) else [given]
-    args = zip(names(command.kind, leg_count), numbers, strict=True)
+    named = names(command.kind, command.leg, sequence.described, len(sequence.start) // len(LEG_JOINTS))
+    args = zip(named, numbers, strict=True)
     return {
         "type": "command",
         "stem": command.name,

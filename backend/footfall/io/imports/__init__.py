@@ -3,18 +3,22 @@
 import hashlib
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
-from footfall.core.value import Provenance
-from footfall.io.imports import from_csv, from_fprime, from_json, from_ros2, from_seqjson, from_yamcs
+from footfall.core.value import Provenance, digest
+from footfall.io.imports import from_csv, from_fprime, from_joint_csv, from_json, from_ros2, from_seqjson, from_yamcs
 from footfall.io.imports.told import Told, json_of, text_of
 from footfall.io.robot_files import load_robot, robot_names
+from footfall.planning.legged.problem import LeggedState
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult, Sequence
+from footfall.sequence.of_legged import legged_sequence
 from footfall.sequence.passage import passages, poses, postures
 from footfall.sequence.rules import TERRAIN_GIVEN, check_rules
-from footfall.sequence.settings import SequenceSettings
+from footfall.sequence.settings import COARSEST, SequenceSettings
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -23,19 +27,22 @@ LARGEST = 16 * 2**20
 
 MOST_COMMANDS = 2000
 """A step has some twenty; the rules of each take milliseconds."""
+MOST_OF_DESCRIBED = 20_000
+"""A walk of 3 m of a robot that others described has some thousands: its feet go in small steps."""
 
 
 def read_sequence(
     path: str | os.PathLike[str],
-    robot: Robot | None = None,
+    robot: Robot | LeggedRobot | None = None,
     dem: Dem | None = None,
-    state: RobotState | None = None,
+    state: RobotState | LeggedState | None = None,
     settings: SequenceSettings | None = None,
 ) -> Sequence:
     """Commands from a file, with every rule checked: JSON, CSV, SeqJSON, F Prime text (.seq), Yamcs (.ycs), or MCAP.
 
     robot: None takes the one of the file's name, where it ships with FootFall.
     dem: without it what the motion hits isn't checked, and the rule terrain-given fails where anything moves.
+    A robot that others described needs both ``robot`` and ``dem``.
     state: from where the commands start, instead of what the file says; CSV and Yamcs stacks don't say.
     What the file claims of predictions and rules is not read.
 
@@ -52,11 +59,11 @@ def read_sequence(
 def sequence_of(
     name: str,
     data: bytes,
-    robot: Robot | None = None,
+    robot: Robot | LeggedRobot | None = None,
     dem: Dem | None = None,
-    state: RobotState | None = None,
+    state: RobotState | LeggedState | None = None,
     settings: SequenceSettings | None = None,
-    otherwise: RobotState | None = None,
+    otherwise: RobotState | LeggedState | None = None,
 ) -> Sequence:
     """As :func:`read_sequence`, from the content of a file of that name.
 
@@ -65,9 +72,10 @@ def sequence_of(
     """
     _require_small(name, len(data))
     try:
-        told = _decoder(name)(data)
-        if len(told.commands) > MOST_COMMANDS:
-            raise InvalidSequence(f"it has {len(told.commands)} commands; a sequence has at most {MOST_COMMANDS}")
+        told = _decoder(name, robot)(data)
+        most = MOST_COMMANDS if told.described is None else MOST_OF_DESCRIBED
+        if len(told.commands) > most:
+            raise InvalidSequence(f"it has {len(told.commands)} commands; a sequence has at most {most}")
         if told.start is None and state is None:
             state = otherwise
         return _checked(told, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
@@ -80,7 +88,7 @@ def _require_small(name: str, size: int) -> None:
         raise InvalidSequence(f"{name} has {size} bytes; a file of commands has at most {LARGEST}", file=name)
 
 
-def _decoder(name: str) -> Callable[[bytes], Told]:
+def _decoder(name: str, robot: Robot | LeggedRobot | None) -> Callable[[bytes], Told]:
     known: dict[str, Callable[[bytes], Told]] = {
         ".json": _of_json,
         ".csv": from_csv.decode,
@@ -91,6 +99,8 @@ def _decoder(name: str) -> Callable[[bytes], Told]:
     suffix = Path(name).suffix.lower()
     if suffix not in known:
         raise InvalidSequence(f"sequences are read from {', '.join(known)}, not from {suffix!r}")
+    if suffix == ".csv" and isinstance(robot, LeggedRobot):
+        return partial(from_joint_csv.decode, layout=robot.layout)
     return known[suffix]
 
 
@@ -105,9 +115,9 @@ def _of_json(data: bytes) -> Told:
 def _checked(
     told: Told,
     file: str,
-    robot: Robot | None,
+    robot: Robot | LeggedRobot | None,
     dem: Dem | None,
-    state: RobotState | None,
+    state: RobotState | LeggedState | None,
     settings: SequenceSettings | None,
 ) -> Sequence:
     if robot is None:
@@ -116,15 +126,24 @@ def _checked(
         robot = load_robot(told.robot)
     if robot.name != told.robot:
         raise InvalidSequence(f"it is for {told.robot!r}, not for {robot.name}")
-    start = told.start if state is None else state.posture
-    T_site_base = told.T_site_base if state is None else state.T_site_base
+    described = robot.layout if isinstance(robot, LeggedRobot) else None
+    if digest(told.described) != digest(described):
+        raise InvalidSequence(f"its legs and joints are not those of {robot.name}")
+    start, T_site_base = told.start, told.T_site_base
+    if state is not None:
+        start = state.q if isinstance(state, LeggedState) else state.posture
+        T_site_base = state.T_site_base
     if start is None or T_site_base is None:
         raise InvalidSequence("it doesn't say from where the commands start; give state=")
+    parents = {"file": file, "robot": robot.digest} | ({} if state is None else {"state": state.digest})
+    if isinstance(robot, LeggedRobot):
+        if dem is None:
+            raise InvalidSequence(f"commands for {robot.name} need the terrain: its feet say where the chassis goes")
+        settings = settings or SequenceSettings(sample=COARSEST)
+        parents["dem"] = dem.digest
+        return legged_sequence(robot, told.commands, start, T_site_base, dem, settings, parents)
     settings = settings or SequenceSettings()
     rules = check_rules(robot, told.commands, start, T_site_base, dem, settings)
-    parents = {"file": file, "robot": robot.digest}
-    if state is not None:
-        parents["state"] = state.digest
     if dem is not None:
         parents["dem"] = dem.digest
     elif any(one.joints is not None for one in told.commands):

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Collection
 from itertools import groupby
 
 from footfall.core.errors import InvalidSequence
@@ -15,21 +16,7 @@ Line = dict[str, str]
 
 def decode(data: bytes) -> Told:
     """Raises InvalidSequence, naming row and column, where the file is not such a CSV."""
-    reader = csv.reader(io.StringIO(text_of(data), newline=""), strict=True)
-    try:
-        header, *rows = [row for row in reader if row]
-    except (csv.Error, ValueError) as error:
-        raise InvalidSequence(f"it is no CSV with a header: {error}") from error
-    if tuple(header) not in (COLUMNS, EVERY_COLUMN):
-        raise InvalidSequence(
-            f"its columns must be {', '.join(COLUMNS)} and, where needed, {FORCE.column}", columns=header
-        )
-    for number, row in enumerate(rows):
-        if len(row) != len(header):
-            raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")
-    lines = [dict(zip(header, row, strict=True)) for row in rows]
-    if len({(line["sequence"], line["robot"]) for line in lines}) != 1:
-        raise InvalidSequence("its lines must all be of one sequence and one robot, and be at least one")
+    lines = lines_of(data, (COLUMNS, EVERY_COLUMN), f"{', '.join(COLUMNS)} and, where needed, {FORCE.column}")
     groups = [list(group) for _, group in groupby(lines, key=lambda line: line["row"])]
     first = 0 if groups[0][0]["row"] == "0" else 1  # older files count from 0
     for row, group in enumerate(groups, first):
@@ -37,6 +24,28 @@ def decode(data: bytes) -> Told:
             raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
     commands = (_command(f"row {row}", group) for row, group in enumerate(groups, first))
     return Told(as_told(lines[0]["robot"]), tuple(commands))
+
+
+def lines_of(data: bytes, headers: Collection[tuple[str, ...]], told: str) -> list[Line]:
+    """The lines under one of some headers, by column.
+
+    told: how the headers are called. Raises InvalidSequence where it is another, lines are shorter or longer, or they
+    are not of one sequence and one robot.
+    """
+    reader = csv.reader(io.StringIO(text_of(data), newline=""), strict=True)
+    try:
+        header, *rows = [row for row in reader if row]
+    except (csv.Error, ValueError) as error:
+        raise InvalidSequence(f"it is no CSV with a header: {error}") from error
+    if tuple(header) not in headers:
+        raise InvalidSequence(f"its columns must be {told}", columns=header)
+    for number, row in enumerate(rows):
+        if len(row) != len(header):
+            raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")
+    lines = [dict(zip(header, row, strict=True)) for row in rows]
+    if len({(line["sequence"], line["robot"]) for line in lines}) != 1:
+        raise InvalidSequence("its lines must all be of one sequence and one robot, and be at least one")
+    return lines
 
 
 def _command(where: str, lines: list[Line]) -> Command:

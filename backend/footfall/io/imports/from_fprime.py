@@ -11,6 +11,7 @@ from footfall.io.imports.told import (
     command,
     items,
     json_of,
+    layout_in,
     matrix,
     member,
     only,
@@ -22,7 +23,7 @@ from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import WAIT
 
 _LINE = re.compile(rf"(?P<time>\S+)\s+{COMPONENT}\.(?P<name>\w+)\s+(?P<arguments>[^;]*?)\s*(?:;\s*(?P<comment>.*))?")
-_HEADER = ("version", "robot", "start", "T_site_base", "digest", "software")
+_HEADER = ("version", "robot", "start", "T_site_base", "digest", "software", "layout")
 _AT_ONCE = re.compile(r"R00:00:00(\.0+)?")
 
 
@@ -50,6 +51,7 @@ def decode(data: bytes) -> Told:
         commands=tuple(commands),
         start=array(member(header, "start", HEADER), "start"),
         T_site_base=matrix(member(header, "T_site_base", HEADER), "T_site_base"),
+        described=layout_in(header, "its header"),
     )
 
 

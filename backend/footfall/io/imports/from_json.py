@@ -9,6 +9,7 @@ from footfall.io.imports.told import (
     array,
     items,
     json_of,
+    layout_in,
     matrix,
     member,
     number,
@@ -20,7 +21,7 @@ from footfall.io.imports.told import (
 )
 from footfall.sequence.commands import Command
 
-_READ = ("format", "version", "robot", "start", "T_site_base", "commands")
+_READ = ("format", "version", "robot", "start", "T_site_base", "commands", "layout")
 _DOCUMENT = (*_READ, "digest", "software", "parents", "duration", "rules")
 _COMMAND = ("row", "name", "leg", "joints", "duration", "phase", "force", "predicted", "predicted_T_site_base")
 
@@ -45,6 +46,7 @@ def of_document(document: Any) -> Told:
         commands=tuple(_command(one, where) for one, where in places),
         start=array(member(document, "start", "the file"), "start"),
         T_site_base=matrix(member(document, "T_site_base", "the file"), "T_site_base"),
+        described=layout_in(document, "the file"),
     )
 
 

@@ -26,7 +26,8 @@ def decode(data: bytes) -> Told:
     if others:
         raise InvalidSequence(f"it has {', '.join(others)}, which FootFall doesn't know and won't drop")
     told = from_json.decode(attachments[ATTACHMENT])
-    expected = [(one.topic, one.time, one.data) for one in messages(told.commands)]
+    count = 0 if told.start is None else len(told.start)
+    expected = [(one.topic, one.time, one.data) for one in messages(told.commands, told.described, count)]
     if sorted(there) != sorted(expected):
         raise InvalidSequence(
             f"its {len(there)} messages are not the {len(expected)} of its attachment {ATTACHMENT}: one of the two was "

@@ -11,6 +11,7 @@ from footfall.io.imports.told import (
     items,
     json_of,
     known_kind,
+    layout_in,
     matrix,
     member,
     number,
@@ -18,14 +19,24 @@ from footfall.io.imports.told import (
     require_rows,
     text,
     text_of,
+    whole,
 )
+from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
-from footfall.telemetry.command_kinds import ALL_ANGLES, DURATION, FORCE, JOINTS_OF_LEG, LEG_ANGLES, CommandKind
+from footfall.telemetry.command_kinds import (
+    ALL_ANGLES,
+    DURATION,
+    FORCE,
+    JOINTS_OF_LEG,
+    LEG,
+    LEG_ANGLES,
+    CommandKind,
+)
 
 _NOT_CARRIED_OUT = ("parameters", "locals", "immediate_commands", "hardware_commands", "requests")
 _DOCUMENT = ("id", "metadata", "steps")
 _METADATA = (
-    *("robot", "start", "T_site_base", "units"),
+    *("robot", "start", "T_site_base", "units", "layout"),
     *("format", "schema", "digest", "software", "parents", "final", "final_T_site_base"),
 )
 _STEP = ("type", "stem", "time", "args", "metadata")
@@ -49,17 +60,19 @@ def of_document(document: Any) -> Told:
     if not isinstance(told, dict) or any(_UNITS.get(kind) != unit for kind, unit in told.items()):
         raise InvalidSequence(f"metadata, units are {told!r}; FootFall reads {_UNITS}")
     steps = items(member(document, "steps", "the file"), "steps")
-    commands = tuple(_command(f"steps[{i}]", step) for i, step in enumerate(steps))
+    layout = layout_in(about, "metadata")
+    commands = tuple(_command(f"steps[{i}]", step, layout) for i, step in enumerate(steps))
     require_rows([(f"steps[{i}]", step.get("metadata", {}).get("row")) for i, step in enumerate(steps)])
     return Told(
         robot=text(member(about, "robot", "metadata"), "metadata, robot"),
         commands=commands,
         start=array(member(about, "start", "metadata"), "metadata, start"),
         T_site_base=matrix(member(about, "T_site_base", "metadata"), "metadata, T_site_base"),
+        described=layout,
     )
 
 
-def _command(where: str, step: Any) -> Command:
+def _command(where: str, step: Any, layout: JointLayout | None) -> Command:
     if (kind := member(step, "type", where)) != "command":
         raise InvalidSequence(f"{where} is of type {kind!r}; FootFall carries out commands only")
     if (time := member(step, "time", where)) != {"type": "COMMAND_COMPLETE"}:
@@ -70,14 +83,27 @@ def _command(where: str, step: Any) -> Command:
     numbers = [_number(arg, f"{where}, args[{i}]") for i, arg in enumerate(args)]
     names = [arg["name"] for arg in args if "name" in arg]
     kind = known_kind(name, where)
-    if names and names != (expected := as_seqjson.names(kind, (len(args) - len(kind.arguments) + 1) // JOINTS_OF_LEG)):
+    leg = _leg(kind, numbers, layout, where)
+    count = JOINTS_OF_LEG if layout is None or leg is None else len(layout.joints[leg])
+    legs = (len(args) - len(kind.arguments) + 1) // JOINTS_OF_LEG
+    if names and names != (expected := as_seqjson.names(kind, leg, layout, legs)):
         raise InvalidSequence(f"{where}: the arguments of {name} are {', '.join(expected)} in this order, not {names}")
     about = step.get("metadata", {})
     if not isinstance(about, dict):
         raise InvalidSequence(f"{where}, metadata must be an object")
     only(about, ("row", "phase"), f"{where}, metadata")
     phase = text(about.get("phase", ""), f"{where}, phase")
-    return command(name, _by_argument(kind, numbers), phase, where)
+    return command(name, _by_argument(kind, numbers, count), phase, where)
+
+
+def _leg(kind: CommandKind, numbers: list[float], layout: JointLayout | None, where: str) -> int | None:
+    """The leg that a command names, where the robot's layout says what joints it has."""
+    if layout is None or not kind.names_leg or not numbers:
+        return None
+    leg = whole(numbers[kind.arguments.index(LEG)], f"{where}, leg")
+    if not 0 <= leg < len(layout.legs):
+        raise InvalidSequence(f"{where}: the robot has legs 0…{len(layout.legs) - 1}, not {leg}")
+    return leg
 
 
 def _number(arg: Any, where: str) -> float:
@@ -87,12 +113,12 @@ def _number(arg: Any, where: str) -> float:
     return number(member(arg, "value", where), where)
 
 
-def _by_argument(kind: CommandKind, numbers: list[float]) -> list[Any]:
-    """The joints among the arguments as one list; what is too much comes last."""
+def _by_argument(kind: CommandKind, numbers: list[float], of_leg: int) -> list[Any]:
+    """The joints among the arguments as one list; what is too much comes last. of_leg: joints that the leg has."""
     found: list[Any] = []
     for at, argument in enumerate(kind.arguments):
         if argument is LEG_ANGLES:
-            count = JOINTS_OF_LEG
+            count = of_leg
         elif argument is ALL_ANGLES:
             count = len(numbers) - (len(kind.arguments) - at - 1)
         else:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.strict_json import read_json
+from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import (
     ALL_ANGLES,
@@ -28,6 +29,7 @@ Array = NDArray[np.float64]
 class Told:
     """Name of the robot, commands, and what they start from: posture (legs × 6,) [rad] and T_site_base (4, 4).
 
+    described: legs and joints of a robot that others described; None: of ATHLETE's build, or it isn't said.
     start and T_site_base are None where the format doesn't say. No rule has been asked yet.
     """
 
@@ -35,6 +37,7 @@ class Told:
     commands: tuple[Command, ...]
     start: Array | None = None
     T_site_base: Array | None = None
+    described: JointLayout | None = None
 
 
 def text_of(data: bytes) -> str:
@@ -132,6 +135,21 @@ def matrix(item: Any, where: str) -> Array:
     if [len(row) for row in rows] != [4] * 4:
         raise InvalidSequence(f"{where} must have four rows of four numbers")
     return np.array(rows)
+
+
+def layout_in(document: dict[str, Any], where: str) -> JointLayout | None:
+    """The member ``layout`` of an object: legs and joints by name; None without it. Raises InvalidSequence."""
+    if "layout" not in document:
+        return None
+    told, at = document["layout"], f"{where}, layout"
+    legs = items(member(told, "legs", at), f"{at}, legs")
+    sliding = items(member(told, "sliding", at), f"{at}, sliding")
+    only(told, ("legs", "sliding"), at)
+    names = [text(member(leg, "name", at), f"{at}, name") for leg in legs]
+    joints = [tuple(text(one, f"{at}, joints") for one in items(member(leg, "joints", at), at)) for leg in legs]
+    for leg in legs:
+        only(leg, ("name", "joints"), at)
+    return JointLayout(tuple(names), tuple(joints), tuple(text(one, f"{at}, sliding") for one in sliding))
 
 
 def decimal(written: str, where: str) -> float:

@@ -15,6 +15,7 @@ from footfall.core.errors import InvalidInput, InvalidRobot, NotFound
 from footfall.core.frames import apply, inverse
 from footfall.core.mesh import Mesh
 from footfall.core.value import digest
+from footfall.robot.joint_layout import JointLayout
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
 from footfall.robot.legged.tree import TreeJoint
@@ -38,8 +39,9 @@ class LeggedRobot:
     those of one turn. efforts: (joints,) [N·m or N], inf where the description does not say.
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
-    radii: (legs,) of soles [m]. foot_turns: for each leg (3, 3) of its foot link on its last body. length: of the
-    longest leg [m]. clearances: least distances by CLEARANCES [m]. touching: pairs of bodies that touch as built.
+    speeds: (joints,) [rad/s or m/s], inf where it is not said. radii: (legs,) of soles [m]. foot_turns: for each leg
+    (3, 3) of its foot link on its last body. length: of the longest leg [m]. clearances: least distances by CLEARANCES
+    [m]. touching: pairs of bodies that touch as built.
     """
 
     def __init__(
@@ -59,6 +61,7 @@ class LeggedRobot:
         self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self.lower, self.upper = (np.array([_limits(one)[end] for one in joints]) for end in (0, 1))
         self.efforts = np.array([one.effort if one.effort > 0 else np.inf for one in joints])
+        self.speeds = np.array([one.velocity if one.velocity > 0 else np.inf for one in joints])
         self.radii = np.array([leg.sole.radius for leg in model.legs])
         self.length = max(float(part_lengths(tree, leg).sum()) for leg in model.legs)
         own = dict.fromkeys(CLEARANCES, CLEARANCE_SHARE * self.length)
@@ -91,6 +94,13 @@ class LeggedRobot:
     @property
     def leg_names(self) -> tuple[str, ...]:
         return tuple(leg.name for leg in self.model.legs)
+
+    @property
+    def layout(self) -> JointLayout:
+        """Its legs and joints by name."""
+        sliding = [joint.name for joint in self.model.tree.joints if joint.kind == "prismatic"]
+        names = tuple(name for name in self.joint_names if name in sliding)
+        return JointLayout(self.leg_names, tuple(self.joint_names[own] for own in self.slices), names)
 
     @property
     def digest(self) -> str:

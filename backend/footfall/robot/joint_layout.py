@@ -1,0 +1,51 @@
+"""Which legs a robot has and which joints each of them, by name: what postures, commands and files of them go by."""
+
+from itertools import accumulate, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidRobot
+from footfall.core.value import Value, value
+from footfall.robot.description import JOINTS, joint_name
+
+
+@value
+class JointLayout(Value):
+    """legs: their names. joints: of each leg the names of its joints, from the base to the foot.
+
+    sliding: which of the joints slide, so that their places are metres, not radians.
+    """
+
+    legs: tuple[str, ...]
+    joints: tuple[tuple[str, ...], ...]
+    sliding: tuple[str, ...] = ()
+
+    def check(self) -> None:
+        names = self.joint_names
+        if len(self.legs) != len(self.joints) or not all(self.joints):
+            raise InvalidRobot("each leg needs a name and joints")
+        if len(set(self.legs)) < len(self.legs) or len(set(names)) < len(names) or not set(self.sliding) <= set(names):
+            raise InvalidRobot("no two legs and no two joints have one name, and what slides is one of the joints")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """All joints, leg after leg: the order of a posture."""
+        return tuple(name for own in self.joints for name in own)
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        """Where the joints of each leg are in a posture."""
+        return tuple(slice(a, b) for a, b in pairwise(accumulate(map(len, self.joints), initial=0)))
+
+    def by_leg(self, posture: NDArray[np.float64]) -> list[tuple[int, NDArray[np.float64]]]:
+        """The legs, each with its joints of a posture (joints,)."""
+        return [(leg, posture[own]) for leg, own in enumerate(self.slices)]
+
+
+def athlete_layout(leg_count: int) -> JointLayout:
+    """Legs and joints of a robot of ATHLETE's build."""
+    legs = range(leg_count)
+    return JointLayout(
+        tuple(f"leg{leg}" for leg in legs), tuple(tuple(joint_name(leg, part) for part, _ in JOINTS) for leg in legs)
+    )

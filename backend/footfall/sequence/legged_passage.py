@@ -1,0 +1,101 @@
+"""Where commands bring a robot that others described: feet that stand carry the chassis, a leg moves its own foot.
+
+The robot is taken as rigid, and a foot stays on the ground where it was put, as in the planner.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.frames import apply
+from footfall.planning.legged.footing import rest
+from footfall.planning.legged.step import FEET_OFF
+from footfall.planning.legged.whole_check import Feet
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
+from footfall.sequence.commands import Command
+from footfall.sequence.passage import fitted
+from footfall.telemetry.command_kinds import CommandKind
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+FEWEST_FEET = 3
+"""Fewer don't say where the chassis is."""
+
+
+@dataclass(frozen=True)
+class LeggedPassage:
+    """One row. before, after: postures (joints,); T_before, T_after: T_site_base (4, 4).
+
+    stood: (legs, 3) soles' centres in site where they stand when it begins; NaN for legs in the air. feet: those that
+    stand through it, with contacts and normals of the ground.
+    """
+
+    before: Array
+    after: Array
+    T_before: Array
+    T_after: Array
+    stood: Array
+    feet: Feet
+
+
+def own_joints(robot: LeggedRobot, kind: CommandKind, leg: int | None) -> slice:
+    """Which joints of a posture a command moves; none for a leg that the robot does not have."""
+    if kind.moves_all:
+        return slice(0, len(robot.joint_names))
+    if kind.names_leg and leg is not None and leg in robot.legs:
+        return robot.slices[leg]
+    return slice(0, 0)
+
+
+def asked_for(robot: LeggedRobot, posture: Array, command: Command) -> Array:
+    """The posture that a command asks for, (joints,); unchanged where it moves nothing or is not well formed."""
+    own = own_joints(robot, command.kind, command.leg)
+    joints = command.joints
+    if joints is None or len(joints) != own.stop - own.start or not np.isfinite(joints).all():
+        return posture
+    asked = posture.copy()
+    asked[own] = joints
+    return asked
+
+
+def legged_passages(
+    robot: LeggedRobot, start: Array, T_site_base: Array, commands: tuple[Command, ...], dem: Dem
+) -> list[LeggedPassage]:
+    """How each row goes, from ``start`` (joints,) with the chassis at ``T_site_base`` (4, 4)."""
+    rows: list[LeggedPassage] = []
+    posture, T = np.asarray(start, float), np.asarray(T_site_base, float)
+    stood, contacts, normals = (np.full((len(robot.legs), 3), np.nan) for _ in range(3))
+
+    def put_down(legs: list[int]) -> None:
+        soles = apply(T, placed(robot, posture).soles)
+        for leg in legs:
+            x, y, z = (float(part) for part in soles[leg])
+            down = rest(dem, x, y, float(robot.radii[leg]))
+            on_ground = abs(z - down.center[2]) <= FEET_OFF
+            stood[leg] = soles[leg] if on_ground else np.nan
+            contacts[leg], normals[leg] = down.contact, down.normal
+
+    put_down(list(robot.legs))
+    for command in commands:
+        after = asked_for(robot, posture, command)
+        down = [leg for leg in robot.legs if np.isfinite(stood[leg]).all() and leg != command.leg]
+        T_after = chassis_on(robot, after, stood, down, T) if command.kind.moves_all else T
+        feet = Feet(tuple(down), contacts.copy(), normals.copy())
+        rows.append(LeggedPassage(posture, after, T, T_after, stood.copy(), feet))
+        posture, T = after, T_after
+        put_down([leg for leg in robot.legs if leg == command.leg or (command.kind.moves_all and leg not in down)])
+    return rows
+
+
+def chassis_on(robot: LeggedRobot, posture: Array, stood: Array, down: Sequence[int], T: Array) -> Array:
+    """T_site_base (4, 4) that leaves the soles of the legs that stand nearest to where they stood.
+
+    ``T`` where fewer than three stand.
+    """
+    if len(down) < FEWEST_FEET:
+        return T
+    return fitted(placed(robot, posture).soles, stood, down)[0]

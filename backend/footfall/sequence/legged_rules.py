@@ -1,0 +1,162 @@
+"""The rules of a sequence for robots that others described: form, limits, speeds, and the whole check over terrain.
+
+Every move is a straight joint-space line, sampled as finely as ``settings.sample`` says; each sample goes through
+``planning.legged.whole_check``, which the walk was planned with. Rules have the names of ``rules`` where they ask the
+same; *own-joints* asks that a move has as many joints as its leg, and *upright-disc* that a disc stands on its edge.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.beside import beside
+from footfall.core.errors import InvalidSequence
+from footfall.core.frames import apply, require_transform
+from footfall.planning.legged.footing import rest_heights
+from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.legged.stance import Ground
+from footfall.planning.legged.step import FEET_OFF
+from footfall.planning.legged.whole_check import CLEARANCE_CHECKS, UNITS, Refusal
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
+from footfall.sequence.commands import Command, RuleResult
+from footfall.sequence.legged_passage import LeggedPassage, chassis_on, legged_passages, own_joints
+from footfall.sequence.predict import needed_duration
+from footfall.sequence.rules import SPEED_TOLERANCE
+from footfall.sequence.sampled import samples
+from footfall.sequence.settings import SequenceSettings
+from footfall.telemetry.command_kinds import KINDS, LEG_LOWER, UNKNOWN
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+RULES = {
+    "limits": "joint-limits",
+    "disc": "upright-disc",
+    "support": "balance",
+    "ground": "terrain-collision",
+    "foot": "terrain-collision",
+    "self": "self-collision",
+    "effort": "torque",
+}
+"""Check of the whole robot → the rule that it answers."""
+BETWEEN = 0.1
+"""Share of each clearance that a straight joint-space line may take between two postures that were planned."""
+
+
+def check_legged_rules(
+    robot: LeggedRobot,
+    commands: tuple[Command, ...],
+    start: Array,
+    T_site_base: Array,
+    dem: Dem,
+    settings: SequenceSettings,
+) -> tuple[tuple[RuleResult, ...], list[LeggedPassage]]:
+    """Every rule on every row, and how the rows go. start: (joints,) [rad or m]; T_site_base: (4, 4).
+
+    Raises InvalidSequence where the start doesn't fit the robot.
+    """
+    if start.shape != (len(robot.joint_names),) or not np.isfinite(start).all():
+        raise InvalidSequence(f"the start posture needs {len(robot.joint_names)} finite numbers", shape=[*start.shape])
+    require_transform(T_site_base, "T_site_base")
+    results = [RuleResult("not-empty", -1, bool(commands), np.nan, "", f"{len(commands)} commands")]
+    way = legged_passages(robot, start, T_site_base, commands, dem)
+    motion = _Motion(robot, dem, settings)
+    for row, (command, passage) in enumerate(zip(commands, way, strict=True)):
+        results += _row_rules(robot, row, command, passage.before)
+        if not np.array_equal(passage.before, passage.after):
+            results += motion.rules(row, command, passage)
+    if way:
+        results.append(_ends(robot, dem, len(way) - 1, way[-1]))
+    return tuple(results), way
+
+
+def _row_rules(robot: LeggedRobot, row: int, command: Command, before: Array) -> Iterator[RuleResult]:
+    def result(rule: str, holds: bool, text: str, margin: float = np.nan, unit: str = "") -> RuleResult:
+        return RuleResult(rule, row, bool(holds), float(margin), unit, text)
+
+    kind, joints = command.kind, command.joints
+    known = kind is not UNKNOWN and not kind.ends_by_force
+    those = ", ".join(name for name in KINDS if name != LEG_LOWER.name)
+    yield result("known-command", known, command.name if known else f"{command.name!r} is none of {those}")
+    if not known:
+        return
+    named = command.leg in robot.legs if kind.names_leg else command.leg is None
+    yield result("leg-exists", named, f"leg {command.leg} of 0…{len(robot.legs) - 1}, None where it moves no leg alone")
+    own = own_joints(robot, kind, command.leg)
+    count, wanted = 0 if joints is None else len(joints), own.stop - own.start
+    yield result("own-joints", count == wanted, f"{count} joints of {wanted}")
+    finite = bool(np.isfinite([*([] if joints is None else joints), command.duration]).all())
+    yield result("finite", finite, "all numbers are finite" if finite else "a joint or the duration is not finite")
+    if not finite:
+        return
+    yield result("duration", command.duration >= 0, f"{command.duration:z.3f} s", command.duration, "s")
+    if joints is not None and count == wanted and count:
+        needed = needed_duration(joints - before[own], robot.speeds[own])
+        text = f"takes {command.duration:z.3f} s, the speed limits that are said need {needed:z.3f} s"
+        spare = command.duration - needed
+        yield result("speed", spare >= -SPEED_TOLERANCE, text, spare, "s")
+
+
+class _Motion:
+    """The whole check at dense samples of a row."""
+
+    def __init__(self, robot: LeggedRobot, dem: Dem, settings: SequenceSettings) -> None:
+        asked = LeggedSettings(
+            least_margin=settings.least_margin / robot.length, conservative=settings.conservative, most_effort=1.0
+        )
+        self.robot, self.dem, self.sample = robot, dem, settings.sample
+        self.check = Ground(robot, dem, asked).check
+        self.allowed = BETWEEN * min(robot.clearances.values())
+
+    def rules(self, row: int, command: Command, passage: LeggedPassage) -> Iterator[RuleResult]:
+        """A result for each rule that could be asked: after a sample that breaks one, later samples are not asked."""
+        least: dict[str, tuple[float, str, float]] = {}
+        dragged = 0.0
+        postures = samples(passage.before, passage.after, self.sample)
+        touched = {leg: passage.stood[leg, :2] for leg in self.robot.legs if np.isfinite(passage.stood[leg]).all()}
+        for share, q in zip(np.linspace(0.0, 1.0, len(postures)), postures, strict=True):
+            T = passage.T_before
+            if command.kind.moves_all:
+                T = chassis_on(self.robot, q, passage.stood, passage.feet.standing, T)
+            dragged = max(dragged, self._dragged(q, T, passage, touched))
+            found = self.check.margins(q, T, passage.feet, self.allowed)
+            if isinstance(found, Refusal):
+                found = {found.name: (found.margin, found.where)}
+            for name, (size, where) in found.items():
+                if name not in least or not size >= least[name][0]:
+                    least[name] = size, where, float(share)
+            if len(found) < len(UNITS):
+                break
+        for name, (size, where, share) in least.items():
+            spare = size + (self.allowed if name in CLEARANCE_CHECKS else 0.0)
+            text = f"{name}: {where}, least at {share:.0%} of the row"
+            told = spare if np.isfinite(spare) else np.nan
+            yield RuleResult(RULES[name], row, spare >= 0, told, UNITS[name], text)
+        away, most = beside(dragged, FEET_OFF)
+        text = f"a foot moves {away} m while it is down, {most} m are allowed"
+        yield RuleResult("no-drag", row, dragged <= FEET_OFF, FEET_OFF - dragged, "m", text)
+
+    def _dragged(self, q: Array, T_site_base: Array, passage: LeggedPassage, touched: dict[int, Array]) -> float:
+        """How far a foot that is down is from where it came down [m]. touched: leg → that place, kept up to date."""
+        soles, most = apply(T_site_base, placed(self.robot, q).soles), 0.0
+        for leg in self.robot.legs:
+            if leg not in passage.feet.standing:
+                gap = soles[leg, 2] - rest_heights(self.dem, soles[leg][None, :2], float(self.robot.radii[leg]))[0]
+                if not gap <= FEET_OFF:
+                    touched.pop(leg, None)
+                    continue
+            most = max(most, float(np.hypot(*(soles[leg, :2] - touched.setdefault(leg, soles[leg, :2])))))
+        return most
+
+
+def _ends(robot: LeggedRobot, dem: Dem, row: int, last: LeggedPassage) -> RuleResult:
+    """Whether every foot is down at the end; over unknown ground nobody can tell, so it does not hold."""
+    soles = apply(last.T_after, placed(robot, last.after).soles)
+    places = zip(soles, robot.radii, strict=True)
+    gaps = np.array([sole[2] - rest_heights(dem, sole[None, :2], float(radius))[0] for sole, radius in places])
+    at = int(np.argmax(np.abs(gaps)))  # NaN counts as most
+    off, most = beside(float(abs(gaps[at])), FEET_OFF)
+    text = f"leg {robot.leg_names[at]} ends {off} m off the ground, at most {most} m still stand"
+    return RuleResult("ends-on-ground", row, abs(gaps[at]) <= FEET_OFF, FEET_OFF - float(abs(gaps[at])), "m", text)

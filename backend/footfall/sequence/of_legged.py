@@ -1,0 +1,77 @@
+"""The commands of a step or walk of a robot that others described, with its own legs and joints."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from footfall.core.errors import InvalidSequence
+from footfall.core.value import Provenance
+from footfall.planning.legged.problem import LeggedPlan
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.sequence.commands import Command, Sequence, leg_move, posture_move
+from footfall.sequence.legged_rules import check_legged_rules
+from footfall.sequence.predict import needed_duration
+from footfall.sequence.settings import COARSEST, SequenceSettings
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+UNSAID_TURN, UNSAID_SLIDE = 0.5, 0.05
+"""How fast joints go whose speed limit the description does not say [rad/s, m/s]: slow on purpose."""
+
+
+def make_legged_sequence(
+    plan: LeggedPlan, robot: LeggedRobot, dem: Dem, settings: SequenceSettings | None = None
+) -> Sequence:
+    """One command for each waypoint after the first: a LEG_MOVE where a foot is in the air, else a POSTURE_MOVE.
+
+    Each takes as long as ``speed_fraction`` of the speed limits needs. Raises InvalidSequence for another robot's plan
+    and one that goes nowhere.
+    """
+    joints = len(robot.joint_names)
+    if plan.start.robot != robot.name or plan.waypoints.shape[1:] != (joints,):
+        raise InvalidSequence(f"the plan is one of {plan.start.robot}, not of {robot.name} with its {joints} joints")
+    if len(plan.waypoints) < 2:
+        raise InvalidSequence("the plan goes nowhere: there is nothing to command")
+    settings = settings or SequenceSettings(sample=COARSEST)
+    sliding = np.isin(robot.joint_names, robot.layout.sliding)
+    unsaid = np.where(sliding, UNSAID_SLIDE, UNSAID_TURN)
+    speeds = settings.speed_fraction * np.where(np.isfinite(robot.speeds), robot.speeds, unsaid)
+    commands = tuple(
+        _command(robot, int(leg), phase, before, target, speeds)
+        for (before, target), leg, phase in zip(pairwise(plan.waypoints), plan.legs[1:], plan.phases[1:], strict=True)
+    )
+    parents = {"plan": plan.digest, "robot": robot.digest, "dem": dem.digest}
+    return legged_sequence(robot, commands, plan.waypoints[0], plan.start.T_site_base, dem, settings, parents)
+
+
+def legged_sequence(
+    robot: LeggedRobot,
+    commands: tuple[Command, ...],
+    start: Array,
+    T_site_base: Array,
+    dem: Dem,
+    settings: SequenceSettings,
+    parents: dict[str, str],
+) -> Sequence:
+    """Commands with what they lead to and every rule's result. start: (joints,) [rad or m]; T_site_base: (4, 4)."""
+    rules, way = check_legged_rules(robot, commands, start, T_site_base, dem, settings)
+    return Sequence(
+        robot=robot.name,
+        commands=commands,
+        start=start,
+        predicted=np.array([row.after for row in way]).reshape(len(way), len(start)),
+        T_site_base=T_site_base,
+        rules=rules,
+        provenance=Provenance(parents, settings),
+        Ts_site_base=np.array([row.T_after for row in way]).reshape(len(way), 4, 4),
+        described=robot.layout,
+    )
+
+
+def _command(robot: LeggedRobot, leg: int, phase: str, before: Array, target: Array, speeds: Array) -> Command:
+    if leg < 0:
+        return posture_move(target, needed_duration(target - before, speeds), "shift")
+    own = robot.slices[leg]
+    return leg_move(leg, target[own], needed_duration(target[own] - before[own], speeds[own]), phase)

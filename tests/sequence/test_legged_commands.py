@@ -1,0 +1,202 @@
+"""A walk of a robot that others described as commands: where they lead, what breaks a rule, and every file of them."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import footfall
+from footfall.core.errors import InvalidSequence
+from footfall.core.frames import apply
+from footfall.io.exports import SUFFIXES, export
+from footfall.io.imports import sequence_of
+from footfall.io.urdf.read import read_urdf
+from footfall.planning.legged.problem import LeggedSettings
+from footfall.planning.legged.stand import stand
+from footfall.planning.legged.step import plan_step
+from footfall.robot.joint_layout import JointLayout
+from footfall.robot.legged.find_legs import legged_model
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.legged.posture import placed
+from footfall.robot.legged.touching import touching
+from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, posture_move, wait
+from footfall.terrain.generate import fractal
+from tests.io.test_export_fprime import require_compiles
+from tests.io.test_export_ros2 import messages
+from tests.support.sequences import bits, require_same_commands
+from tests.support.walkers import ring
+
+FORMATS = ("json", "csv", "seqjson", "fprime", "ros2")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A hexapod, rough ground, the state it starts from, a plan of one step, and its commands."""
+    path = tmp_path_factory.mktemp("hexapod") / "robot.urdf"
+    path.write_text(ring(6), encoding="utf-8")
+    model = legged_model(read_urdf(path))
+    robot = LeggedRobot(model, always=touching(model.tree, 20).always)
+    dem = fractal(4.0, 0.1, roughness=0.02, seed=3)
+    state = stand(robot, dem)
+    target = state.soles[1, :2] + (0.05, 0.02)
+    result = plan_step(robot, dem, state, 1, tuple(target), LeggedSettings(time_limit=1e6))
+    assert result.plan is not None, result.reason
+    return robot, dem, state, result.plan, footfall.make_sequence(result.plan, robot, dem)
+
+
+@pytest.fixture(scope="module")
+def sequence(made) -> Sequence:
+    """The commands with a WAIT among them and one that moves the chassis."""
+    robot, dem, state, _, step = made
+    commands = (posture_move(step.start, 0.5, "shift"), wait(1 / 3), *step.commands)
+    document = json.loads(export(step, "json"))
+    document["commands"] = [
+        {"name": one.name, "leg": one.leg, "duration": one.duration, "phase": one.phase}
+        | {"row": row, "joints": None if one.joints is None else one.joints.tolist()}
+        for row, one in enumerate(commands, 1)
+    ]
+    return sequence_of("step.json", json.dumps(document).encode(), robot, dem, state)
+
+
+def failing(made, commands: tuple[Command, ...]) -> set[tuple[int, str]]:
+    robot, dem, _, _, step = made
+    changed = replace(step, commands=commands, rules=(), predicted=np.tile(step.start, (len(commands), 1)))
+    changed = replace(changed, Ts_site_base=None)
+    return {(one.row, one.rule) for one in sequence_of("x.json", export(changed, "json"), robot, dem).failures}
+
+
+def test_commands_lead_where_the_plan_does(made):
+    robot, _, _, plan, step = made
+    assert step.valid, step.failures
+    assert len(step.commands) == len(plan.waypoints) - 1
+    np.testing.assert_allclose(step.predicted, plan.waypoints[1:], atol=1e-6)
+    # the planner chose these poses; here they follow from the feet that stand
+    np.testing.assert_allclose(step.poses, plan.Ts_site_base[1:], atol=1e-6)
+    soles = apply(step.poses[-1], placed(robot, step.predicted[-1]).soles)
+    np.testing.assert_allclose(soles, plan.end.soles, atol=1e-6)
+    assert {one.name for one in step.commands} == {"LEG_MOVE", "POSTURE_MOVE"}
+
+
+def test_no_joint_is_faster_than_its_share_of_the_limit(made):
+    _, _, _, _, step = made
+    before = step.start
+    for command, after in zip(step.commands, step.predicted, strict=True):
+        assert np.abs(after - before).max() == pytest.approx(0.8 * 6.0 * command.duration)
+        before = after
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_every_file_reads_back_as_the_same_commands(made, sequence, format):
+    robot, dem, state, _, _ = made
+    data = export(sequence, format)
+    found = sequence_of(f"step{SUFFIXES[format]}", data, robot, dem, state if format == "csv" else None)
+    assert found.valid, found.failures
+    require_same_commands(found.commands, sequence.commands)
+    assert bits(found.predicted.ravel()) == bits(sequence.predicted.ravel())
+    assert found.described is not None
+    assert found.described.digest == robot.layout.digest
+    assert export(found, "csv").splitlines()[0] == export(sequence, "csv").splitlines()[0]
+
+
+def test_a_table_has_a_column_for_each_joint_by_its_name(made, sequence):
+    robot = made[0]
+    header, *rows = csv.reader(io.StringIO(export(sequence, "csv").decode(), newline=""))
+    assert header[7:] == [f"{name}_rad" for name in robot.joint_names]
+    for row, command in zip(rows, sequence.commands, strict=True):
+        told = {robot.joint_names[k]: float(cell) for k, cell in enumerate(row[7:]) if cell}
+        moved = [own for leg, _ in by_leg(command, robot.layout) for own in robot.model.legs[leg].joints]
+        assert list(told) == moved
+        assert list(told.values()) == ([] if command.joints is None else command.joints.tolist())
+        assert row[4] == ("" if command.leg is None else robot.leg_names[command.leg])
+
+
+def test_ros_hears_the_joints_by_name(made, sequence):
+    robot = made[0]
+    told = messages(export(sequence, "ros2"))
+    for row, command in enumerate(sequence.commands):
+        expected = {
+            f"/footfall/leg_{robot.leg_names[leg]}/joint_trajectory": (robot.model.legs[leg].joints, places.tolist())
+            for leg, places in by_leg(command, robot.layout)
+        }
+        heard = {
+            topic: (tuple(one.joint_names), list(one.points[0].positions)) for topic, _, _, one in told.get(row, [])
+        }
+        assert heard == expected
+
+
+def test_f_prime_compiles_commands_of_three_joints_a_leg(sequence, tmp_path):
+    require_compiles(sequence, tmp_path)
+    sizes = {
+        one["qualifiedName"]: one["size"]
+        for one in json.loads(export(sequence, "fprime-dictionary"))["typeDefinitions"]
+    }
+    assert sizes == {"FootFall.LegJoints": 3, "FootFall.Posture": 18}
+
+
+def test_what_a_format_can_not_carry_is_refused_by_name(made, sequence):
+    for format, why in (("yamcs", "Yamcs stack.*names no joints"), ("html", "Sheet for print.*pictures")):
+        with pytest.raises(InvalidSequence, match=f"{why}"):
+            export(sequence, format)
+    layout = made[0].layout
+    unlike = JointLayout(("a", "b"), (layout.joint_names[:4], layout.joint_names[4:]))
+    with pytest.raises(InvalidSequence, match="the legs have 4, 14"):
+        export(replace(sequence, described=unlike), "fprime-dictionary")
+    spaced = JointLayout(("front left", *layout.legs[1:]), layout.joints)
+    with pytest.raises(InvalidSequence, match="a topic of ROS 2 can't be called 'leg_front left'"):
+        export(replace(sequence, described=spaced), "ros2")
+
+
+def test_files_of_another_robot_are_refused(made, athlete, sequence):
+    robot, dem, state, _, _ = made
+    document = json.loads(export(sequence, "json"))
+    document["layout"]["legs"][0]["joints"][0] = "another"
+    with pytest.raises(InvalidSequence, match="its legs and joints are not those of ring"):
+        sequence_of("step.json", json.dumps(document).encode(), robot, dem)
+    with pytest.raises(InvalidSequence, match="it is for 'ring', not for athlete"):
+        sequence_of("step.json", export(sequence, "json"), athlete, dem)
+    with pytest.raises(InvalidSequence, match="its columns must be"):
+        sequence_of("step.csv", export(sequence, "csv").replace(b"l0_yaw_rad", b"l9_yaw_rad", 1), robot, dem, state)
+    with pytest.raises(InvalidSequence, match="need the terrain"):
+        sequence_of("step.json", export(sequence, "json"), robot)
+
+
+def test_a_row_of_a_table_with_joints_of_another_leg_is_refused(made, sequence):
+    robot, dem, state, _, _ = made
+    text = export(sequence, "csv").decode()
+    lines = text.splitlines()
+    at = next(k for k, line in enumerate(lines) if ",LEG_MOVE,1," in line)
+    lines[at] = lines[at].replace(",LEG_MOVE,1,", ",LEG_MOVE,2,")
+    with pytest.raises(InvalidSequence, match=f"row {at}: the joints of this LEG_MOVE are l2_yaw, l2_hip, l2_knee"):
+        sequence_of("step.csv", "\r\n".join(lines).encode(), robot, dem, state)
+
+
+def test_what_breaks_a_rule_fails_its_row(made):
+    robot, _, _, _, step = made
+    commands = step.commands
+    swing = next(row for row, one in enumerate(commands) if one.phase == "swing")
+    hasty = (*commands[:swing], replace(commands[swing], duration=1e-4), *commands[swing + 1 :])
+    assert failing(made, hasty) == {(swing, "speed")}
+    assert (len(commands) - 3, "ends-on-ground") in failing(made, commands[:-2])
+    own = robot.slices[0]
+    beyond = Command("LEG_MOVE", 0, robot.upper[own] + 0.1, 5.0)
+    assert (0, "joint-limits") in failing(made, (beyond,))
+    turned = step.start[own] + (0.1, 0.0, 0.0)
+    assert (0, "no-drag") in failing(made, (Command("LEG_MOVE", 0, turned, 5.0),))
+    pressed = step.start[own] + (0.0, 0.2, 0.0)
+    assert (0, "terrain-collision") in failing(made, (Command("LEG_MOVE", 0, pressed, 5.0),))
+    lifted = [Command("LEG_MOVE", leg, step.start[robot.slices[leg]] - (0.0, 0.4, 0.0), 5.0) for leg in (0, 1, 5)]
+    assert {rule for row, rule in failing(made, tuple(lifted)) if row == 2} >= {"balance"}
+    assert (0, "known-command") in failing(made, (leg_lower(0, step.start[own], 1.0, 50.0),))
+    assert (0, "own-joints") in failing(made, (Command("LEG_MOVE", 0, step.start, 1.0),))
+    assert (0, "leg-exists") in failing(made, (Command("LEG_MOVE", 6, step.start[own], 1.0),))
+
+
+def test_plans_and_robots_of_unlike_kinds_are_refused(made, athlete):
+    robot, dem, _, plan, _ = made
+    with pytest.raises(InvalidSequence, match="need its description"):
+        footfall.make_sequence(plan, athlete, dem)
+    with pytest.raises(InvalidSequence, match="need its description"):
+        footfall.make_sequence(plan, robot)
