@@ -26,6 +26,7 @@ from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, pos
 from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
 from tests.io.test_export_ros2 import messages
+from tests.support.legged_recheck import Recheck, faults
 from tests.support.sequences import bits, require_same_commands
 from tests.support.walkers import ring
 
@@ -33,11 +34,16 @@ FORMATS = ("json", "csv", "seqjson", "fprime", "ros2")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """A hexapod, rough ground, the state it starts from, a plan of one step, and its commands."""
-    path = tmp_path_factory.mktemp("hexapod") / "robot.urdf"
-    path.write_text(ring(6), encoding="utf-8")
-    model = legged_model(read_urdf(path))
+def urdf(tmp_path_factory):
+    path = tmp_path_factory.mktemp("quadruped") / "robot.urdf"
+    path.write_text(ring(4), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def made(urdf):
+    """A robot of four legs, rough ground, the state it starts from, a plan of one step, and its commands."""
+    model = legged_model(read_urdf(urdf))
     robot = LeggedRobot(model, always=touching(model.tree, 20).always)
     dem = fractal(4.0, 0.1, roughness=0.02, seed=3)
     state = stand(robot, dem)
@@ -78,6 +84,13 @@ def test_commands_lead_where_the_plan_does(made):
     soles = apply(step.poses[-1], placed(robot, step.predicted[-1]).soles)
     np.testing.assert_allclose(soles, plan.end.soles, atol=1e-6)
     assert {one.name for one in step.commands} == {"LEG_MOVE", "POSTURE_MOVE"}
+    assert np.linalg.norm(step.poses[-1][:2, 3] - step.T_site_base[:2, 3]) > 0.02, "the weight goes over three feet"
+
+
+def test_another_judge_finds_nothing_wrong_with_where_they_lead(made, urdf):
+    robot, dem, _, plan, step = made
+    waypoints, Ts = np.vstack([step.start, step.predicted]), np.concatenate([step.T_site_base[None], step.poses])
+    assert faults(Recheck(urdf, robot, []).walk(dem, replace(plan, waypoints=waypoints, Ts_site_base=Ts), 3)) == []
 
 
 def test_no_joint_is_faster_than_its_share_of_the_limit(made):
@@ -133,7 +146,7 @@ def test_f_prime_compiles_commands_of_three_joints_a_leg(sequence, tmp_path):
         one["qualifiedName"]: one["size"]
         for one in json.loads(export(sequence, "fprime-dictionary"))["typeDefinitions"]
     }
-    assert sizes == {"FootFall.LegJoints": 3, "FootFall.Posture": 18}
+    assert sizes == {"FootFall.LegJoints": 3, "FootFall.Posture": 12}
 
 
 def test_what_a_format_can_not_carry_is_refused_by_name(made, sequence):
@@ -142,7 +155,7 @@ def test_what_a_format_can_not_carry_is_refused_by_name(made, sequence):
             export(sequence, format)
     layout = made[0].layout
     unlike = JointLayout(("a", "b"), (layout.joint_names[:4], layout.joint_names[4:]))
-    with pytest.raises(InvalidSequence, match="the legs have 4, 14"):
+    with pytest.raises(InvalidSequence, match="the legs have 4, 8"):
         export(replace(sequence, described=unlike), "fprime-dictionary")
     spaced = JointLayout(("front left", *layout.legs[1:]), layout.joints)
     with pytest.raises(InvalidSequence, match="a topic of ROS 2 can't be called 'leg_front left'"):
@@ -187,7 +200,7 @@ def test_what_breaks_a_rule_fails_its_row(made):
     assert (0, "no-drag") in failing(made, (Command("LEG_MOVE", 0, turned, 5.0),))
     pressed = step.start[own] + (0.0, 0.2, 0.0)
     assert (0, "terrain-collision") in failing(made, (Command("LEG_MOVE", 0, pressed, 5.0),))
-    lifted = [Command("LEG_MOVE", leg, step.start[robot.slices[leg]] - (0.0, 0.4, 0.0), 5.0) for leg in (0, 1, 5)]
+    lifted = [Command("LEG_MOVE", leg, step.start[robot.slices[leg]] - (0.0, 0.4, 0.0), 5.0) for leg in (0, 1, 2)]
     assert {rule for row, rule in failing(made, tuple(lifted)) if row == 2} >= {"balance"}
     assert (0, "known-command") in failing(made, (leg_lower(0, step.start[own], 1.0, 50.0),))
     assert (0, "own-joints") in failing(made, (Command("LEG_MOVE", 0, step.start, 1.0),))

@@ -17,7 +17,7 @@ from footfall.planning.legged.footing import rest_heights
 from footfall.planning.legged.problem import LeggedSettings
 from footfall.planning.legged.stance import Ground
 from footfall.planning.legged.step import FEET_OFF
-from footfall.planning.legged.whole_check import CLEARANCE_CHECKS, UNITS, Refusal
+from footfall.planning.legged.whole_check import UNITS
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.sequence.commands import Command, RuleResult
@@ -41,6 +41,7 @@ RULES = {
     "effort": "torque",
 }
 """Check of the whole robot → the rule that it answers."""
+CLEARANCE_CHECKS = ("ground", "self")
 BETWEEN = 0.1
 """Share of each clearance that a straight joint-space line may take between two postures that were planned."""
 
@@ -111,7 +112,7 @@ class _Motion:
         self.allowed = BETWEEN * min(robot.clearances.values())
 
     def rules(self, row: int, command: Command, passage: LeggedPassage) -> Iterator[RuleResult]:
-        """A result for each rule that could be asked: after a sample that breaks one, later samples are not asked."""
+        """A result for each check of the whole robot, where it is least, and for no-drag."""
         least: dict[str, tuple[float, str, float]] = {}
         dragged = 0.0
         postures = samples(passage.before, passage.after, self.sample)
@@ -121,14 +122,9 @@ class _Motion:
             if command.kind.moves_all:
                 T = chassis_on(self.robot, q, passage.stood, passage.feet.standing, T)
             dragged = max(dragged, self._dragged(q, T, passage, touched))
-            found = self.check.margins(q, T, passage.feet, self.allowed)
-            if isinstance(found, Refusal):
-                found = {found.name: (found.margin, found.where)}
-            for name, (size, where) in found.items():
-                if name not in least or not size >= least[name][0]:
+            for name, size, where in self.check.each(q, T, passage.feet):
+                if name not in least or size < least[name][0] or np.isnan(size):
                     least[name] = size, where, float(share)
-            if len(found) < len(UNITS):
-                break
         for name, (size, where, share) in least.items():
             spare = size + (self.allowed if name in CLEARANCE_CHECKS else 0.0)
             text = f"{name}: {where}, least at {share:.0%} of the row"

@@ -1,6 +1,6 @@
 """One check of a legged robot as a whole: every configuration on the way of a step or a walk goes through it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 
 UNITS = {"limits": "rad", "disc": "m", "support": "m", "ground": "m", "foot": "m", "self": "m", "effort": ""}
 """What is checked, in this order, and its unit; of a joint that slides the limits are in metres."""
-CLEARANCE_CHECKS = ("ground", "self")
 LIMIT_RESERVE = 1e-3
 """Joints stay so far inside their limits [rad or m]."""
 DISC_OFF = 0.1
@@ -57,25 +56,24 @@ class WholeCheck:
         self.robot, self.dem, self.settings, self.apart = robot, dem, settings, apart
         self.surfaces = Surfaces(robot)
 
-    def margins(
-        self, q: Array, T_site_base: Array, feet: Feet, allowed: float = 0.0
-    ) -> dict[str, tuple[float, str]] | Refusal:
-        """Margin and where it is least for each check, or the first refusal.
-
-        allowed: by how much clearances to the ground and between bodies may be missed [m].
-        """
+    def margins(self, q: Array, T_site_base: Array, feet: Feet) -> dict[str, tuple[float, str]] | Refusal:
+        """Margin and where it is least for each check, or the first refusal."""
         found: dict[str, tuple[float, str]] = {}
         if not np.isfinite(q).all():
             leg = next(leg for leg in self.robot.legs if not np.isfinite(q[self.robot.slices[leg]]).all())
             return Refusal("limits", float("nan"), f"leg {self.robot.leg_names[leg]} does not reach")
-        where = placed(self.robot, q)
-        judges = (self._limits, self._discs, self._support, self._ground, self._foot, self._self, self._effort)
-        for name, judge in zip(UNITS, judges, strict=True):
-            size, told = judge(q, T_site_base, feet, where)
-            if not size >= (-allowed if name in CLEARANCE_CHECKS else 0.0):
+        for name, size, told in self.each(q, T_site_base, feet):
+            if not size >= 0:
                 return Refusal(name, size, told)
             found[name] = size, told
         return found
+
+    def each(self, q: Array, T_site_base: Array, feet: Feet) -> Iterator[tuple[str, float, str]]:
+        """Name, margin and where it is least of each check, one after the other, for finite q."""
+        where = placed(self.robot, q)
+        judges = (self._limits, self._discs, self._support, self._ground, self._foot, self._self, self._effort)
+        for name, judge in zip(UNITS, judges, strict=True):
+            yield name, *judge(q, T_site_base, feet, where)
 
     def _limits(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         spare = np.minimum(q - self.robot.lower, self.robot.upper - q) - LIMIT_RESERVE
