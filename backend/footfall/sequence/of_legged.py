@@ -17,8 +17,9 @@ from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
 
-UNSAID_TURN, UNSAID_SLIDE = 0.5, 0.05
-"""How fast joints go whose speed limit the description does not say [rad/s, m/s]: slow on purpose."""
+FASTEST_TURN, FASTEST_SLIDE = 0.5, 0.05
+"""How fast joints go at most [rad/s, m/s], also where no limit is said: walks are planned for statics, and the speed
+limits of motors are not made for them."""
 
 
 def make_legged_sequence(
@@ -26,8 +27,8 @@ def make_legged_sequence(
 ) -> Sequence:
     """One command for each waypoint after the first: a LEG_MOVE where a foot is in the air, else a POSTURE_MOVE.
 
-    Each takes as long as ``speed_fraction`` of the speed limits needs. Raises InvalidSequence for another robot's plan
-    and one that goes nowhere.
+    Each takes as long as ``speed_fraction`` of the speed limits, and FASTEST_TURN and FASTEST_SLIDE, need. Raises
+    InvalidSequence for another robot's plan and one that goes nowhere.
     """
     joints = len(robot.joint_names)
     if plan.start.robot != robot.name or plan.waypoints.shape[1:] != (joints,):
@@ -36,8 +37,8 @@ def make_legged_sequence(
         raise InvalidSequence("the plan goes nowhere: there is nothing to command")
     settings = settings or SequenceSettings(sample=COARSEST)
     sliding = np.isin(robot.joint_names, robot.layout.sliding)
-    unsaid = np.where(sliding, UNSAID_SLIDE, UNSAID_TURN)
-    speeds = settings.speed_fraction * np.where(np.isfinite(robot.speeds), robot.speeds, unsaid)
+    fastest = np.where(sliding, FASTEST_SLIDE, FASTEST_TURN)
+    speeds = np.minimum(settings.speed_fraction * robot.speeds, fastest)
     commands = tuple(
         _command(robot, int(leg), phase, before, target, speeds)
         for (before, target), leg, phase in zip(pairwise(plan.waypoints), plan.legs[1:], plan.phases[1:], strict=True)
