@@ -28,6 +28,7 @@ from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
 from tests.io.test_export_ros2 import messages
 from tests.support.legged_recheck import Recheck, faults
+from tests.support.robot_data import described
 from tests.support.sequences import bits, require_same_commands
 from tests.support.walkers import ring
 
@@ -208,6 +209,19 @@ def test_what_breaks_a_rule_fails_its_row(made):
     assert (0, "known-command") in failing(made, (leg_lower(0, step.start[own], 1.0, 50.0),))
     assert (0, "own-joints") in failing(made, (Command("LEG_MOVE", 0, step.start, 1.0),))
     assert (0, "leg-exists") in failing(made, (Command("LEG_MOVE", 6, step.start[own], 1.0),))
+
+
+def test_a_real_robot_steps_by_commands_of_its_own_joints():
+    model = legged_model(read_urdf(described("A1")))
+    robot = LeggedRobot(model, always=touching(model.tree, 20).always)
+    dem = fractal(3.0, 0.05, roughness=0.02, seed=2)
+    state = stand(robot, dem)
+    target = state.soles[2, :2] + (0.06, 0.0)
+    result = plan_step(robot, dem, state, 2, tuple(target), LeggedSettings(time_limit=1e6))
+    assert result.plan is not None, result.reason
+    step = footfall.make_sequence(result.plan, robot, dem)
+    assert step.valid, step.failures
+    assert {"FL_hip_joint_rad", "RR_calf_joint_rad"} <= set(export(step, "csv").decode().splitlines()[0].split(","))
 
 
 def test_plans_and_robots_of_unlike_kinds_are_refused(made, athlete):
