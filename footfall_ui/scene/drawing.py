@@ -20,6 +20,7 @@ from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import pick
 from footfall_ui.scene.age import AgeDrawing
+from footfall_ui.scene.around import AroundDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding
 from footfall_ui.scene.failing import FailingDrawing
@@ -81,6 +82,7 @@ class Scene:
         self._robot: Robot | None = None
         self._terrain = TerrainDrawing(server)
         self._age = AgeDrawing(server)
+        self._around = AroundDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
@@ -105,6 +107,7 @@ class Scene:
             "rover": self._draw_rover,
             "ground": self._draw_ground,
             "age": self._draw_age,
+            "around": self._around.draw,
             "torques": self._draw_torques,
             "forces": self._draw_forces,
             "support": self._draw_support,

@@ -1,42 +1,27 @@
 """The ground: the one triangulation, with a picture of the chosen layer on it."""
 
-from typing import Any
-
 import numpy as np
-import trimesh
 import viser
 from numpy.typing import NDArray
-from PIL import Image
-from trimesh.exchange.gltf import export_glb
-from trimesh.transformations import translation_matrix
-from trimesh.visual import TextureVisuals
-from trimesh.visual.material import PBRMaterial
 
 from footfall.core.grid import GridGeometry
 from footfall.maps.colors import HATCH_RGB, hatched, layer_rgb
 from footfall.maps.layers import MapStack
+from footfall.maps.over_imagery import LINE, darkened, grain, grid_lines
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.lattice import laid_onto
+from footfall.terrain.ground.shading import DARKEST, relief
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.near import near
+from footfall_ui.scene.glb import unlit_glb
 
-SUN = np.array([-0.45, 0.35, 0.82])
-
-
-def hillshade(dem: Dem) -> NDArray[np.float64]:
-    """Brightness 0.45…1 of each cell under a fixed sun; unlit layers would hide the relief."""
-    known = np.nan_to_num(dem.heights.astype(float), nan=float(np.nanmean(dem.heights)))
-    if min(known.shape) < 2:
-        return np.ones(known.shape)
-    slope_y, slope_x = np.gradient(known, dem.geometry.resolution)
-    facing = (SUN[2] - SUN[0] * slope_x - SUN[1] * slope_y) / np.sqrt(1 + slope_x**2 + slope_y**2)
-    return 0.45 + 0.55 * np.clip(facing, 0, 1)
+GREY = 190
+"""Of ground without an image."""
 
 
 def ground_rgb(dem: Dem) -> NDArray[np.uint8]:
     """What the cameras saw, or plain grey ground where there is no image; (rows, cols, 3)."""
-    grey = np.full(dem.heights.shape, 168, np.uint8) if dem.texture is None else dem.texture
+    grey = np.full(dem.heights.shape, GREY, np.uint8) if dem.texture is None else dem.texture
     return np.repeat(grey[..., None], 3, axis=2)
 
 
@@ -55,32 +40,17 @@ def held_rgb(dem: Dem, maps: MapStack, layer: str, changed: NDArray[np.bool_] | 
     return out
 
 
-def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry) -> bytes:
+def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry, brightness: NDArray[np.float64]) -> bytes:
     """Binary glTF of the terrain's triangulation with one texel for each of ``cells``, coarse or as the terrain's.
 
-    The vertices are about the terrain's middle, where the file's node places them: float32 keeps seven digits.
-    Unlit: the scene's lights would wash out the colours that the operator decides on, and take a computer without
-    graphics most of the time of a picture.
+    brightness: of each cell of the terrain, 0…1; lines of the ground grid are darker still.
     """
     mesh = triangulate(dem)
     u = ((mesh.vertices[:, 0] - cells.x0) / cells.resolution + 0.5) / cells.cols
     v = ((mesh.vertices[:, 1] - cells.y0) / cells.resolution + 0.5) / cells.rows
     every = round(cells.resolution / dem.geometry.resolution)
-    shaded = (rgb * hillshade(dem)[::every, ::every, None]).astype(np.uint8)
-    image = Image.fromarray(shaded[::-1])  # image row 0 is the north edge
-    material = PBRMaterial(baseColorTexture=image, metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True)
-    visual = TextureVisuals(uv=np.column_stack([u, v]), material=material)
-    local, middle = near(mesh.vertices)
-    solid = trimesh.Trimesh(local, mesh.triangles, visual=visual, process=False)
-    placed = trimesh.Scene()
-    placed.add_geometry(solid, transform=translation_matrix(middle))
-    return export_glb(placed, tree_postprocessor=_unlit)
-
-
-def _unlit(tree: dict[str, Any]) -> None:
-    for material in tree["materials"]:
-        material["extensions"] = {"KHR_materials_unlit": {}}
-    tree["extensionsUsed"] = ["KHR_materials_unlit"]
+    lit = np.where(grid_lines(cells), LINE, 1.0) * brightness[::every, ::every]
+    return unlit_glb(mesh, np.column_stack([u, v]), darkened(rgb, lit))
 
 
 class TerrainDrawing:
@@ -90,6 +60,7 @@ class TerrainDrawing:
         self._server = server
         self._drawn = Drawn(server)
         self._shown: dict[tuple[str, str], viser.GlbHandle] = {}
+        self._relief: tuple[str, NDArray[np.float64]] | None = None
 
     def show(
         self,
@@ -109,11 +80,13 @@ class TerrainDrawing:
             key = (maps.digest, f"{shown}/on/{dem.digest}" if older else shown)
         if key not in self._shown:
             if maps is None or shown is None:
-                picture = glb(dem, ground_rgb(dem), dem.geometry)
-            elif older:
-                picture = glb(dem, held_rgb(dem, maps, shown, changed), dem.geometry)
+                picture = glb(dem, ground_rgb(dem), dem.geometry, self._relief_of(dem))
             else:
-                picture = glb(dem, layer_rgb(maps, shown), maps.geometry)
+                brightness = np.maximum(self._relief_of(dem) * grain(dem), DARKEST)
+                rgb, cells = layer_rgb(maps, shown), maps.geometry
+                if older:
+                    rgb, cells = held_rgb(dem, maps, shown, changed), dem.geometry
+                picture = glb(dem, rgb, cells, brightness)
             add = self._server.scene.add_glb
             name = f"/terrain/{key[0]}/{key[1]}"
             self._shown[key] = self._drawn.add(
@@ -123,6 +96,12 @@ class TerrainDrawing:
             handle.visible = other == key
         # after the new one is there, so that the ground is never blank in between
         self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
+
+    def _relief_of(self, dem: Dem) -> NDArray[np.float64]:
+        """Worked out once for each terrain: layers are switched more often."""
+        if self._relief is None or self._relief[0] != dem.digest:
+            self._relief = dem.digest, relief(dem)
+        return self._relief[1]
 
     def _keep(self, digests: set[str]) -> None:
         self._shown = {key: handle for key, handle in self._shown.items() if key[0] in digests}

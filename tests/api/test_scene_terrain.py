@@ -13,13 +13,16 @@ import trimesh
 import footfall_ui.scene
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
-from footfall.maps.colors import HATCH_RGB, layer_rgb
+from footfall.maps.colors import FOOTING, HATCH_RGB, UNKNOWN_RGB, layer_rgb
 from footfall.maps.layers import MapStack
+from footfall.maps.over_imagery import LINE, grid_lines
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.ground.shading import relief
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.near import near
-from footfall_ui.scene.terrain import SUN, glb, held_rgb
+from footfall_ui.scene.terrain import glb, held_rgb
+from footfall_ui.scene.unknown import TEXELS, pattern, unknown_glb
 
 ROWS, COLS = 9, 13
 
@@ -45,26 +48,28 @@ def loaded(content):
 
 def test_level_ground_has_each_cell_s_colour_and_nothing_of_the_scene_s_lights(colors):
     dem = from_heights(np.zeros((ROWS, COLS), np.float32), 0.05, 3.0, -7.0, "level")
-    content = glb(dem, colors, dem.geometry)
+    content = glb(dem, colors, dem.geometry, np.full(dem.heights.shape, 0.8))
     tree = described(content)
     assert "KHR_materials_unlit" in tree["extensionsUsed"]
     assert [material["extensions"] for material in tree["materials"]] == [{"KHR_materials_unlit": {}}]
     mesh = loaded(content)
-    brightness = 0.45 + 0.55 * SUN[2]
     x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
     cell = colors[np.rint((y + 7.0) / 0.05).astype(int), np.rint((x - 3.0) / 0.05).astype(int)]
     assert len(cell) == ROWS * COLS
     shown = mesh.visual.material.baseColorTexture
     at = np.floor(mesh.visual.uv * [COLS, ROWS]).astype(int)
     texels = np.asarray(shown.convert("RGB"))[::-1][at[:, 1], at[:, 0]]
-    assert np.abs(texels - brightness * cell).max() <= 1.0
+    on_line = grid_lines(dem.geometry)[np.rint((y + 7.0) / 0.05).astype(int), np.rint((x - 3.0) / 0.05).astype(int)]
+    assert 0 < on_line.sum() < len(on_line) / 2
+    brightness = np.where(on_line, 0.8 * LINE, 0.8)[:, None]
+    assert np.abs(texels - brightness * cell).max() <= 0.51
 
 
 def test_its_triangles_are_those_of_picking_and_collisions(colors):
     heights = np.random.default_rng(20082).normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
     heights[3, 4] = heights[7, 0] = np.nan
     dem = from_heights(heights, 0.05, 3.0, -7.0, "holes")
-    drawn, whole = loaded(glb(dem, colors, dem.geometry)), triangulate(dem)
+    drawn, whole = loaded(glb(dem, colors, dem.geometry, relief(dem))), triangulate(dem)
     assert np.abs(drawn.vertices - whole.vertices).max() < 1e-6
     assert np.array_equal(drawn.faces, whole.triangles)
 
@@ -73,7 +78,7 @@ def test_ground_far_from_the_origin_keeps_every_cell_and_triangle(colors):
     """At a UTM northing float32 has steps of half a metre: the vertices are sent about the map's middle."""
     heights = np.random.default_rng(20083).normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
     dem = from_heights(heights, 0.1, 493890.05, 5180919.05, "utm")
-    content = glb(dem, colors, dem.geometry)
+    content = glb(dem, colors, dem.geometry, relief(dem))
     (sent,) = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).geometry.values()
     assert len(np.unique(sent.vertices[:, 1].astype(np.float32))) == ROWS
     assert len(np.unique(sent.vertices[:, 0].astype(np.float32))) == COLS
@@ -136,3 +141,27 @@ def test_colours_of_older_ground_lie_on_their_places_and_are_striped_where_they_
     assert (picture[0] == seen_from_above[0][:, None]).all()
     assert (picture[:, :2] == seen_from_above[:, :2, None]).all()
     assert np.array_equal(held_rgb(dem, maps, "footing", None)[1:, 2:], colors)
+
+
+def test_holes_are_striped_in_the_legend_s_colour_of_unknown_ground():
+    heights = np.zeros((100, 120), np.float32)
+    assert unknown_glb(from_heights(heights, 0.02, 3.0, -7.0)) is None
+    heights[20:60, 30:70] = np.nan
+    content = unknown_glb(from_heights(heights, 0.02, 3.0, -7.0))
+    assert content is not None
+    assert "KHR_materials_unlit" in described(content)["extensionsUsed"]
+    # its squares are those of the ground grid: at every whole metre of the site a picture begins
+    mesh = loaded(content)
+    apart = mesh.visual.uv - mesh.vertices[:, :2]
+    assert np.abs(apart - np.rint(apart)).max() < 1e-5
+    assert np.ptp(apart, axis=0).max() < 1e-5
+    # no class has its hue, and it goes on in its copies
+    shown = pattern().astype(float)
+    hue = shown / shown.sum(axis=2, keepdims=True)
+    legend = np.array([rgb for _, rgb in FOOTING.values()], float)
+    apart = np.linalg.norm(hue[..., None, :] - legend / legend.sum(axis=1, keepdims=True), axis=-1)
+    assert (legend[apart.argmin(axis=-1)] == UNKNOWN_RGB).all()
+    inner = shown[2:, 2:]
+    assert 0.4 < (inner.sum(axis=2) > inner.mean() * 3).mean() < 0.6
+    assert np.array_equal(shown[1:-16, 1:], shown[17:, 1:])
+    assert TEXELS % 16 == 0
