@@ -37,6 +37,7 @@ from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.scene.robot import RobotDrawing, leg_links
 from footfall_ui.scene.route import RouteDrawing
 from footfall_ui.scene.sag import SagDrawing
+from footfall_ui.scene.shadow import ShadowDrawing
 from footfall_ui.scene.suggested import SuggestedDrawing
 from footfall_ui.scene.support import SupportDrawing
 from footfall_ui.scene.swept import SweptDrawing
@@ -53,7 +54,7 @@ VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
 """Of the first view from the middle of the rover [m]."""
 VIEW_ASIDE = 0.7
 """Angle between the first view and the leg [rad]."""
-MOVING = ("rover", "torques", "forces", "support", "collision", "predicted", "look")
+MOVING = ("rover", "shadow", "torques", "forces", "support", "collision", "predicted", "look")
 """The parts that follow telemetry."""
 
 
@@ -100,6 +101,7 @@ class Scene:
         self._goal = GoalDrawing(server)
         self._route = RouteDrawing(server)
         self._tape = TapeDrawing(server)
+        self._shadow = ShadowDrawing(server)
         self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
         parts: dict[str, Callable[[LiveSession], None]] = {
@@ -107,6 +109,7 @@ class Scene:
             "rover": self._draw_rover,
             "ground": self._draw_ground,
             "age": self._draw_age,
+            "shadow": self._shadow.draw,
             "around": self._around.draw,
             "torques": self._draw_torques,
             "forces": self._draw_forces,

@@ -1,0 +1,105 @@
+"""What size and which way things are: the compass' letters and a scale bar at the map's edges, and where light is from.
+
+North is the site's y. The light that the relief is drawn with is an assumed one, and says so.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from footfall.maps.over_imagery import grid_spacing
+from footfall.terrain.dem import Dem
+from footfall.terrain.ground.shading import LIGHT
+from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.near import near
+
+Array = NDArray[np.float64]
+
+MOST_PIECES = 5
+"""Of the scale bar, each as long as a square of the ground grid."""
+OVER = 0.05
+"""Of letters and bar over the ground there [m]."""
+TONES = ((255, 255, 255), (120, 120, 120))
+"""Of the pieces, by turns."""
+ROOT = "/bearings"
+
+
+@dataclass(frozen=True)
+class Bearings:
+    """texts: what is written where, site frame (3,) [m]. bar: pieces of the scale bar, (n, 2, 3) [m]."""
+
+    texts: dict[str, Array]
+    bar: Array
+
+
+def bearings_of(dem: Dem) -> Bearings:
+    """Letters in the middles of the edges of the map, the bar from its south-west corner eastward."""
+    west, south, east, north = dem.geometry.bounds
+    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    spacing = grid_spacing(dem.geometry.resolution)
+    pieces = int(np.clip(np.floor((east - west) / spacing), 1, MOST_PIECES))
+    marks = spacing * np.arange(pieces + 1) + west
+    toward = 0.5 * (x + (west if LIGHT[0] < 0 else east))
+    places = {
+        _north(dem): (x, north),
+        "E": (east, y),
+        "S": (x, south),
+        "W": (west, y),
+        f"{pieces * spacing:.0f} m": (float(marks[-1]), south),
+        "light assumed from here": (toward, north if LIGHT[1] > 0 else south),
+    }
+    row, col = np.nonzero(np.isfinite(dem.heights))
+    known = np.column_stack([dem.geometry.xs[col], dem.geometry.ys[row]])
+
+    def on_ground(xy: tuple[float, float]) -> Array:
+        nearest = int(np.argmin(((known - xy) ** 2).sum(axis=1)))
+        return np.array([*xy, dem.heights[row[nearest], col[nearest]] + OVER])
+
+    ends = np.array([on_ground((float(mark), south)) for mark in marks])
+    return Bearings({text: on_ground(xy) for text, xy in places.items()}, np.stack([ends[:-1], ends[1:]], axis=1))
+
+
+def _north(dem: Dem) -> str:
+    """What stands at the north edge: where true north is known and turned from the map's, by how much."""
+    if dem.true_north is None or round(dem.true_north[0]) == 0:
+        return "N"
+    side = "E" if dem.true_north[0] > 0 else "W"
+    return f"N (true north {abs(dem.true_north[0]):.0f}° {side})"
+
+
+class BearingsDrawing:
+    """Made once for each terrain."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._drawn = Drawn(server)
+        self._of = ""
+
+    def show(self, dem: Dem | None) -> None:
+        """None: there is no terrain."""
+        digest = "" if dem is None else dem.digest
+        if digest == self._of:
+            return
+        self._of = ""
+        names: list[str] = []
+        if dem is not None:
+            found, scene = bearings_of(dem), self._server.scene
+            for text, point in found.texts.items():
+                names.append(f"{ROOT}/{len(names)}")
+                self._drawn.add(scene.add_label, names[-1], text, position=point, anchor="bottom-center")
+            local, middle = near(found.bar)
+            tones = np.array([TONES[i % len(TONES)] for i in range(len(local))], np.uint8)
+            names.append(f"{ROOT}/bar")
+            self._drawn.add(
+                scene.add_line_segments,
+                names[-1],
+                local,
+                np.repeat(tones[:, None], 2, axis=1),
+                thickness=6.0,
+                thickness_units="screen",
+                position=middle,
+            )
+        self._drawn.only(names)
+        self._of = digest

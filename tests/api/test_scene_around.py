@@ -1,0 +1,128 @@
+"""What is around rover and ground: sky, compass, scale bar, shadow; and labels that are arranged."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+import footfall
+from footfall.core.frames import apply
+from footfall.robot.kinematics import wheel_centers
+from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import from_heights
+from footfall.terrain.ground.surface import height_at
+from footfall_ui.scene.bearings import bearings_of
+from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
+from footfall_ui.scene.sky import LEAST, MOST, TEXELS, ball, gradient, place
+from tests.support.chassis_ground import lifted, wavy
+
+
+def loaded(content):
+    """The one mesh of a binary glTF where it stands, as another library reads it."""
+    scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
+    (mesh,) = scene.geometry.values()
+    mesh.apply_transform(scene.graph.get(scene.graph.nodes_geometry[0])[0])
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def ground():
+    return wavy(half=4.0)
+
+
+@pytest.fixture(scope="module")
+def stood(athlete, ground):
+    return footfall.stand(athlete, ground)
+
+
+def luminance(rgb):
+    return rgb.astype(float) @ [0.2126, 0.7152, 0.0722]
+
+
+def test_the_horizon_is_level_and_sharp_and_the_sky_darkens_upward():
+    mesh, uv = ball(300.0, (10.0, -20.0, 3.0))
+    away = mesh.vertices - [10.0, -20.0, 3.0]
+    assert np.linalg.norm(away, axis=1) == pytest.approx(300.0)
+    inside = (uv[:, 1] > 1 / TEXELS) & (uv[:, 1] < 1 - 1 / TEXELS)
+    elevation = np.arcsin(away[:, 2] / 300.0)
+    assert uv[inside, 1] == pytest.approx(0.5 + elevation[inside] / np.pi)
+    brightness = luminance(gradient()[:, 0])
+    sky, ground = brightness[TEXELS // 2 :], brightness[: TEXELS // 2]
+    assert (np.diff(sky) <= 0).all()
+    assert (np.diff(ground) >= 0).all()
+    assert np.abs(np.diff(brightness)).argmax() == TEXELS // 2 - 1
+    # light labels are read before all of it
+    assert brightness.max() < 128
+
+
+@given(x=st.floats(-1e6, 1e6), y=st.floats(-1e6, 1e6), z=st.floats(-3000, 3000), size=st.sampled_from([3, 40, 300]))
+def test_the_sky_is_about_the_map_and_outside_of_it(x, y, z, size):
+    dem = from_heights(np.full((size, size), z, np.float32), 0.5, x, y)
+    radius, middle = place(dem)
+    assert LEAST <= radius <= MOST
+    west, south, east, north = dem.geometry.bounds
+    for corner in ((west, south), (east, north), (west, north), (east, south)):
+        assert np.hypot(*np.subtract(corner, middle[:2])) < 0.8 * radius
+    assert abs(middle[2] - z) <= 0.51
+
+
+def test_letters_and_bar_are_where_they_say():
+    heights = np.full((101, 201), 2.0, np.float32)
+    heights[:, :3] = np.nan
+    found = bearings_of(from_heights(heights, 0.05, 100.0, 50.0))
+    west, south, east, north = 100.0, 50.0, 110.0, 55.0
+    assert found.texts["N"][:2] == pytest.approx([105.0, north])
+    assert found.texts["S"][:2] == pytest.approx([105.0, south])
+    assert found.texts["E"][:2] == pytest.approx([east, 52.5])
+    assert found.texts["W"] == pytest.approx([west, 52.5, 2.05])
+    lengths = np.linalg.norm(np.diff(found.bar, axis=1), axis=-1)
+    assert lengths == pytest.approx(1.0)
+    assert found.texts[f"{len(lengths)} m"] == pytest.approx(found.bar[-1, 1])
+    light = found.texts["light assumed from here"]
+    assert light[0] < 105.0
+    assert light[1] == pytest.approx(north)
+
+
+def test_where_true_north_is_turned_the_letter_says_so():
+    plain = from_heights(np.zeros((20, 20), np.float32), 0.1)
+    assert "N" in bearings_of(plain).texts
+    for turned, text in (((3.2, 3.1, 3.3), "N (true north 3° E)"), ((-12.0, -12.1, -11.9), "N (true north 12° W)")):
+        dem = Dem(plain.heights, plain.geometry, "turned", plain.provenance, true_north=turned)
+        assert text in bearings_of(dem).texts
+
+
+def test_the_shadow_lies_on_the_ground_under_the_whole_rover(athlete, ground, stood):
+    mesh = loaded(shadow_glb(ground, athlete, stood))
+    feet = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))
+    assert mesh.vertices[:, :2].min(axis=0) == pytest.approx(feet[:, :2].min(axis=0) - MARGIN, abs=1e-5)
+    assert mesh.vertices[:, 2] - height_at(ground, *mesh.vertices[:, :2].T) == pytest.approx(OVER, abs=1e-4)
+    # read off the picture: dark under every wheel and the chassis, clear at the rim
+    picture = np.asarray(mesh.visual.material.baseColorTexture.convert("RGBA"))[::-1, :, 3]
+    low, high = mesh.vertices[:, :2].min(axis=0), mesh.vertices[:, :2].max(axis=0)
+    at = np.rint((feet[:, :2] - low) / (high - low) * (np.array(picture.shape) - 1)).astype(int)
+    assert (picture[at[:, 1], at[:, 0]] > 100).all()
+    assert picture[picture.shape[0] // 2, picture.shape[1] // 2] > 70
+    assert picture[0].max() < 10
+    assert picture[:, 0].max() < 10
+
+
+def test_a_wheel_that_is_raised_loses_its_shadow(athlete, ground, stood):
+    wheel = apply(stood.T_site_base, wheel_centers(athlete, stood.posture))[2]
+    found = []
+    for height in (0.0, 0.1, 0.2, 0.3):
+        state = lifted(athlete, stood, [2], height) if height else stood
+        place = (np.array([wheel[0]]), np.array([wheel[1]]), height_at(ground, *wheel[:2])[None])
+        found.append(float(opacity(*place, athlete, state)[0]))
+    assert (np.diff(found) < -0.05).all()
+    assert found[0] > 0.5
+
+
+def test_there_is_no_shadow_on_ground_that_nobody_saw(athlete, stood):
+    heights = np.full((80, 80), np.nan, np.float32)
+    heights[:3, :3] = 0.0
+    far = from_heights(heights, 0.1, 500.0, 500.0)
+    assert shadow_glb(far, athlete, replace(stood, time=1.0)) is None
