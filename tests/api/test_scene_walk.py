@@ -166,8 +166,8 @@ def test_a_gait_that_fails_stands_in_red_until_a_walk_is_planned(tmp_path, monke
 
         live.plan_gait(walk.goal).finish()
         assert there("/failing-text")
-        assert there("/failing/base/shape")
-        mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base/shape", "/failing"))
+        assert there("/failing/base/deck")
+        mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base/deck", "/failing"))
         assert isinstance(mesh, viser.MeshHandle)
         assert isinstance(frame, viser.FrameHandle)
         assert tuple(mesh.color) == COLOR
