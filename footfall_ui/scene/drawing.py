@@ -29,6 +29,7 @@ from footfall_ui.scene.forces import ForcesDrawing
 from footfall_ui.scene.ghost import GhostDrawing
 from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
+from footfall_ui.scene.labels import labels_of
 from footfall_ui.scene.look import Looking
 from footfall_ui.scene.of_session import accepted, played, read, rover_state, walk_here
 from footfall_ui.scene.path import PathDrawing
@@ -54,7 +55,7 @@ VIEW_DISTANCE, VIEW_HEIGHT = 6.2, 3.4
 """Of the first view from the middle of the rover [m]."""
 VIEW_ASIDE = 0.7
 """Angle between the first view and the leg [rad]."""
-MOVING = ("rover", "shadow", "torques", "forces", "support", "collision", "predicted", "look")
+MOVING = ("rover", "shadow", "torques", "forces", "support", "collision", "predicted", "look", "labels")
 """The parts that follow telemetry."""
 
 
@@ -132,8 +133,10 @@ class Scene:
             "tape": self._draw_tape,
             "look": self._draw_look,
             "hand": self._hand.draw,
+            "labels": lambda _: labels_of(server).arrange(server),
         }
         self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
+        labels_of(server).follow(server, lambda: self._redrawing.mark("labels"))
 
     def follow(self, live: LiveSession) -> None:
         """Draw this session from now on."""

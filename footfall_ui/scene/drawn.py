@@ -5,6 +5,8 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 import viser
 
+from footfall_ui.scene.labels import labels_of
+
 _Given = ParamSpec("_Given")
 _Handle = TypeVar("_Handle", bound=viser.SceneNodeHandle)
 
@@ -27,6 +29,8 @@ class Drawn:
         self._handles[name] = None
         made = make(name, *args, **kwargs)
         self._handles[name] = made
+        if isinstance(made, viser.LabelHandle):
+            labels_of(self._server).add(made)
         return made
 
     def only(self, names: Collection[str]) -> None:

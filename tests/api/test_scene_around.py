@@ -2,20 +2,26 @@
 
 import io
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
+import cv2
 import numpy as np
 import pytest
 import trimesh
+import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
 import footfall
-from footfall.core.frames import apply
+from footfall.core.frames import apply, inverse, quat_wxyz, rotation, transform
 from footfall.robot.kinematics import wheel_centers
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene.bearings import bearings_of
+from footfall_ui.scene.drawn import Drawn
+from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, labels_of, sizes_of
 from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
 from footfall_ui.scene.sky import LEAST, MOST, TEXELS, ball, gradient, place
 from tests.support.chassis_ground import lifted, wavy
@@ -126,3 +132,98 @@ def test_there_is_no_shadow_on_ground_that_nobody_saw(athlete, stood):
     heights[:3, :3] = 0.0
     far = from_heights(heights, 0.1, 500.0, 500.0)
     assert shadow_glb(far, athlete, replace(stood, time=1.0)) is None
+
+
+@st.composite
+def crowds(draw):
+    """Points in a window of 600 × 400 px, crowded or not, texts of any length, and how they hang now."""
+    count = draw(st.integers(0, 14))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    points = rng.uniform(0, 1, (count, 2)) * draw(st.sampled_from([(600, 400), (60, 40), (1, 1)]))
+    now = [list(ANCHORS)[i] for i in rng.integers(len(ANCHORS), size=count)]
+    return points, sizes_of(["m" * int(length) for length in rng.integers(1, 40, count)]), now
+
+
+def overlap(points, sizes, anchors):
+    """All that labels cover of each other [px²], pair by pair."""
+    found = boxes(points, sizes, anchors)
+    shared = 0.0
+    for i, a in enumerate(found):
+        for b in found[i + 1 :]:
+            width, height = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
+            shared += max(width, 0.0) * max(height, 0.0)
+    return shared
+
+
+@given(crowd=crowds())
+def test_labels_never_cover_more_of_each_other_than_before_and_stay_where_they_cover_nothing(crowd):
+    points, sizes, now = crowd
+    found = arranged(points, sizes, now)
+    before, after = overlap(points, sizes, now), overlap(points, sizes, found)
+    assert after <= before + 1e-6
+    if before == 0:
+        assert found == now
+    assert arranged(points, sizes, found) == found or overlap(points, sizes, arranged(points, sizes, found)) < after
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_labels_of_one_place_do_not_overlap(count):
+    points, sizes = np.full((count, 2), 200.0), sizes_of(["leg 2: 1393 N"] * count)
+    assert overlap(points, sizes, ["bottom-left"] * count) > 0
+    assert overlap(points, sizes, arranged(points, sizes, ["bottom-left"] * count)) == 0
+
+
+def test_every_label_hangs_at_its_point():
+    points, sizes = np.full((len(ANCHORS), 2), 50.0), np.full((len(ANCHORS), 2), (80.0, 20.0))
+    for name, box in zip(ANCHORS, boxes(points, sizes, list(ANCHORS)), strict=True):
+        side, edge = {"left": 0, "center": 0.5, "right": 1}, {"top": 0, "center": 0.5, "bottom": 1}
+        vertical, horizontal = name.split("-")
+        assert box[0] + side[horizontal] * 80 == pytest.approx(50.0)
+        assert box[1] + edge[vertical] * 20 == pytest.approx(50.0)
+
+
+def test_a_page_sees_points_as_a_pinhole_does():
+    """OpenCV projects the same."""
+    R = rotation("x", 0.3)[:3, :3] @ rotation("z", 0.2)[:3, :3]
+    T = transform(R, (0.5, -1.0, -4.0))
+    page = Page(T, 0.9, 640, 480)
+    points = np.array([(0.0, 0.0, 0.0), (1.0, 0.5, 2.0), (-1.0, 0.2, 1.0)])
+    focal = 240 / np.tan(0.45)
+    camera = np.array([(focal, 0, 320), (0, focal, 240), (0, 0, 1.0)])
+    back = inverse(T)
+    expected, _ = cv2.projectPoints(points, cv2.Rodrigues(back[:3, :3])[0], back[:3, 3], camera, np.zeros(4))
+    assert page.pixels(points) == pytest.approx(expected[:, 0], abs=1e-6)
+    assert np.isnan(page.pixels(np.array([(0.0, 0.0, -30.0)]))).all()
+
+
+def test_labels_of_a_scene_are_moved_apart_for_the_page_that_turns():
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        drawn, turned = Drawn(server), rotation("x", -np.pi / 2)[:3, :3]
+        camera = SimpleNamespace(wxyz=quat_wxyz(turned), position=np.array([0.0, -8.0, 1.0]), fov=1.0)
+        camera.image_width, camera.image_height = 900, 700
+        page = Page(transform(turned, camera.position), 1.0, 900, 700)
+
+        def draw(height):
+            add = server.scene.add_label
+            return [
+                drawn.add(add, name, f"the label {i}", position=(0.0, 0.02 * i, height))
+                for i, name in enumerate(("/one", "/two"))
+            ]
+
+        def shared(handles):
+            points = page.pixels(np.array([one.position for one in handles]))
+            return overlap(points, sizes_of([one.text for one in handles]), [one.anchor for one in handles])
+
+        labels, handles = labels_of(server), draw(1.0)
+        labels.arrange(server)  # nobody looks yet
+        labels.seen_from(cast(viser.CameraHandle, camera))
+        assert shared(handles) > 0
+        labels.arrange(server)
+        assert shared(handles) == 0
+        # drawn again at another place they hang as before: nothing flickers
+        assert [one.anchor for one in draw(1.1)] == [one.anchor for one in handles]
+        drawn.only(["/one"])
+        labels.arrange(server)
+    finally:
+        server.stop()
