@@ -47,7 +47,7 @@ def bearings_of(dem: Dem) -> Bearings:
         "E": (east, y),
         "S": (x, south),
         "W": (west, y),
-        f"{pieces * spacing:.0f} m": (float(marks[-1]), south),
+        f"{pieces * spacing:z.0f} m": (float(marks[-1]), south),
         "light assumed from here": (toward, north if LIGHT[1] > 0 else south),
     }
     row, col = np.nonzero(np.isfinite(dem.heights))
@@ -66,7 +66,7 @@ def _north(dem: Dem) -> str:
     if dem.true_north is None or round(dem.true_north[0]) == 0:
         return "N"
     side = "E" if dem.true_north[0] > 0 else "W"
-    return f"N (true north {abs(dem.true_north[0]):.0f}° {side})"
+    return f"N (true north {abs(dem.true_north[0]):z.0f}° {side})"
 
 
 class BearingsDrawing:
