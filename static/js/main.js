@@ -47,9 +47,10 @@ import * as timeline from "./panels/timeline.js";
 import * as view from "./panels/view.js";
 import * as walk from "./panels/walk.js";
 import * as whatIf from "./panels/whatif.js";
+import * as whose from "./panels/whose.js";
 import * as work from "./panels/work.js";
 
-const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
+const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, whose, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

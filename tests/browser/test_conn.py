@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
 from footfall.session.registry import Sessions
-from tests.support.page_steps import held, keep_pressed
+from tests.support.page_steps import held, keep_pressed, planned
 from tests.support.server import Running, running_server
 from tests.support.waiting import until
 
@@ -112,3 +112,60 @@ def test_rows_go_step_by_step_and_either_page_stops(pages: tuple[Page, Page], pl
     expect(second.locator("#toast")).to_contain_text("holds the conn")
     first.get_by_role("button", name="Clear stop").click()
     expect(first.locator("#stop-state")).to_contain_text("Not a safety-rated stop.")
+
+
+def leg_of(page: Page) -> int:
+    """The one that is chosen there."""
+    return int((page.locator("#legs [aria-checked=true]").get_attribute("id") or "leg--1")[len("leg-") :])
+
+
+def choose(page: Page, plain: Running, x: float, y: float) -> None:
+    """The footfall; then focus is no more in its fields, so that they follow what is chosen."""
+    page.locator("#footfall-x").fill(str(x))
+    page.locator("#footfall-y").fill(str(y))
+    press(page, "Choose")
+    until(lambda: held(plain)["footfall"]["x"] == x, "the footfall")
+    page.locator("#h-footfall").click()
+
+
+def test_each_page_has_its_own_choices_or_what_the_holder_shows_chosen_openly(
+    pages: tuple[Page, Page], plain: Running, look_at: Callable[[Page, str], None]
+) -> None:
+    first, second = pages
+    whose = second.locator("#whose")
+    expect(whose).to_have_text("● My own choices")
+    leg = held(plain)["footfall"]["leg"]
+    first.keyboard.press(f"{leg}")
+    choose(first, plain, -0.5, 1.74)
+    second.keyboard.press("4")
+    expect(second.locator("#leg-4")).to_have_attribute("aria-checked", "true")
+    choose(second, plain, -0.45, 1.78)
+    # neither leg nor footfall of one page is the other's, and what is planned there is planned for its own
+    assert leg_of(first) == leg != 4
+    expect(first.locator("#footfall-x")).to_have_value("-0.5")
+    planned(first, plain, lambda: first.locator("#plan").click())
+    asked = held(plain, "/sessions/current/plans/current")["footfall"]
+    assert (asked["leg"], asked["x"], asked["y"]) == (leg, -0.5, 1.74)
+    expect(second.locator("#footfall-x")).to_have_value("-0.45")
+
+    press(first, "Take conn")
+    expect(second.locator("#status-conn")).to_contain_text("another page")
+    second.locator("body").press("_")
+    expect(whose).to_have_text("⇄ What the conn holder shows")
+    expect(whose).to_have_attribute("aria-pressed", "true")
+    expect(second.locator(f"#leg-{leg}")).to_have_attribute("aria-checked", "true")
+    expect(second.locator("#footfall-x")).to_have_value("-0.500")
+    look_at(second, "follows")
+    second.locator("body").press("5")
+    expect(second.locator("#toast")).to_contain_text("show your own choices first")
+    first.locator("body").press("3")
+    expect(second.locator("#leg-3")).to_have_attribute("aria-checked", "true")
+    plans = len(held(plain)["jobs"])
+    second.locator("#plan").click()
+    expect(second.locator("#toast")).to_contain_text("show your own choices first")
+    assert len(held(plain)["jobs"]) == plans
+    second.locator("#whose").click()
+    expect(whose).to_have_text("● My own choices")
+    expect(second.locator("#leg-4")).to_have_attribute("aria-checked", "true")
+    expect(second.locator("#footfall-x")).to_have_value("-0.450")
+    assert leg_of(first) == 3

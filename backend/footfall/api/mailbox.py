@@ -6,6 +6,8 @@ import time
 from collections import deque
 from typing import Any
 
+from footfall.session.access.identity import LOCAL, Identity
+
 LONGEST_BACKLOG = 5000
 """A listener that falls this many messages behind is let go; it resumes with Last-Event-ID."""
 SLOW_AFTER = 1.0
@@ -17,16 +19,23 @@ class Mailbox:
 
     session: whose. rate: most telemetry messages in a second. ahead: most of them that may be under way, where the
     listener says what it has heard: however much the lines between would hold, it is never further behind. asker: the
-    account or address that listens; holds_conn: as holder of the conn; kept: at the place that is kept for that. taken:
+    account or address that listens; who: as which page; holds_conn: as holder of the conn; kept: at the place that is
+    kept for that. taken:
     messages that went on to the listener; dropped: telemetry that gave way to newer; fell_behind: whether the listener
     was let go because too much waited.
     """
 
     def __init__(
-        self, session: str, rate: float, ahead: int | None = None, asker: str = "", holds_conn: bool = False
+        self,
+        session: str,
+        rate: float,
+        ahead: int | None = None,
+        asker: str = "",
+        holds_conn: bool = False,
+        who: Identity = LOCAL,
     ) -> None:
         self.session, self.rate, self.ahead, self.number = session, rate, ahead, 0
-        self.asker, self.holds_conn, self.kept = asker, holds_conn, False
+        self.asker, self.holds_conn, self.kept, self.who = asker, holds_conn, False, who
         self.taken = self.dropped = 0
         self.fell_behind = False
         self._since = time.time()

@@ -5,6 +5,7 @@ import re
 import threading
 import time
 from collections.abc import AsyncGenerator, Callable
+from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import Header, Query, Request
@@ -110,7 +111,8 @@ class Streams:
 async def session_stream(
     live: LiveSession, streams: Streams, after: int | None, mailbox: Mailbox
 ) -> AsyncGenerator[ServerSentEvent]:
-    """Everything that happens in a session; ``after``: first the recorded events with a higher number.
+    """Everything that happens in a session; ``after``: first the recorded events with a higher number. A page hears of
+    the view that it shows, who names no page of every page's.
 
     Telemetry begins with the newest there is, however old.
     """
@@ -140,6 +142,10 @@ async def session_stream(
                     waited = time.monotonic() - message["taken"]
                     body = telemetry_body(message["frame"], message["age"] + waited, message["light"])
                     yield ServerSentEvent(raw_data=dumps(body), event="telemetry")
+                elif message["type"] == "view" and mailbox.who.seat:
+                    if live.concerns(mailbox.who, message["seat"]):
+                        view = live.choices_of(mailbox.who).view
+                        yield ServerSentEvent(raw_data=dumps(asdict(view)), event="view")
                 else:
                     yield ServerSentEvent(raw_data=dumps(message[message["type"]]), event=message["type"])
     finally:
@@ -183,7 +189,7 @@ def require_open(live: LiveSession) -> None:
 
 def mailbox_of(live: LiveSession, who: Identity, rate: float, ahead: int | None = None) -> Mailbox:
     """For ``who`` to listen to a session."""
-    return Mailbox(live.id, rate, ahead, asker_of(who), live.holds_conn(who))
+    return Mailbox(live.id, rate, ahead, asker_of(who), live.holds_conn(who), who)
 
 
 def asker_of(who: Identity) -> str:

@@ -51,6 +51,10 @@ class LinkedSession(OutcomeSession):
         frame = self.frame
         return None if frame is None else self.place_on_map(frame.state)
 
+    def _conn_seat(self) -> str:
+        holder = self._commanding.gate.conn_holder
+        return "" if holder is None else holder.seat
+
     def _unheard(self) -> str:
         age = self.link.age
         if age is None:

@@ -1,11 +1,14 @@
-"""What a session is without its rover: log, state, values, jobs, view and notes, under one lock."""
+"""What a session is without its rover: log, state, values, jobs, choices and notes, under one lock."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
+from footfall.session.access.acting import actor
+from footfall.session.access.identity import Identity, Role
+from footfall.session.choosing.pages import Choices, Pages
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.jobs.product_recipes import built_robot
@@ -37,7 +40,8 @@ class RecordedSession:
         self._shelf = Shelf(store)
         self._workshop = Workshop(jobs, self._journal, self._shelf, store)
         chosen = self.state.footfall
-        self._view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
+        view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
+        self._pages = Pages(Choices(view, chosen, self.state.points))
         for repair in store.repairs:
             self._journal.record("log_repaired", repair)
         if len(self._journal) and store.writes:
@@ -80,9 +84,14 @@ class RecordedSession:
         return self._journal.state
 
     @property
+    def choices(self) -> Choices:
+        """What is chosen on the page that acts; what was chosen last, where no page acts."""
+        return self.choices_of(actor())
+
+    @property
     def view(self) -> ViewState:
-        """What the operator looks at."""
-        return self._view
+        """What is looked at on the page that acts; as :attr:`choices`."""
+        return self.choices.view
 
     @property
     def jobs(self) -> list[Job]:
@@ -134,16 +143,70 @@ class RecordedSession:
         """Raises NotFound; InvalidBundle where the stored file is damaged."""
         return self._store.get_bytes(digest)
 
-    # -- view and notes ------------------------------------------------------------------------
+    # -- choices and notes ---------------------------------------------------------------------
+
+    def choices_of(self, who: Identity | None) -> Choices:
+        """What a page shows: its own choices, or where it follows, those of the holder of the conn.
+
+        Where nobody holds that, or a program that names no page: what was chosen last. Viewers can't choose, so they
+        begin by following.
+        """
+        own = self._own_choices(who)
+        if not own.view.follows:
+            return own
+        shown = self._pages.of(self._conn_seat())
+        return replace(shown, view=replace(shown.view, follows=True))
+
+    def concerns(self, who: Identity, changed: str) -> bool:
+        """Whether a page shows something else since those of the seat ``changed`` ("": of every one) are others."""
+        if not who.seat or changed in ("", who.seat):
+            return True
+        return self._own_choices(who).view.follows and self._conn_seat() in ("", changed)
 
     def set_view(self, **changes: Any) -> ViewState:
-        """Change fields of the view; see :meth:`footfall.session.view.ViewState.changed`. Raises InvalidInput."""
+        """Change fields of the view of the page that acts; see :meth:`footfall.session.view.ViewState.changed`.
+
+        follows: whether it shows what the holder of the conn shows. Raises InvalidInput; Conflict where it does.
+        """
         if "leg" in changes:
             self._require_leg(changes["leg"])
+        follows = changes.pop("follows", None)
         with self._journal.lock:
-            self._view = self._view.changed(len(self.events()) - 1, **changes)
-            self._journal.tell("view", view=asdict(self._view))
-            return self._view
+            if follows is not None:
+                self._pages.follow(self._seat(), follows)
+            if changes:
+                latest = len(self.events()) - 1
+                self._change_choices(lambda own: replace(own, view=own.view.changed(latest, **changes)))
+            else:
+                self._tell_choices()
+            return self.view
+
+    def _change_choices(self, make: Callable[[Choices], Choices]) -> None:
+        """Other choices on the page that acts. Raises Conflict where it does not show its own."""
+        with self._journal.lock:
+            self._require_own()
+            self._pages.change(self._seat(), make)
+            self._tell_choices()
+
+    def _tell_choices(self) -> None:
+        self._journal.tell("view", view=asdict(self.view), seat=self._seat())
+
+    def _require_own(self) -> None:
+        """What is chosen is chosen of what is in sight. Raises Conflict where that is another page's."""
+        if self._own_choices(actor()).view.follows and self._conn_seat() != self._seat():
+            raise Conflict(
+                "this page shows what the holder of the conn shows: let it show its own choices, and then choose"
+            )
+
+    def _own_choices(self, who: Identity | None) -> Choices:
+        return self._pages.of(_seat_of(who), follows=who is not None and who.role is Role.VIEWER)
+
+    def _seat(self) -> str:
+        return _seat_of(actor())
+
+    def _conn_seat(self) -> str:
+        """Of the page that holds the conn; "" where none does."""
+        return ""
 
     def add_note(self, text: str) -> None:
         """Write something down. Raises InvalidInput for an empty or overlong note."""
@@ -175,6 +238,10 @@ class RecordedSession:
                 robot=state.robot,
                 fault="wrong-robot" if state.robot != self.state.robot_name else "wrong-legs",
             )
+
+
+def _seat_of(who: Identity | None) -> str:
+    return "" if who is None else who.seat
 
 
 def present(digest: str | None, otherwise: str) -> str:

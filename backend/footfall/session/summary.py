@@ -15,7 +15,7 @@ from footfall.terrain.dem import Dem
 
 def summary(session: WalkingSession) -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
-    state, up_to_date = session.state, session.up_to_date()
+    state, up_to_date, choices = session.state, session.up_to_date(), session.choices
     return {
         "id": session.id,
         "name": state.name,
@@ -35,9 +35,9 @@ def summary(session: WalkingSession) -> dict[str, Any]:
         "maps": dict(state.maps),
         "maps_current": {leg: fit["fits"] for leg, fit in up_to_date["maps"].items()},
         "up_to_date": up_to_date,
-        "footfall": None if state.footfall is None else fields_of(state.footfall),
+        "footfall": None if choices.footfall is None else fields_of(choices.footfall),
         "footfall_answer": _footfall_answer(session),
-        "points": None if state.points is None else fields_of(state.points),
+        "points": None if choices.points is None else fields_of(choices.points),
         "hand": session.hand,
         **session.undoable,
         "plan": {
@@ -68,7 +68,7 @@ def summary(session: WalkingSession) -> dict[str, Any]:
         "run": session.run,
         "commands": [fields_of(one) for one in state.commands],
         "notes": [fields_of(one) for one in state.notes],
-        "view": asdict(session.view),
+        "view": asdict(choices.view),
         "link": session.link.as_dict(),
         "jobs": [job.as_dict() for job in session.jobs],
         "plan_matches_rover": session.plan_matches_rover(),
@@ -127,5 +127,5 @@ def _terrain(session: WalkingSession) -> dict[str, Any] | None:
 
 def _footfall_answer(session: WalkingSession) -> dict[str, Any] | None:
     """What terrain and maps say now of the chosen footfall."""
-    chosen = session.state.footfall
+    chosen = session.choices.footfall
     return None if chosen is None or session.state.dem is None else session.footfall_answer(chosen)

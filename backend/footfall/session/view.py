@@ -1,4 +1,4 @@
-"""What the operator looks at, and what the scene shows of it; of a session, but not logged."""
+"""What an operator looks at on a page, and what its scene shows of it; not logged."""
 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
@@ -43,7 +43,8 @@ class ViewState:
     for; tape: the measured points, at most two, site frame [m]. plays: one of PLAYS, heeded until something newer than
     the events numbered up to ``plays_since`` can be played.
     goal: x, y where a walk is to lead, as the operator has set it, site frame [m]; goal_page: the page whose next click
-    on the ground sets it, "" for none."""
+    on the ground sets it, "" for none. follows: whether the page shows what the holder of the conn shows instead of its
+    own choices."""
 
     leg: int = 0
     layer: str | None = "footing"
@@ -57,13 +58,14 @@ class ViewState:
     plays_since: int = -1
     goal: tuple[float, float] | None = None
     goal_page: str = ""
+    follows: bool = False
 
     def changed(self, latest: int = -1, /, **changes: Any) -> "ViewState":
         """The view with other fields; ``shown`` as a mapping of the switches that change. Raises InvalidInput.
 
         latest: number of the latest event of the session.
         """
-        mine = [name for name in ViewState.__dataclass_fields__ if name not in ("looks", "plays_since")]
+        mine = [name for name in ViewState.__dataclass_fields__ if name not in ("looks", "plays_since", "follows")]
         unknown = set(changes) - set(mine)
         if unknown:
             raise InvalidInput(f"a view has {', '.join(mine)}, not {', '.join(sorted(unknown))}")

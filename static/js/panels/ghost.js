@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { put } from "../api.js";
 import { followCursor } from "../cursor.js";
 import { $, attempt } from "../dom.js";
+import { follows, notOwn } from "../following.js";
 import { endBeside, footMoveTold, waypointAt } from "../footmoves.js";
 import { momentAt, pace, played, rowAt, timeAt, travelOf, walkPlayed } from "../pace.js";
 import { postureAt } from "../samples.js";
@@ -27,7 +28,7 @@ export function start() {
     await refresh();
   }));
   $("scrub-time").addEventListener("change", () => { const way = pace(); if (way) showTime(way, Number($("scrub-time").value)); });
-  const refusal = () => (played() ? "" : "There is neither a plan nor a sequence to play.");
+  const refusal = () => notOwn() || (played() ? "" : "There is neither a plan nor a sequence to play.");
   const untimed = () => refusal() || (pace() || walkPlayed() ? "" : "What the ghost plays has no rows yet: make its commands.");
   act({ key: " ", text: "Play or pause the ghost", button: "ghost-play", run: toggle, refusal });
   act({ key: "[", text: "Ghost back", run: () => nudge(-0.02), refusal });
@@ -183,7 +184,7 @@ function draw({ summary, plan, sequence }) {
   const [walk, step] = [known.walk?.plan ?? known.walk?.partial, plan?.plan || sequence?.commands.length];
   $("ghost-plays").hidden = !(walk && step);
   if (document.activeElement !== $("ghost-plays")) $("ghost-plays").value = walkPlayed() ? "walk" : "step";
-  $("scrub").disabled = !there;
+  $("scrub").disabled = !there || follows();
   if (!there) {
     $("scrub-read").textContent = "no plan";
     $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = true;

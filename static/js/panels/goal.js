@@ -1,10 +1,11 @@
 // The goal of a walk: typed as a place, as a way ahead, taken from the footfall, or from a click on the ground while that is
-// asked for. It is the session's, and the scene flies a flag there.
+// asked for. It is this page's, and its scene flies a flag there.
 
 import { act } from "../acts.js";
 import { PAGE, put } from "../api.js";
 import { settled } from "../choosing.js";
 import { $, attempt, fixed } from "../dom.js";
+import { follows } from "../following.js";
 import { heardFirst } from "../keys.js";
 import { reveal } from "../layout.js";
 import { isEscape } from "../stopkeys.js";
@@ -14,6 +15,7 @@ const PLACE = ["walk-x", "walk-y"];
 const AHEAD = ["walk-ahead", "walk-toward"];
 
 let drawn = "null"; // the goal that is in the fields
+let followed = false; // whether it is another page's
 
 export function start() {
   act({
@@ -99,4 +101,6 @@ function draw({ summary }) {
   if (key === drawn || typing) return; // never write over what the operator is typing
   drawn = key;
   if (goal) write(...goal);
+  else if (followed) for (const id of [...PLACE, ...AHEAD]) $(id).value = ""; // another's goal is none of this page
+  followed = follows();
 }

@@ -8,7 +8,7 @@ import { explainKey, heardFirst } from "../keys.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
 import { refresh, tell } from "../stream.js";
-import { whoIs } from "../who.js";
+import { isThisPage, whoIs } from "../who.js";
 import { computeMaps } from "./ground.js";
 
 const PAUSE = 900; // ms without a key, after which what was moved is chosen
@@ -135,7 +135,8 @@ const putBack = () => attempt(async () => {
 function draw({ summary }) {
   if (!summary) return;
   const now = hand();
-  if (taken && !isSame(taken, now)) taken = null; // put down or taken over by somebody, or there is no such thing any more
+  // put down or taken over by somebody, or there is no such thing any more
+  if (taken && !(isSame(taken, now) && isThisPage(now.by))) taken = null;
   const key = JSON.stringify([now, Boolean(taken)]);
   if (key === drawn) return;
   drawn = key;

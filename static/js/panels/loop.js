@@ -3,6 +3,7 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
+import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { events, subscribeToEvents, when } from "../events.js";
 import { known, subscribe } from "../store.js";
@@ -49,6 +50,7 @@ function notBegun() {
 }
 
 const begin = () => attempt(async () => {
+  await settled();
   $("panel-loop").open = true;
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));

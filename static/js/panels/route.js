@@ -2,6 +2,7 @@
 
 import { act } from "../acts.js";
 import { post } from "../api.js";
+import { settled } from "../choosing.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
@@ -27,6 +28,7 @@ function notTaken() {
 }
 
 const planRoute = () => attempt(async () => {
+  await settled();
   $("panel-walk").open = true;
   if (!$("walk-form").reportValidity()) return;
   await freeze();

@@ -1,5 +1,5 @@
 // Points that the wheel's centre is to pass during the swing: typed, moved by keys or by hand, or taken from where the ghost is.
-// They are the session's, the same on every page, and setting them can be undone.
+// They are this page's, and setting them can be undone.
 
 import { act } from "../acts.js";
 import { get, put } from "../api.js";

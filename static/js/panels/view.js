@@ -1,4 +1,4 @@
-// What the scene shows beside rover and ground, and where it is looked at from: the session's, so the same on every page.
+// What the scene shows beside rover and ground, and where it is looked at from: this page's.
 
 import { act } from "../acts.js";
 import { put } from "../api.js";

@@ -3,6 +3,7 @@
 
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
+import { settled } from "../choosing.js";
 import { $, attempt, element, fixed, signed } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { statusTold } from "../kinds.js";
@@ -17,7 +18,7 @@ let places = { forbidden: [], pinned: [] }; // what the operator says of the gro
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
   act({ text: "Plan the walk, or the gait, to its goal", button: "plan-walk", run: planWalk });
-  $("walk-gait").addEventListener("change", changed);
+  for (const id of ["walk-gait", "walk-yaw"]) $(id).addEventListener("input", changed); // what comes next goes by them
   act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
   act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
   act({ text: "Re-plan the walk from here", button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : "There is no walk yet.") });
@@ -64,6 +65,7 @@ export function goalMeant() {
 export const walkSettings = () => ({ seed: Number($("seed").value), ...places });
 
 const planWalk = () => attempt(async () => {
+  await settled();
   $("panel-walk").open = true;
   showTether();
   if (!$("walk-form").reportValidity()) return;

@@ -311,13 +311,15 @@ class ShownChange(Strictly):
 
 
 class ViewChange(Strictly):
-    """What the operator looks at; what is left out stays."""
+    """What is looked at on the page that asks (FootFall-Page; on every page, where none is named); what is left out
+    stays."""
 
     model_config = _examples(
         {"leg": 2, "layer": "footing"},
         {"scrub": 0.5, "show_ghost": True},
         {"shown": {"cameras": True}, "look": "top"},
         {"plays": "walk"},
+        {"follows": True},
         {"goal": [2.5, 1.0]},
         {"shown": {"tape": True}, "tape": [[0.0, 1.0, 0.1], [0.5, 1.0, 0.3]]},
     )
@@ -331,6 +333,10 @@ class ViewChange(Strictly):
     goal: Vector2 | None = Field(default=None, description="of a walk: x, y [m] in the site frame; null: none")
     goal_page: Annotated[str, Len(0, 64)] = Field(
         default_factory=str, description="the page, as FootFall-Page names it, whose next click sets the goal; or none"
+    )
+    follows: bool = Field(
+        default_factory=bool,
+        description="whether the page shows what the holder of the conn shows, instead of its own choices",
     )
     plays: Name = Field(
         default_factory=str,

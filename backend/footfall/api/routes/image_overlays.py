@@ -198,7 +198,7 @@ def _footfall(
 ) -> FootfallInImage | None:
     from footfall.terrain.ground.image_lines import seen, seen_lines
 
-    chosen = live.state.footfall
+    chosen = live.choices.footfall
     answer = None if chosen is None else live.footfall_answer(chosen)
     if answer is None or not answer["known"]:
         return None

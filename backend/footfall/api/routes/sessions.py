@@ -197,13 +197,13 @@ def read_log(
 
 @router.get("/sessions/{session}/view")
 def read_view(live: OneSession) -> ViewState:
-    """What the operator looks at: leg, layer, scrubber, ghost."""
+    """What is looked at on the page that asks: leg, layer, scrubber, ghost; without its name, what was last on any."""
     return live.view
 
 
 @router.put("/sessions/{session}/view")
 def change_view(live: OneSession, change: ViewChange) -> ViewState:
-    """Change some of it; every page of this session follows."""
+    """Change some of it for the page that asks, and no other; for every page, where none is named."""
     live.set_view(**change.model_dump(exclude_unset=True))
     return live.view
 

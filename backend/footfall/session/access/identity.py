@@ -39,6 +39,11 @@ class Identity(Value):
             return False
         return bool(self.page) or self.client == other.client
 
+    @property
+    def seat(self) -> str:
+        """Which page of whom it is; "" for who names no page. No page's name has a space."""
+        return f"{self.name} {self.page}" if self.page else ""
+
     def as_dict(self) -> dict[str, str]:
         """Plain JSON: who, in which role, from where."""
         return {"name": self.name, "role": self.role.value, "client": self.client, "page": self.page}

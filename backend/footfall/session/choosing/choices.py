@@ -1,6 +1,7 @@
 """Choices of a session: points for the wheel, and taking back what was chosen, or making it again."""
 
 from collections.abc import Sequence as Listed
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,9 +27,12 @@ class ChoiceSession(PlanSession):
         if len(asked) > MOST_THROUGH or not np.isfinite(asked).all():
             raise InvalidInput(f"a swing passes at most {MOST_THROUGH} points of three finite coordinates [m]")
         with self._journal.lock:
-            now = self.state.points
+            self._require_own()
+            now = self.choices.points
             if now is None or (now.leg, now.points) != (leg, tuple(map(tuple, asked.tolist()))):
                 self._journal.record("points_set", {"leg": leg, "points": asked.tolist()})
+                points_now = self.state.points
+                self._change_choices(lambda own: replace(own, points=points_now))
 
     @property
     def undoable(self) -> dict[str, dict[str, Any] | None]:
@@ -51,6 +55,7 @@ class ChoiceSession(PlanSession):
 
     def _turn(self, event: str, seq: int | None) -> Choice:
         with self._journal.lock:
+            self._require_own()
             back = event == "choice_undone"
             found = self.state.choices if back else self.state.choices_ahead
             if not found:
@@ -63,5 +68,9 @@ class ChoiceSession(PlanSession):
                     present=last.seq,
                 )
             leg = {} if last.leg is None else {"leg": last.leg}
+            before = self.state
             self._journal.record(event, {"choice": last.seq, "kind": last.kind, **leg})
+            after = self.state
+            if last.kind in ("footfall", "points"):
+                self._change_choices(lambda own: own.turned(before, after))
             return last

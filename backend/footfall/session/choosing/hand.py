@@ -87,11 +87,13 @@ class HandSession(ChoiceSession):
             raise InvalidInput(f"what can be held is {', '.join(COUNTS)}", what=what)
         if place is not None and (len(place) != COUNTS[what] or not all(map(math.isfinite, place))):
             raise InvalidInput(f"the place of a {what} is {COUNTS[what]} finite numbers", place=list(place))
-        leg, origin = self._thing(what, index)
+        self._require_own()
+        who = actor() or LOCAL
+        leg, origin = self._thing(what, index, who)
         at = origin if place is None else tuple(float(one) for one in place)
         before = self._held
         stance = before.stance if before is not None and before.what == what else None
-        return self._have(self._told(Held(what, index, leg, origin, at, actor() or LOCAL, {}, stance=stance)))
+        return self._have(self._told(Held(what, index, leg, origin, at, who, {}, stance=stance)))
 
     def commit_hand(self) -> dict[str, Any]:
         """What is in hand becomes the choice, and stays in hand; where it is refused, it goes back to where it was.
@@ -128,8 +130,9 @@ class HandSession(ChoiceSession):
         held = self._present_hand()
         if held is None:
             raise Conflict("nothing is in hand: take up the footfall, a point or the chassis first")
-        # one operator's page and scene are two hands of theirs
-        if held.by.name != (actor() or LOCAL).name:
+        who = actor() or LOCAL
+        # what each of two pages chose is its own; one that says no name may be either
+        if held.by.name != who.name or (held.by.seat and who.seat and held.by.seat != who.seat):
             raise Conflict(f"{held.by.name} has taken it in hand since; take it up again to move it", by=held.by.name)
         return held
 
@@ -140,7 +143,7 @@ class HandSession(ChoiceSession):
         if held is None:
             return None
         try:
-            leg, origin = self._thing(held.what, held.index)
+            leg, origin = self._thing(held.what, held.index, held.by)
         except Conflict:
             return None
         if (leg, origin) == (held.leg, held.origin):
@@ -151,18 +154,18 @@ class HandSession(ChoiceSession):
                 self._held = now
         return now
 
-    def _thing(self, what: str, index: int) -> tuple[int | None, tuple[float, ...]]:
-        """Whose it is, and where. Raises Conflict where there is none."""
-        state = self.state
+    def _thing(self, what: str, index: int, who: Identity) -> tuple[int | None, tuple[float, ...]]:
+        """Of which leg it is that ``who`` chose, and where. Raises Conflict where there is none."""
+        chosen = self.choices_of(who)
         if what == "footfall":
-            if state.footfall is None:
+            if chosen.footfall is None:
                 raise Conflict("there is no chosen footfall to move: choose one first")
-            return state.footfall.leg, (state.footfall.x, state.footfall.y)
+            return chosen.footfall.leg, (chosen.footfall.x, chosen.footfall.y)
         if what == "point":
-            points = () if state.points is None else state.points.points
-            if state.points is None or not 0 <= index < len(points):
+            points = () if chosen.points is None else chosen.points.points
+            if chosen.points is None or not 0 <= index < len(points):
                 raise Conflict(f"there is no point {index + 1} for the wheel to pass", points=len(points))
-            return state.points.leg, points[index]
+            return chosen.points.leg, points[index]
         now = self._shelf.typed(RobotState, self._ground()["state"])
         return None, tuple(BodyShift.between(self._stands().T_site_base, now.T_site_base).vector.tolist())
 
@@ -172,10 +175,10 @@ class HandSession(ChoiceSession):
     def _choose(self, held: Held) -> None:
         if held.what == "footfall" and held.leg is not None:
             self.choose_footfall(held.leg, *held.place)
-        elif held.what == "point" and self.state.points is not None:
-            points: list[Point] = list(self.state.points.points)
+        elif held.what == "point" and (chosen := self.choices.points) is not None:
+            points: list[Point] = list(chosen.points)
             points[held.index] = _point(held.place)
-            self.set_points(self.state.points.leg, points)
+            self.set_points(chosen.leg, points)
         elif max(map(abs, held.place)) > UNMOVED:
             self.what_if(BodyShift(*held.place))
         elif self.state.what_if is not None:

@@ -59,6 +59,11 @@ class Gate:
         return self._state.conn.as_dict(self._clock())
 
     @property
+    def conn_holder(self) -> Identity | None:
+        """Who holds the conn; None: nobody."""
+        return self._state.conn.holder
+
+    @property
     def conn_number(self) -> int:
         """Number of the latest holding of the conn."""
         return self._state.conn.number

@@ -60,7 +60,7 @@ class Chosen(Protocol):
 def chosen(before: Chosen, after: Chosen, event: Event, kind: str) -> Changes:
     """The event was a choice. One that changes nothing is none; any other ends what could be made again."""
     was, now = _of(before, kind), _of(after, kind)
-    if kind != "edit" and all(_alike(was[name], now[name]) for name in was):
+    if kind != "edit" and all(alike(was[name], now[name]) for name in was):
         return {}
     by = event.payload.get("by") or {}
     made = Choice(kind, event.seq, by.get("name", ""), event.payload.get("leg"), was)
@@ -131,7 +131,8 @@ def _of(state: Chosen, kind: str) -> dict[str, Any]:
     return {name: getattr(state, name) for name in FIELDS[kind]}
 
 
-def _alike(one: Any, other: Any) -> bool:
+def alike(one: Any, other: Any) -> bool:
+    """Whether two fields of a state hold the same."""
     if isinstance(one, Value) and isinstance(other, Value):
         return one.digest == other.digest
     return one == other

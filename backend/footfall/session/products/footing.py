@@ -3,7 +3,7 @@
 What judges maps loads compiled code, so it loads when first asked.
 """
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import Conflict
@@ -86,7 +86,7 @@ class FootingSession(StanceSession):
         if show:
             with self._journal.lock:
                 self._suggested = maps.digest, found
-                self._journal.tell("view", view=asdict(self.view))
+                self._journal.tell("view", view=asdict(self.view), seat="")
         return found
 
     def suggestions_shown(self, leg: int) -> "Suggestions | None":
@@ -111,10 +111,17 @@ class FootingSession(StanceSession):
         return nearest_good(maps, footfall.x, footfall.y, MOST_GOOD)
 
     def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
-        """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s."""
+        """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s.
+
+        It is the choice of the page that acts. Raises Conflict where that does not show its own.
+        """
         self._require_leg(leg)
-        answer = self.footfall_answer(Footfall(leg, float(x), float(y)))
-        self._journal.record("footfall_chosen", answer)
+        footfall = Footfall(leg, float(x), float(y))
+        answer = self.footfall_answer(footfall)
+        with self._journal.lock:
+            self._require_own()
+            self._journal.record("footfall_chosen", answer)
+            self._change_choices(lambda own: replace(own, footfall=footfall))
         return answer
 
     def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:

@@ -35,7 +35,7 @@ class PlanSession(FootingSession):
         through: points, site [m], that the wheel's centre passes. after: digest of a plan, execution or sequence from
         whose predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
         """
-        chosen = self.state.footfall
+        chosen = self.choices.footfall
         if target is not None and leg is not None:
             chosen = Footfall(leg, float(target[0]), float(target[1]))
         elif target is not None:

@@ -60,7 +60,7 @@ class StanceSession(UpToDateSession):
         Conflict, InvalidInput.
         """
         self._require_leg(leg)
-        chosen = self.state.footfall
+        chosen = self.choices.footfall
         if target is not None:
             chosen = Footfall(leg, float(target[0]), float(target[1]))
         elif chosen is None or chosen.leg != leg:
