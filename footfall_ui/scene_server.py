@@ -10,7 +10,7 @@ import viser
 
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
-from footfall_ui.scene import Scene
+from footfall_ui.page_scenes import PageScenes
 from footfall_ui.viser_door import SceneDoor, closed_door, open_viser
 
 _log = logging.getLogger(__name__)
@@ -70,12 +70,12 @@ class SceneServer:
 
     def _open(self) -> None:
         self._close_opened.close()
-        self._scene: Scene | None = None
+        self._scene: PageScenes | None = None
         with contextlib.ExitStack() as opened:
             try:
                 server, door = open_viser()
                 opened.callback(_stop, server)
-                self._scene = Scene(server, door.visitors)
+                self._scene = PageScenes(server, door.visitors)
                 opened.callback(self._scene.close)
             except Exception as error:  # whatever it is: the operator can work without the scene
                 if type(error) not in self._told:

@@ -58,7 +58,7 @@ def _points(dem: Dem, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArr
 class AgeDrawing:
     """Made once for each terrain, then shown and hidden."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

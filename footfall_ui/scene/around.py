@@ -13,7 +13,7 @@ from footfall_ui.scene.unknown import UnknownDrawing
 class AroundDrawing:
     """All of it follows the terrain alone."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._drawings = (UnknownDrawing(server), BearingsDrawing(server), SkyDrawing(server))
 
     def draw(self, live: LiveSession) -> None:

@@ -72,7 +72,7 @@ def _north(dem: Dem) -> str:
 class BearingsDrawing:
     """Made once for each terrain."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

@@ -36,7 +36,9 @@ def frusta(description: RobotDescription) -> tuple[Frustum, ...]:
 class CamerasDrawing:
     """Frusta and names on a drawn rover, which carries them along; they go with it."""
 
-    def __init__(self, server: viser.ViserServer, description: RobotDescription, name: str = "rover") -> None:
+    def __init__(
+        self, server: viser.ViserServer | viser.ClientHandle, description: RobotDescription, name: str = "rover"
+    ) -> None:
         self._server, self._frusta, self._root = server, frusta(description), f"/{name}/cameras"
         self._drawn = Drawn(server)
         self._shown = False

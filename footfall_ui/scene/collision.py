@@ -34,7 +34,7 @@ def colliding(result: PlanResult, links: Collection[str]) -> tuple[str, ...]:
 class CollisionDrawing:
     """The pair's names at the first of them; their colour is the rover's to draw."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
 

@@ -13,6 +13,7 @@ from footfall.planning.walk.problem import WalkPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting, actor
+from footfall.session.access.identity import Identity
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import WALK
 from footfall.session.steadiness import friction_of
@@ -23,6 +24,7 @@ from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.around import AroundDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding
+from footfall_ui.scene.drawn import server_of
 from footfall_ui.scene.failing import FailingDrawing
 from footfall_ui.scene.footfall import FootfallDrawing
 from footfall_ui.scene.forces import ForcesDrawing
@@ -30,7 +32,7 @@ from footfall_ui.scene.ghost import GhostDrawing
 from footfall_ui.scene.goal import GoalDrawing
 from footfall_ui.scene.hand import HandPart
 from footfall_ui.scene.labels import labels_of
-from footfall_ui.scene.look import Looking
+from footfall_ui.scene.look import Eye, Looking
 from footfall_ui.scene.of_session import accepted, played, read, rover_state, walk_here
 from footfall_ui.scene.path import PathDrawing
 from footfall_ui.scene.predicted import PredictedDrawing, alongside, row_under_way
@@ -46,7 +48,6 @@ from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.tether import TetherDrawing
 from footfall_ui.scene.torque import TorqueDrawing
-from footfall_ui.scene.wakeup import wake_in_loop
 from footfall_ui.scene.walk import WalkDrawing
 from footfall_ui.scene.what_if import WhatIfDrawing
 from footfall_ui.visitors import Visitors
@@ -60,20 +61,18 @@ MOVING = ("rover", "shadow", "torques", "forces", "support", "collision", "predi
 
 
 class Scene:
-    """Draws one session at a time into a viser server.
-
-    Messages of the session only mark what is out of date; the drawing thread does the work, so a
-    slow picture delays neither commands nor telemetry.
+    """Draws a session for a page of viser, as chosen there, or for a whole server, as chosen last. What it hears only
+    marks what is out of date: a thread draws, and a slow picture delays neither commands nor telemetry.
     """
 
-    def __init__(self, server: viser.ViserServer, visitors: Visitors | None = None) -> None:
-        """visitors: who sits at which page; None: nobody knows."""
-        wake_in_loop(server)
-        self._server, self._visitors = server, visitors or Visitors()
-        server.scene.set_up_direction("+z")
-        server.scene.world_axes.visible = False
-        server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
-        server.scene.configure_default_lights(enabled=True, cast_shadow=False)
+    def __init__(
+        self,
+        server: viser.ViserServer | viser.ClientHandle,
+        visitors: Visitors | None = None,
+        who: Identity | None = None,
+    ) -> None:
+        """visitors: who sits at which page, None: nobody knows; who: at this one, None: at any."""
+        self._server, self._visitors, self._who = server, visitors or Visitors(), who
         server.scene.on_click()(self._clicked)
         self._live: LiveSession | None = None
         self._drawn: LiveSession | None = None
@@ -84,7 +83,6 @@ class Scene:
         self._robot: Robot | None = None
         self._terrain = TerrainDrawing(server)
         self._age = AgeDrawing(server)
-        self._around = AroundDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
@@ -99,10 +97,7 @@ class Scene:
         self._walk = WalkDrawing(server)
         self._tether = TetherDrawing(server)
         self._failing = FailingDrawing(server)
-        self._goal = GoalDrawing(server)
-        self._route = RouteDrawing(server)
         self._tape = TapeDrawing(server)
-        self._shadow = ShadowDrawing(server)
         self._looking = Looking(server)
         self._hand = HandPart(server, lambda: self._live, self._visitors)
         parts: dict[str, Callable[[LiveSession], None]] = {
@@ -110,8 +105,8 @@ class Scene:
             "rover": self._draw_rover,
             "ground": self._draw_ground,
             "age": self._draw_age,
-            "shadow": self._shadow.draw,
-            "around": self._around.draw,
+            "shadow": ShadowDrawing(server).draw,
+            "around": AroundDrawing(server).draw,
             "torques": self._draw_torques,
             "forces": self._draw_forces,
             "support": self._draw_support,
@@ -123,8 +118,8 @@ class Scene:
             "walk": self._draw_walk,
             "tether": self._draw_tether,
             "failing": self._draw_failing,
-            "goal": self._goal.draw,
-            "route": self._route.draw,
+            "goal": GoalDrawing(server).draw,
+            "route": RouteDrawing(server).draw,
             "collision": self._draw_collision,
             "ghost": self._draw_ghost,
             "swept": self._draw_swept,
@@ -156,13 +151,19 @@ class Scene:
             self._redrawing.mark(*MOVING)
         elif message["type"] == "hand":
             self._redrawing.mark("hand", "what if")
+        elif message["type"] == "view" and not self._concerns(message["seat"]):
+            return
         elif message["type"] in ("event", "view", "preview", "fits"):
             self._redrawing.mark()
+
+    def _concerns(self, seat: str) -> bool:
+        return self._who is None or self._live is None or self._live.concerns(self._who, seat)
 
     def _of_session(self, draw: Callable[[LiveSession], None]) -> Callable[[], None]:
         def drawn() -> None:
             if self._live is not None:
-                draw(self._live)
+                with acting(self._who):
+                    draw(self._live)
 
         return drawn
 
@@ -192,8 +193,8 @@ class Scene:
         if self._robot is None:
             return
         out = self._robot.description.legs[leg].T_base_hip[:2, :2] @ rotation("z", VIEW_ASIDE)[:2, :2]
-        self._server.initial_camera.position = (*(VIEW_DISTANCE * out[:, 0]), VIEW_HEIGHT)
-        self._server.initial_camera.look_at = (*(0.15 * VIEW_DISTANCE * out[:, 0]), 0.4)
+        away = VIEW_DISTANCE * out[:, 0]
+        self._looking.begin(Eye(np.array([*away, VIEW_HEIGHT]), np.array([*(0.15 * away), 0.4])))
 
     def _draw_rover(self, live: LiveSession) -> None:
         if self._rover is None or self._robot is None:
@@ -276,7 +277,7 @@ class Scene:
             self._what_if.show(self._robot, read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
-        chosen = live.state.footfall
+        chosen = live.choices.footfall
         if chosen is None or live.state.dem is None or self._robot is None:
             self._footfall.hide()
             return
@@ -374,7 +375,7 @@ class Scene:
 
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
-        who = self._visitors.of(self._server, event.client_id)
+        who = self._visitors.of(server_of(self._server), event.client_id)
 
         def choose() -> None:
             with acting(who):

@@ -11,10 +11,15 @@ _Given = ParamSpec("_Given")
 _Handle = TypeVar("_Handle", bound=viser.SceneNodeHandle)
 
 
+def server_of(drawn: viser.ViserServer | viser.ClientHandle) -> viser.ViserServer:
+    """The server of a page, where it is one."""
+    return drawn._viser_server if isinstance(drawn, viser.ClientHandle) else drawn
+
+
 class Drawn:
     """A thing that comes takes the place of the one of its name; taking away can be tried again where it failed."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._handles: dict[str, viser.SceneNodeHandle | None] = {}
 

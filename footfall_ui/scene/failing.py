@@ -19,7 +19,7 @@ def failing_text(failure: GaitFailure) -> str:
 class FailingDrawing:
     """A red copy of the rover, made when first needed."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._drawing: RobotDrawing | None = None

@@ -16,7 +16,7 @@ OPEN = (245, 245, 245)
 class FootfallDrawing:
     """A ring with the wheel's radius; a cross through it means that the footfall was refused."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
 

@@ -53,7 +53,7 @@ def _beside(contact: NDArray[np.float64], state: RobotState) -> NDArray[np.float
 class ForcesDrawing:
     """Arrows beside the contacts, and the number at the chosen leg's."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: tuple[RobotState, int] | None = None

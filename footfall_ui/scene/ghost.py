@@ -29,7 +29,7 @@ class Motion:
 class GhostDrawing:
     """A see-through copy of one leg, or of all and the chassis, made anew where another one moves."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawing: RobotDrawing | None = None
         self._leg: int | None = None

@@ -26,7 +26,7 @@ SEGMENTS = np.array(
 class GoalDrawing:
     """The flag stands on the ground; where that is not known, at the height 0 of the site frame."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: tuple[str | None, tuple[float, float]] | None = None

@@ -12,6 +12,7 @@ from footfall.session.access.acting import acting
 from footfall.session.live import LiveSession
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
+from footfall_ui.scene.drawn import server_of
 from footfall_ui.scene.handles import Drag, HandleDrawing, place_of
 from footfall_ui.scene.redrawing import Redrawing
 from footfall_ui.visitors import Visitors
@@ -20,8 +21,13 @@ from footfall_ui.visitors import Visitors
 class HandPart:
     """live: the session that is drawn."""
 
-    def __init__(self, server: viser.ViserServer, live: Callable[[], LiveSession | None], visitors: Visitors) -> None:
-        self._server, self._live, self._visitors = server, live, visitors
+    def __init__(
+        self,
+        server: viser.ViserServer | viser.ClientHandle,
+        live: Callable[[], LiveSession | None],
+        visitors: Visitors,
+    ) -> None:
+        self._server, self._live, self._visitors = server_of(server), live, visitors
         # a thread of its own: the chassis that is let go waits for a worker, and the scene must not
         self._acts = Redrawing({})
         self._handles = HandleDrawing(server, self._acts.soon, self._dragged)

@@ -90,7 +90,7 @@ class HandleDrawing:
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: viser.ViserServer | viser.ClientHandle,
         soon: Callable[[Callable[[], None]], None],
         dragged: Callable[[Drag], None],
     ) -> None:

@@ -2,8 +2,8 @@
 
 Points of labels are fixed, of their eight places about the point one is chosen (E. Imhof, Positioning Names on Maps,
 1975), label after label until none is better off elsewhere (J. Christensen, J. Marks, S. Shieber, An Empirical Study
-of Algorithms for Point-Feature Label Placement, 1995, discrete gradient descent). Pages see the same scene: labels are
-arranged for the one whose view was turned last.
+of Algorithms for Point-Feature Label Placement, 1995, discrete gradient descent). Where pages see the same scene,
+labels are arranged for the one whose view was turned last.
 """
 
 from collections.abc import Callable, Sequence
@@ -117,8 +117,8 @@ class Labels:
         T[:3, :3], T[:3, 3] = rotation_from_quat_wxyz(camera.wxyz), camera.position
         self._page = Page(T, camera.fov, camera.image_width, camera.image_height)
 
-    def follow(self, server: viser.ViserServer, turned: Callable[[], None]) -> None:
-        """Hear of every page's view; ``turned`` is called whenever one was."""
+    def follow(self, server: viser.ViserServer | viser.ClientHandle, turned: Callable[[], None]) -> None:
+        """Hear of a page's view, or of every page's of a server; ``turned`` is called whenever one was."""
 
         def heard(camera: viser.CameraHandle) -> None:
             self.seen_from(camera)
@@ -127,9 +127,12 @@ class Labels:
         def meet(client: viser.ClientHandle) -> None:
             client.camera.on_update(heard)
 
-        server.on_client_connect(meet)
+        if isinstance(server, viser.ViserServer):
+            server.on_client_connect(meet)
+        else:
+            meet(server)
 
-    def arrange(self, server: viser.ViserServer) -> None:
+    def arrange(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         """For the page whose view was turned last; those that were taken away are forgotten."""
         there = server.scene.get_handle_by_name
         self._handles = {name: one for name, one in self._handles.items() if there(name) is one}
@@ -146,9 +149,9 @@ class Labels:
                 handle.anchor = anchor
 
 
-_of_server: WeakKeyDictionary[viser.ViserServer, Labels] = WeakKeyDictionary()
+_of_scene: WeakKeyDictionary[viser.ViserServer | viser.ClientHandle, Labels] = WeakKeyDictionary()
 
 
-def labels_of(server: viser.ViserServer) -> Labels:
+def labels_of(server: viser.ViserServer | viser.ClientHandle) -> Labels:
     """Those of that scene, whoever draws them."""
-    return _of_server.setdefault(server, Labels())
+    return _of_scene.setdefault(server, Labels())

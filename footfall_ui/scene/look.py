@@ -11,6 +11,7 @@ from footfall.core.frames import apply, rotation
 from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
+from footfall_ui.scene.drawn import server_of
 
 Array = NDArray[np.float64]
 
@@ -57,9 +58,10 @@ def followed(look: str, robot: Robot, state: RobotState, leg: int) -> Array | No
 
 
 class Looking:
-    """Turns the view of every page. What the operator turned by hand stays turned while the view goes along."""
+    """Turns the view of a page, or of every page of a server. What the operator turned by hand stays turned while the
+    view goes along."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._asked = 0
         self._at: Array | None = None
@@ -81,14 +83,25 @@ class Looking:
         """Another session is shown, whose looks were taken already."""
         self._asked, self._at = asked, None
 
+    def begin(self, eye: Eye) -> None:
+        """Where a page that opens looks from."""
+        if isinstance(self._server, viser.ViserServer):
+            self._server.initial_camera.position = eye.position
+            self._server.initial_camera.look_at = eye.target
+        else:
+            self._in_loop(lambda camera: _put(camera, eye.position, eye.target))
+
     def _in_loop(self, turn: Callable[[viser.CameraHandle], None]) -> None:
         """A page's camera belongs to viser's loop."""
 
-        def every() -> None:
-            for client in self._server.get_clients().values():
-                turn(client.camera)
+        drawn = self._server
 
-        self._server.get_event_loop().call_soon_threadsafe(every)
+        def every() -> None:
+            pages = [drawn] if isinstance(drawn, viser.ClientHandle) else drawn.get_clients().values()
+            for page in pages:
+                turn(page.camera)
+
+        server_of(drawn).get_event_loop().call_soon_threadsafe(every)
 
 
 def _put(camera: viser.CameraHandle, position: Array, target: Array) -> None:

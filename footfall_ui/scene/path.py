@@ -16,7 +16,7 @@ COLORS = {"lift": (255, 190, 60), "swing": (90, 200, 255), "lower": (200, 130, 2
 class PathDrawing:
     """Line segments from waypoint to waypoint, made anew for another plan."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

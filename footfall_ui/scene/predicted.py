@@ -59,7 +59,7 @@ def alongside(robot: Robot, sequence: Sequence, row: int, state: RobotState) -> 
 class PredictedDrawing:
     """A see-through copy of the rover, and the numbers over it."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawing: RobotDrawing | None = None
         self._drawn = Drawn(server)

@@ -27,7 +27,7 @@ class RobotDrawing:
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: viser.ViserServer | viser.ClientHandle,
         robot: Robot,
         name: str = "rover",
         links: set[str] | None = None,

@@ -43,7 +43,7 @@ def route_line(dem: Dem, points: NDArray[np.float64]) -> NDArray[np.float64]:
 class RouteDrawing:
     """The latest route; on other ground than it was planned over it is not drawn."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

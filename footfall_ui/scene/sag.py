@@ -21,7 +21,7 @@ UP = np.array([0.0, 0.0, ARM])
 class SagDrawing:
     """A see-through copy of the rover, and lines that are made anew for another execution."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawing: RobotDrawing | None = None
         self._lines = Drawn(server)

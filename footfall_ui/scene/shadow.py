@@ -75,7 +75,7 @@ def shadow_glb(dem: Dem, robot: Robot, state: RobotState) -> bytes | None:
 class ShadowDrawing:
     """Under where the rover says it is."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: tuple[str, Array] | None = None

@@ -59,7 +59,7 @@ def place(dem: Dem | None) -> tuple[float, tuple[float, float, float]]:
 class SkyDrawing:
     """Sent again only where the map has moved or grown far."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._at: tuple[float, tuple[float, float, float]] | None = None

@@ -38,7 +38,7 @@ def markers(suggestions: Suggestions) -> tuple[Marker, ...]:
 class SuggestedDrawing:
     """A square on its corner at each suggestion, with its rank."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: Suggestions | None = None

@@ -117,7 +117,7 @@ class SupportDrawing:
     the margins. What the wheels hold is worked out again only when one of those that bear load, or the chassis, moves.
     """
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: tuple[RobotState, tuple] | None = None

@@ -30,7 +30,7 @@ def swept_poses(robot: Robot, motion: Motion, count: int = SAMPLES) -> Mapping[s
 class SweptDrawing:
     """One batch of see-through copies for each link."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

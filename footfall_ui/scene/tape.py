@@ -25,7 +25,7 @@ def tape_text(points: Points) -> str:
 class TapeDrawing:
     """A tick at each point and a line between their tops."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of: Points = ()

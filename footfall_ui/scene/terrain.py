@@ -56,7 +56,7 @@ def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry, brightness: NDArr
 class TerrainDrawing:
     """Keeps every layer that was shown once as a hidden mesh, so that switching back is instant."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._shown: dict[tuple[str, str], viser.GlbHandle] = {}

@@ -43,7 +43,7 @@ def tether_line(plan: WalkPlan, tether: Tether, moment: float) -> Array:
 class TetherDrawing:
     """Drawn at one moment of a walk."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._scene, self._drawn = server.scene, Drawn(server)
         self._of: tuple[str, float] | None = None
 

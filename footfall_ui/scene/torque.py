@@ -62,7 +62,7 @@ def worst_joint(robot: Robot, state: RobotState) -> WorstJoint | None:
 class TorqueDrawing:
     """Balls on the links of a drawn rover, which carries them along; they go with it."""
 
-    def __init__(self, server: viser.ViserServer, robot: Robot, name: str = "rover") -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle, robot: Robot, name: str = "rover") -> None:
         self._server, self._robot = server, robot
         self._balls = [f"/{name}/{link_name(leg, part)}/torque" for leg in robot.legs for part, _ in JOINTS]
         self._drawn = Drawn(server)

@@ -39,7 +39,7 @@ def unknown_glb(dem: Dem) -> bytes | None:
 class UnknownDrawing:
     """Made once for each terrain."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

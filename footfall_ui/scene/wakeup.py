@@ -23,10 +23,16 @@ class LoopEvent(asyncio.Event):
 
 
 def wake_in_loop(server: viser.ViserServer) -> None:
-    """Make drawing from another thread safe; before any page is connected.
+    """Make drawing from another thread safe, for all pages and for each; before any page is connected.
 
     viser 1.1.1 sets the buffer's event in the thread that draws, and asks the loop to set it too. The first is not
     thread-safe ("deque mutated during iteration"), and the second is enough.
     """
     buffer = server._websock_server._broadcast_buffer
     buffer.message_event = LoopEvent(buffer.event_loop)
+
+    @server.on_client_connect
+    async def _(client: viser.ClientHandle) -> None:
+        own = client._websock_connection.get_message_buffer()
+        waited, own.message_event = own.message_event, LoopEvent(own.event_loop)
+        waited.set()  # what waits for the old one goes on with the new one

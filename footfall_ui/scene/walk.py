@@ -58,7 +58,7 @@ def end_text(result: WalkResult | GaitResult) -> str:
 class WalkDrawing:
     """The walk or gait that was found, or what comes nearest to the goal."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
         self._of = ""

@@ -10,7 +10,7 @@ from footfall_ui.scene.robot import GHOST, RobotDrawing
 class WhatIfDrawing:
     """A see-through copy of the rover, made when first needed and hidden outside a what-if."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawing: RobotDrawing | None = None
 

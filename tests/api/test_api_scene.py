@@ -12,11 +12,9 @@ from websockets.typing import Origin, Subprotocol
 
 import footfall_ui.scene_server
 from footfall_ui.viser_door import open_viser
-from tests.support.drawing import Drawing
+from tests.support.drawing import PROTOCOL, Drawing, drawn, scene_page
 from tests.support.server import running_server
 from tests.support.waiting import BOUND, until
-
-PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +92,10 @@ def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch)
     drawing = Drawing()
     monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
 
-    def drawn(server):
-        return set(server.scene._handle_from_node_name)
-
     with running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running:
-        until(lambda: len(drawn(drawing.servers[0])) > 10, "the first scene")
+        with scene_page(running.url):
+            until(lambda: len(drawn(drawing.servers[0])) > 10, "the first scene")
+            before = drawn(drawing.servers[0])
         url = "ws" + running.url.removeprefix("http") + "/scene"
         with running.client() as client:
 
@@ -119,8 +116,6 @@ def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch)
             assert "no more ports" in client.get("/info").json()["scene"]["reason"]
             drawing.refused = False
             until(available, "the third scene")
-        with connect(url, subprotocols=[PROTOCOL], proxy=None, max_size=None, origin=Origin(running.url)) as socket:
+        with scene_page(running.url) as socket:
             assert isinstance(socket.recv(timeout=BOUND), bytes)
-        before = drawn(drawing.servers[0])
-        assert len(before) > 10
-        until(lambda: drawn(drawing.servers[2]) >= before, "all of it drawn again")
+            until(lambda: drawn(drawing.servers[2]) >= before, "all of it drawn again")

@@ -9,7 +9,6 @@ from contextlib import closing
 import msgspec
 import numpy as np
 import pytest
-import viser
 import zstandard
 from argon2 import PasswordHasher
 from hypothesis import given
@@ -21,7 +20,7 @@ from viser._messages import (
 )
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
-from websockets.typing import Origin, Subprotocol
+from websockets.typing import Origin
 
 from footfall.core.frames import quat_wxyz
 from footfall.io.account_store import FILE
@@ -32,13 +31,13 @@ from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.choosing.hand import Held
 from footfall_ui.scene.handles import Drag, Drags, place_of, pose_of
 from tests.support.chassis_ground import wavy
+from tests.support.drawing import say, scene_page
 from tests.support.server import running_server
 from tests.support.waiting import BOUND, until
 
 BOSS = Identity("boss", Role.ADMIN, "command line")
 HERE = "/sessions/current"
-PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
-HANDLE = "/hand/handle"
+HANDLE, TAPE = "/hand/handle", "/tape/text"
 START = (1.0, 2.6)
 
 
@@ -68,13 +67,17 @@ class ScenePage:
 
     def __init__(self, socket):
         self._socket = socket
-        self.handles = deque()
+        self.handles, self.texts = deque(), deque()
         threading.Thread(target=self._hear, daemon=True).start()
 
     def _hear(self):
         with contextlib.suppress(ConnectionClosed):
             for batch in self._socket:
-                self.handles.extend(_handles(batch))
+                for one in _messages(batch):
+                    if one["type"] == "TransformControlsMessage" and one["name"] == HANDLE:
+                        self.handles.append(one)
+                    elif one["type"] == "LabelMessage" and one["name"] == TAPE:
+                        self.texts.append(one["props"]["text"])
 
     def drag(self, *poses):
         self._send(TransformControlsDragStartMessage(HANDLE))
@@ -89,22 +92,20 @@ class ScenePage:
         self._send(TransformControlsDragEndMessage(HANDLE))
 
     def _send(self, message):
-        self._socket.send(msgspec.msgpack.encode(message.as_serializable_dict()))
+        message.owner = self.handles[-1]["owner"]  # each page has a handle of its own
+        say(self._socket, message)
 
 
-def _handles(batch):
-    """Whether a batch of viser's messages (sizes, then zstandard over MessagePack) brings the handle."""
+def _messages(batch):
+    """What a batch of viser's messages (sizes, then zstandard over MessagePack) brings."""
     size, packed = (int.from_bytes(batch[at : at + 8], "little") for at in (0, 8))
-    told = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(batch[16 : 16 + packed], size))
-    return [one for one in told["messages"] if one["type"] == "TransformControlsMessage" and one["name"] == HANDLE]
+    return msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(batch[16 : 16 + packed], size))["messages"]
 
 
 @contextlib.contextmanager
 def scene_of(server, name, page=""):
     running, tokens = server
-    url = "ws" + running.url.removeprefix("http") + f"/scene?page={page}"
-    options = {"subprotocols": [PROTOCOL], "proxy": None, "max_size": None, "origin": Origin(running.url)}
-    with connect(url, additional_headers=tokens[name], **options) as socket:
+    with scene_page(running.url, page, tokens[name]) as socket:
         yield ScenePage(socket)
 
 
@@ -194,6 +195,23 @@ def test_the_chassis_is_dragged_and_turned_and_refused_with_the_reason(server):
         assert client.get(HERE).json()["what_if"] == found
         client.delete(f"{HERE}/hand").raise_for_status()
         client.delete(f"{HERE}/what-if").raise_for_status()
+
+
+def test_what_one_page_shows_is_drawn_on_it_alone(server):
+    with (
+        client_of(server, "ada") as client,
+        scene_of(server, "ada", "ada-1") as first,
+        scene_of(server, "ada", "ada-2") as second,
+    ):
+        for page in ("ada-1", "ada-2"):
+            client.get(HERE, headers={"FootFall-Page": page}).raise_for_status()  # from here on it has its own
+        for page, scene, length in (("ada-1", first, 3.0), ("ada-2", second, 5.0)):
+            tape = {"shown": {"tape": True}, "tape": [[0.0, 0.0, 0.5], [length, 0.0, 0.5]]}
+            client.put(f"{HERE}/view", json=tape, headers={"FootFall-Page": page}).raise_for_status()
+            until(lambda s=scene: s.texts, f"the tape of {page}")
+        assert "3.0" in first.texts[0]
+        assert all("5.0" in text for text in second.texts)
+        assert all("3.0" in text for text in first.texts)
 
 
 def test_a_viewer_drags_nothing(server):

@@ -59,7 +59,7 @@ def test_the_footfall_is_dragged_along_the_ground(
     page.locator("#gauge summary").click()  # it would lie over the handle
     page.locator("#hand-footfall").click()
     expect(page.locator("#hand-title")).to_have_text("In hand: footfall")
-    until(lambda: server.scene.get_handle_by_name("/hand/handle"), "the handle")
+    until(lambda: client.scene.get_handle_by_name("/hand/handle"), "the handle")
     eye = np.array([x + 0.4, y + 1.9, z + 1.6])
     client.camera.position = eye
     client.camera.look_at = np.array([x + 0.3, y, z])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.support.drawing import Drawing
+from tests.support.drawing import Drawing, drawn
 from tests.support.page_steps import held, press
 from tests.support.server import Running
 from tests.support.waiting import until
@@ -64,12 +64,12 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
 
 def test_the_scene_comes_back_by_itself(page: Page, drawing: Drawing, look: Callable[[str], None]) -> None:
     first = drawing.servers[0]
-    drawn = set(first.scene._handle_from_node_name)
-    assert len(drawn) > 10
+    until(lambda: len(drawn(first)) > 10, "the first scene")
+    before = drawn(first)
     # a short end: viser's own page comes in again
     first.stop()
     until(lambda: len(drawing.servers) == 2 and drawing.servers[1].get_clients(), "the page in the second scene")
-    until(lambda: set(drawing.servers[1].scene._handle_from_node_name) >= drawn, "all of it drawn again")
+    until(lambda: drawn(drawing.servers[1]) >= before, "all of it drawn again")
     # a long one: the page has said that it is gone, and loads it again
     drawing.refused = True
     drawing.servers[1].stop()
@@ -78,5 +78,5 @@ def test_the_scene_comes_back_by_itself(page: Page, drawing: Drawing, look: Call
     until(lambda: len(drawing.servers) == 3 and drawing.servers[2].get_clients(), "the page in the third scene")
     expect(page.locator("#scene-note")).to_be_hidden()
     expect(page.locator("#scene")).to_have_css("filter", "none")
-    until(lambda: set(drawing.servers[2].scene._handle_from_node_name) >= drawn, "all of it drawn again")
+    until(lambda: drawn(drawing.servers[2]) >= before, "all of it drawn again")
     look("back")
