@@ -50,6 +50,7 @@ def answer(robot, dem, state, tether, goal=NEAR):
     [
         ({"anchor": np.array([-3.2, 1.9, -0.5])}, r"is 0\.\d\d m below the ground, which is -?0\.\d\d m high there"),
         ({"anchor": np.array([-14.0, 1.9, 2.0])}, r"lies 10 m off the map"),
+        ({"anchor": np.array([-904.0, 1.9, 2.0])}, r"lies 900 m off the map"),
         ({"free_length": 2.0}, r"is 2 m long, its anchor \d\.\d\d m away"),
         ({"anchor": np.array([3.2, -1.9, 2.0])}, r"goes through the chassis"),
     ],

@@ -1,4 +1,4 @@
-"""A measured size beside the limit that it is on the wrong side of, in words."""
+"""Sizes in words: a measured one beside the limit that it is on the wrong side of, and a rough one."""
 
 import math
 
@@ -18,3 +18,8 @@ def beside(measured: float, limit: float, digits: int = 3) -> tuple[str, str]:
     elif measured < limit:
         shown = min(shown, bound - 1)
     return f"{shown * unit:z.{digits}f}", f"{bound * unit:z.{digits}f}"
+
+
+def roughly(size: float, digits: int = 2) -> str:
+    """A size in so many digits, all those before the point, never as a power of ten: 0.5, 26, 902."""
+    return f"{size:z.0f}" if size >= 10.0**digits - 0.5 else f"{max(size, 0.001):.{digits}g}"

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.beside import roughly
 from footfall.core.mesh import Mesh
 from footfall.planning.step.ground_tiles import GroundTiles
 from footfall.planning.step.problem import Status
@@ -65,7 +66,9 @@ def footfall_contact(robot: Robot, dem: Dem, x: float, y: float) -> Contact | Re
     spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
     if not (west <= x <= east and south <= y <= north):
         outside = max(west - x, x - east, south - y, y - north)
-        reason = f"the footfall ({x:.6g}, {y:.6g}) lies {outside:.3g} m off the map; {spans}; choose a place inside"
+        reason = (
+            f"the footfall ({x:.6g}, {y:.6g}) lies {roughly(outside, 3)} m off the map; {spans}; choose a place inside"
+        )
         return Refused(Status.OFF_MAP, reason)
     unknown = _unknown_in_disc(dem, x, y, robot.wheel_radius)
     height = float(height_at(dem, x, y))

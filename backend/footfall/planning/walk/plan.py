@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.tether import Tether
+from footfall.core.beside import roughly
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -242,7 +243,7 @@ class _Attempt:
         if not (west <= x <= east and south <= y <= north):
             outside = max(west - x, x - east, south - y, y - north)
             spans = f"the map spans x {west:z.2f}…{east:z.2f} m, y {south:z.2f}…{north:z.2f} m"
-            reason = f"the goal ({x:g}, {y:g}) lies {outside:.2g} m off the map; {spans}; choose one inside"
+            reason = f"the goal ({x:g}, {y:g}) lies {roughly(outside)} m off the map; {spans}; choose one inside"
             return Status.OFF_MAP, reason
         if not np.isfinite(height_at(self.dem, x, y)):
             return (

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.tether import SHORTEST, Tether
 from footfall.balance.torques import torque_check
+from footfall.core.beside import roughly
 from footfall.core.frames import apply
 from footfall.planning.scene.rover_kernel import place_rover
 from footfall.planning.scene.tether_kernel import DECK, tether_spare
@@ -39,7 +40,9 @@ def anchor_refused(dem: Dem, T_site_base: Array, tether: Tether) -> str:
     told, (west, south, east, north) = f"the tether's anchor ({x:g}, {y:g}, {z:g}) m", dem.geometry.bounds
     if not (west <= x <= east and south <= y <= north):
         outside = max(west - x, x - east, south - y, y - north)
-        return f"{told} lies {outside:.2g} m off the map: nobody knows the ground under the tether; choose one inside"
+        return (
+            f"{told} lies {roughly(outside)} m off the map: nobody knows the ground under the tether; choose one inside"
+        )
     length = float(tether.lengths(T_site_base[None])[0])
     if length > tether.free_length:
         return f"the tether is {tether.free_length:g} m long, its anchor {length:z.2f} m away; choose a nearer anchor"
