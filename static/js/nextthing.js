@@ -1,7 +1,9 @@
 // What comes next for an operator who walks the rover: one thing at a time, from what is known. Nothing is done or shown here.
 
+import { fixed } from "./figures.js";
+
 const OLD = 3600; // s: ground that was seen longer ago is looked at again
-const SAME = 0.01; // m: a goal as near as this to another is that one
+const SAME = 0.01; // m, rad: a goal as near as this to another is that one
 
 // facts: as panels/next.js gathers them. The answer: button, the id of the button whose act it is, "" where there is nothing
 // to do but wait; text, what it is; about, what to know of it; judge, whose verdict belongs to it: "run", "loop", "sequence",
@@ -23,15 +25,19 @@ const wait = (text, about, judge = "") => thing("", text, about, judge);
 
 const PICKS = wait("Click on the ground", "Or type how far to go, under Plan. Escape leaves.");
 
-// Whether the page's goal is the one that the walk was asked for.
-const isMeant = ({ goal, walk }) => Boolean(walk && goal) && Math.hypot(walk.goal.x - goal[0], walk.goal.y - goal[1]) <= SAME;
+// Whether the page's goal is the one that the walk was asked for. Where any heading will do (null), so does the walk's.
+const isMeant = ({ goal, heading, walk }) => Boolean(walk && goal) && Math.hypot(walk.goal.x - goal[0], walk.goal.y - goal[1]) <= SAME
+  && (heading === null || (typeof walk.goal.yaw === "number" && isSameAngle(walk.goal.yaw, heading)));
+
+const isSameAngle = (one, other) => Math.abs(Math.atan2(Math.sin(one - other), Math.cos(one - other))) <= SAME;
+
+const placeTold = (x, y) => `(${fixed(x, 2)}, ${fixed(y, 2)}) m`;
 
 const isOnItsWay = (facts) => facts.walking !== null && facts.walking.next !== null && (facts.goal === null || isMeant(facts));
 
 // The rover walks to its goal by itself: it is held, or let go on. part: of the walk, that is under way or next.
 function byItself({ state, goal, part: next, waits_for: waits }, { gate, part }) {
-  const where = `(${goal.x.toFixed(2)}, ${goal.y.toFixed(2)}) m`;
-  const about = `By itself to ${where}${part || next ? `: ${part || next}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
+  const about = `By itself to ${placeTold(goal.x, goal.y)}${part || next ? `: ${part || next}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
   if (state !== "held") return thing("loop-hold", "Hold the walk", about, "loop");
   if (gate.state === "sending" && !gate.waiting) return wait(`Held: the present ${gate.mode === "steps" ? "row ends" : "commands end"}`, about, "loop");
   return thing("loop-on", "Go on by itself", about, "loop");
@@ -64,7 +70,7 @@ function toGoal(facts) {
   const { goal, walking, fits, picking } = facts;
   if (!goal || (isMeant(facts) && walking)) return null;
   if (isMeant(facts) && fits) return picking ? { ...PICKS, judge: "walk" } : thing("walk-to", "Choose another goal", "", "walk");
-  return thing("plan-walk", "Plan walk", `To (${goal.map((one) => one.toFixed(2)).join(", ")}) m.`);
+  return thing("plan-walk", facts.gait ? "Plan gait" : "Plan walk", `To ${placeTold(...goal)}.`);
 }
 
 function lookedAgain({ look, ground, now, walked }) {

@@ -36,7 +36,7 @@ async function fetchAll() {
       return;
     }
     known.heardAt = performance.now();
-    await refreshProducts(summary).catch((error) => toast(error.message));
+    await refreshProducts(summary);
     known.summary = Object.assign(summary, newer, { heardAt: known.heardAt });
     takeJobs(summary.jobs);
   }
@@ -58,21 +58,18 @@ export function tell(part) {
 // The line says what does not arrive; asking again there would only repeat it.
 const look = () => refresh().catch(() => changed());
 
+// One that can't be read is said, and keeps no other from being read; the next look asks for it again.
 async function refreshProducts(summary) {
-  const { digest } = summary.plan;
-  if (!digest) known.plan = null;
-  else if (known.plan?.digest !== digest) known.plan = (await request("GET", `/sessions/current/plans/${digest}`)).body;
-  if (!summary.walk) known.walk = null;
-  else if (known.walk?.digest !== summary.walk) known.walk = (await request("GET", `/sessions/current/walks/${summary.walk}`)).body;
-  if (!summary.gait) known.gait = null;
-  else if (known.gait?.digest !== summary.gait) known.gait = (await request("GET", `/sessions/current/gaits/${summary.gait}`)).body;
-  if (!summary.route) known.route = null;
-  else if (known.route?.digest !== summary.route) known.route = (await request("GET", `/sessions/current/routes/${summary.route}`)).body;
-  if (!summary.sequence) known.sequence = null;
-  else if (known.sequence?.digest !== summary.sequence) {
-    const { body, response } = await request("GET", `/sequences/${summary.sequence}`);
-    known.sequence = { ...body, etag: response.headers.get("ETag") };
+  const read = { plan: summary.plan.digest, walk: summary.walk, gait: summary.gait, route: summary.route, sequence: summary.sequence };
+  for (const [name, digest] of Object.entries(read)) {
+    if (!digest) known[name] = null;
+    else if (known[name]?.digest !== digest) await readProduct(name, digest).catch((error) => toast(error.message));
   }
+}
+
+async function readProduct(name, digest) {
+  const { body, response } = await request("GET", name === "sequence" ? `/sequences/${digest}` : `/sessions/current/${name}s/${digest}`);
+  known[name] = name === "sequence" ? { ...body, etag: response.headers.get("ETag") } : body;
 }
 
 // The server's order holds. A job that the line has told the end of does not come back to life.

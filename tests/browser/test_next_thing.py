@@ -35,6 +35,8 @@ NOTHING = {
     "walk": None,
     "walked": False,
     "goal": None,
+    "heading": None,
+    "gait": "",
     "look": None,
     "ground": None,
     "now": 1000.0,
@@ -242,6 +244,22 @@ def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
     assert old["button"] == "take-images"
     assert (refused["button"], refused["judge"]) == ("walk-to", "walk")
     assert other["button"] == "plan-walk"
+
+
+def test_a_walk_to_another_heading_is_planned_anew_and_a_gait_is_called_one():
+    def told(goal: list[float] = GOAL, yaw: float | None = 0.5, **facts: object) -> dict:
+        walk = {"goal": {"x": goal[0], "y": goal[1], "yaw": yaw}}
+        there = {**NOTHING, "ground": {"time": 900.0}, "goal": goal, "walk": walk, "fits": True, "walking": walking(0)}
+        return {**there, **facts}
+
+    states = {
+        "walk-rest": [told(), told(heading=0.5), told(heading=0.5 + 2 * np.pi), told(yaw=None)],
+        "plan-walk": [told(heading=0.6), told(heading=0.5, yaw=None), told(heading=0.5, yaw=-0.5)],
+    }
+    for button, alike in states.items():
+        assert {one["button"] for one in asked(alike)} == {button}
+    (gait,) = asked([told([-0.001, 2.0], heading=1.0, gait="tripod")])
+    assert (gait["button"], gait["text"], gait["about"]) == ("plan-walk", "Plan gait", "To (0.00, 2.00) m.")
 
 
 def test_a_rule_of_a_whole_sequence_names_no_row():

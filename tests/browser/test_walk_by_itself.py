@@ -95,7 +95,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     assert held(served, LOOP)["outcome"] == "cancelled"
     page.evaluate("null")  # requests are heard of only while the page is spoken to
     assert steered == ["hold", "resume", "cancel"]
-    words = "By itself to the goal: cancelled: ended by the operator"
+    words = "By itself to the goal: cancelled: ended by local"
     expect(page.locator("#loop-now")).to_have_text(words)
     expect(page.locator("#verdict")).to_have_text(words, timeout=BOUND_MS)
     expect(decisions.first).to_contain_text("end: cancelled")

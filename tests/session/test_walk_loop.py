@@ -271,7 +271,7 @@ def at_fault(live, loop):
 @pytest.mark.parametrize(
     ("act", "outcome", "reason"),
     [
-        (lambda live, loop: loop.cancel(), "cancelled", "ended by the operator"),
+        (lambda live, loop: loop.cancel(), "cancelled", "ended by local"),
         (lambda live, loop: live.stop("a dust devil"), "stopped", "the rover was stopped"),
         (lambda live, loop: live.abort_run(), "stopped", "not carried out to their end"),
         (lambda live, loop: live.rover_disconnected(), "stopped", "the rover is not connected"),
@@ -339,7 +339,7 @@ def test_held_while_commands_are_made_it_sends_none_until_it_goes_on(live, rover
 @pytest.mark.parametrize(
     ("act", "outcome", "reason"),
     [
-        (lambda live, loop: loop.cancel(), "cancelled", "ended by the operator"),
+        (lambda live, loop: loop.cancel(), "cancelled", "ended by local"),
         (lambda live, loop: stopped_for_a_moment(live), "stopped", "was stopped"),
     ],
     ids=["cancelled", "stopped and cleared"],

@@ -83,7 +83,7 @@ class WalkLoop:
         # number of the conn under which it goes, once whoever began it holds one
         self._conn: int | None = live.conn["number"] if live.holds_conn(who) else None
         self._epoch = live.epoch
-        self._cancelled = False
+        self._cancelled, self._ended_by = False, ""
         self._free.set()
         self._unlisten = live.listen(lambda _: self._news.set())
         self._thread = threading.Thread(target=self._run, name="footfall-walk", daemon=True)
@@ -124,6 +124,7 @@ class WalkLoop:
         with self._sending:
             self._require_going()
             self._steer(self._live.abort_run, who)
+            self._ended_by = who.name
             self._leave()
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -174,7 +175,7 @@ class WalkLoop:
             try:
                 self._end(*self._walked())
             except _Cancelled:
-                self._end("cancelled", "ended by the operator")
+                self._end("cancelled", f"ended by {self._ended_by}" if self._ended_by else "its session was closed")
             except FootFallError as error:
                 self._end("stopped", error.message)
             except StoreRefused as error:

@@ -11,7 +11,7 @@ import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
 import { verdictOf } from "./outcome.js";
 import { standsStopped } from "./status.js";
-import { walkTold } from "./walk.js";
+import { goalMeant, walkTold } from "./walk.js";
 import { waitedFor } from "./work.js";
 
 const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
@@ -43,7 +43,7 @@ function factsOf({ summary, walk, sequence }) {
   const walked = walking !== null && walking.done > 0;
   return {
     stopped: standsStopped(known), gate, making: waitedFor(AWAITED), armed: armedFor(), picking: picks(),
-    loop: loopNow(), walking, walk, walked, goal: goalTold(), look, ground: terrain, now: Date.now() / 1000,
+    loop: loopNow(), walking, walk, walked, goal: goalTold(), heading: goalMeant().yaw, gait: $("walk-gait").value, look, ground: terrain, now: Date.now() / 1000,
     fits: summary.up_to_date.walk?.fits ?? false,
     ready: summary.up_to_date.sequence?.fits && sequence && !summary.commands_carried_out ? walking?.commanded ?? 0 : 0,
     rest: $("walk-until").value === "rest",
@@ -97,8 +97,14 @@ const VERDICTS = {
 // While the rover walks by itself, what it decided last: what failed is decided over, too.
 const byItself = () => (here.judge === "loop" ? loopTold(loopNow()) : undefined);
 
-// What was asked for last and did not come to be: commands that were refused, ground that could not be built.
+let failure = { id: "", runs: 0 }; // the job that failed last, and how many runs there were by then
+
+// What was asked for last and did not come to be: commands that were refused, ground that could not be built. A run that
+// was begun since says more.
 function failed() {
   const job = [...known.jobs.values()].findLast(({ kind }) => AWAITED.includes(kind));
-  return job?.state === "failed" ? ["no", job.error?.message ?? "no reason was given"] : undefined;
+  if (job?.state !== "failed") return undefined;
+  const runs = known.summary.run?.number ?? 0;
+  if (failure.id !== job.id) failure = { id: job.id, runs };
+  return runs > failure.runs ? undefined : ["no", job.error?.message ?? "no reason was given"];
 }
