@@ -202,7 +202,7 @@ def test_several_foot_moves_are_commanded_only_where_the_ground_of_each_is_known
     away = np.hypot(ground.geometry.xs - x, (ground.geometry.ys - y)[:, None])
     live.load_terrain(replace(ground, heights=np.where(away <= 0.15, np.float32(np.nan), ground.heights)))
     with pytest.raises(
-        Conflict, match=rf"where foot move {last + 1} puts the foot of leg {walk.legs[last]} .* is known"
+        Conflict, match=rf"unknown ground is .* from where foot move {last + 1} puts the foot of leg {walk.legs[last]} "
     ):
         live.command_foot_moves(None, 0, walk.foot_moves)
     assert live.get(live.command_foot_moves(None, 0)).valid
