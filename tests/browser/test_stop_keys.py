@@ -18,7 +18,7 @@ WAYS = {"ctrl": ("Control+.",), "escape": ("Escape", "Escape")}
 SCENE = re.compile(r"/scene/(\?.*)?$")
 INSIDE = (
     "<body style='padding: 170px 0 0 250px'><button>inside</button><input id=field>"
-    "<iframe id=inner srcdoc='<input id=deep>'></iframe>"
+    "<br><iframe id=inner srcdoc='<input id=deep>'></iframe>"
 )
 """Clear of what lies over the scene."""
 FORGET = """async () => {
