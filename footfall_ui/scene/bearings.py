@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from footfall.maps.over_imagery import grid_spacing
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.shading import LIGHT
+from footfall_ui.scene.drawable import drawable
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
 
@@ -24,6 +25,7 @@ OVER = 0.05
 TONES = ((255, 255, 255), (120, 120, 120))
 """Of the pieces, by turns."""
 ROOT = "/bearings"
+_ORDINALS = {2: "2nd", 3: "3rd"}
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,11 @@ class Bearings:
     bar: Array
 
 
-def bearings_of(dem: Dem) -> Bearings:
+def bearings_of(whole: Dem) -> Bearings:
     """Letters in the middles of the edges of the map, the bar from its south-west corner eastward."""
+    dem = drawable(whole)
+    step = round(dem.geometry.resolution / whole.geometry.resolution)
+    drawn = "" if step == 1 else f" (drawn: every {_ORDINALS.get(step, f'{step}th')} cell)"
     west, south, east, north = dem.geometry.bounds
     x, y = 0.5 * (west + east), 0.5 * (south + north)
     spacing = grid_spacing(dem.geometry.resolution)
@@ -47,7 +52,7 @@ def bearings_of(dem: Dem) -> Bearings:
         "E": (east, y),
         "S": (x, south),
         "W": (west, y),
-        f"{pieces * spacing:z.0f} m": (float(marks[-1]), south),
+        f"{pieces * spacing:z.0f} m{drawn}": (float(marks[-1]), south),
         "light assumed from here": (toward, north if LIGHT[1] > 0 else south),
     }
     row, col = np.nonzero(np.isfinite(dem.heights))

@@ -12,6 +12,7 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.lattice import laid_onto
 from footfall.terrain.ground.shading import DARKEST, relief
 from footfall.terrain.ground.triangulate import triangulate
+from footfall_ui.scene.drawable import drawable, picked
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.glb import unlit_glb
 
@@ -79,14 +80,17 @@ class TerrainDrawing:
         if maps is not None and shown is not None:
             key = (maps.digest, f"{shown}/on/{dem.digest}" if older else shown)
         if key not in self._shown:
+            drawn = drawable(dem)
             if maps is None or shown is None:
-                picture = glb(dem, ground_rgb(dem), dem.geometry, self._relief_of(dem))
+                picture = glb(drawn, ground_rgb(drawn), drawn.geometry, self._relief_of(drawn))
             else:
-                brightness = np.maximum(self._relief_of(dem) * grain(dem), DARKEST)
+                brightness = np.maximum(self._relief_of(drawn) * grain(drawn), DARKEST)
                 rgb, cells = layer_rgb(maps, shown), maps.geometry
                 if older:
                     rgb, cells = held_rgb(dem, maps, shown, changed), dem.geometry
-                picture = glb(dem, rgb, cells, brightness)
+                if drawn is not dem:
+                    rgb, cells = picked(rgb, cells, drawn.geometry), drawn.geometry
+                picture = glb(drawn, rgb, cells, brightness)
             add = self._server.scene.add_glb
             name = f"/terrain/{key[0]}/{key[1]}"
             self._shown[key] = self._drawn.add(

@@ -8,6 +8,7 @@ from footfall.maps.colors import UNKNOWN_RGB
 from footfall.maps.over_imagery import darkened, grid_spacing
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.under_holes import under_holes
+from footfall_ui.scene.drawable import drawable
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.glb import unlit_glb
 
@@ -50,7 +51,7 @@ class UnknownDrawing:
         if digest == self._of:
             return
         self._of = ""
-        names, content = [], None if dem is None else unknown_glb(dem)
+        names, content = [], None if dem is None else unknown_glb(drawable(dem))
         if content is not None:
             names = [f"{NAME}/{digest}"]
             add = self._server.scene.add_glb

@@ -16,10 +16,13 @@ from footfall.core.value import Provenance
 from footfall.maps.colors import FOOTING, HATCH_RGB, UNKNOWN_RGB, layer_rgb
 from footfall.maps.layers import MapStack
 from footfall.maps.over_imagery import LINE, grid_lines
-from footfall.terrain.dem import Dem
+from footfall.terrain.dem import MAX_CELLS, Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.shading import relief
 from footfall.terrain.ground.triangulate import triangulate
+from footfall_ui.scene import drawable as drawable_ground
+from footfall_ui.scene.bearings import bearings_of
+from footfall_ui.scene.drawable import drawable, every, picked
 from footfall_ui.scene.near import near
 from footfall_ui.scene.terrain import glb, held_rgb
 from footfall_ui.scene.unknown import TEXELS, pattern, unknown_glb
@@ -72,6 +75,32 @@ def test_its_triangles_are_those_of_picking_and_collisions(colors):
     drawn, whole = loaded(glb(dem, colors, dem.geometry, relief(dem))), triangulate(dem)
     assert np.abs(drawn.vertices - whole.vertices).max() < 1e-6
     assert np.array_equal(drawn.faces, whole.triangles)
+
+
+def test_of_a_large_map_every_nth_cell_is_drawn_where_it_is(colors, monkeypatch):
+    monkeypatch.setattr(drawable_ground, "MOST_CELLS", ROWS * COLS)
+    heights = np.random.default_rng(20085).normal(0.0, 0.1, (3 * ROWS, 3 * COLS)).astype(np.float32)
+    whole = from_heights(heights, 0.05, 3.0, -7.0, "large", texture=np.repeat(np.repeat(colors[..., 0], 3, 0), 3, 1))
+    drawn = drawable(whole)
+    assert drawn.heights.shape == (ROWS, COLS)
+    for x, y, z in triangulate(drawn).vertices:
+        row, col = whole.geometry.cell(x, y)
+        assert heights[int(row), int(col)] == pytest.approx(z, abs=1e-6)
+    np.testing.assert_array_equal(drawn.texture, colors[..., 0])
+    np.testing.assert_array_equal(
+        picked(np.repeat(np.repeat(colors, 3, 0), 3, 1), whole.geometry, drawn.geometry), colors
+    )
+    assert any("every 3rd cell" in text for text in bearings_of(whole).texts)
+    # maps may be coarser still
+    coarse = GridGeometry(3.0, -7.0, 0.3, 5, 7)
+    np.testing.assert_array_equal(picked(colors[:5, :7], coarse, drawn.geometry)[0, ::2], colors[0, :7])
+
+
+def test_a_map_that_a_page_can_hold_is_drawn_as_it_is():
+    dem = from_heights(np.zeros((5, 7), np.float32), 0.1, 0.0, 0.0)
+    assert drawable(dem) is dem
+    assert not any("every" in text for text in bearings_of(dem).texts)
+    assert every(MAX_CELLS) == 4
 
 
 def test_ground_far_from_the_origin_keeps_every_cell_and_triangle(colors):
