@@ -220,3 +220,27 @@ def test_a_body_that_trickles_is_given_up():
     assert answers[0]["status"] == 408
     assert now[0] == pytest.approx(PATIENCE * 4 / 3)
     assert PATIENCE * SLOWEST > 400
+
+
+@pytest.mark.parametrize("header", ["X-Forwarded-For", "X-Forwarded-Host", "X-Real-IP", "Via", "CF-Connecting-IP"])
+def test_where_nobody_logs_in_what_a_proxy_passed_on_is_refused(server, header):
+    """Behind a proxy that nobody announced, everybody would seem to sit at this machine."""
+    for method, path in (("GET", "/info"), ("POST", "/sessions/current/notes"), ("POST", "/sequences")):
+        answer = httpx.request(method, server.api + path, headers={header: "for=10.0.0.1"}, trust_env=False)
+        assert (answer.status_code, answer.json()["type"]) == (403, "/problems/forwarded")
+
+
+@pytest.mark.parametrize("method", ["GET", "POST", "DELETE"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/js/",
+        *(f"{BASE}/{one}/" for one in ("sessions", "samples", "recordings", "jobs", "sessions/current/recordings")),
+        *(f"{BASE}/sessions/current/{one}/" for one in ("terrains", "maps", "images", "products", "sequences")),
+    ],
+)
+def test_a_nul_in_an_address_is_nobodys_name(server, method, path):
+    for name in ("%00", "a%00b", "%00.npz", "a.zip%00", "..%00/x"):
+        answer = httpx.request(method, f"{server.url}{path}{name}", trust_env=False)
+        assert 400 <= answer.status_code < 500, (path + name, answer.text)
