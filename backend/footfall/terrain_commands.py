@@ -158,7 +158,7 @@ def _write_scan(
 ) -> None:
     from footfall.core.strict_json import read_json
     from footfall.io.scan_terrain import terrain_from_scan
-    from footfall.io.terrain_files import write_terrain
+    from footfall.io.terrain_files import in_projection, projection_of, write_terrain
 
     if not path.is_file():
         raise InvalidInput(f"there is no scan {path}")
@@ -175,6 +175,7 @@ def _write_scan(
     dem = terrain_from_scan(
         path.read_bytes(), path.name, settings, unit=unit, up=up, pose=_pose(pose), calibration=members
     )
+    dem = in_projection(dem, projection_of(path), path.name)
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)
 

@@ -13,8 +13,9 @@ from rasterio.errors import NotGeoreferencedWarning
 from rasterio.transform import Affine
 
 from footfall.core.errors import InvalidTerrain
-from footfall.io.terrain_files import read_terrain
+from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.io.terrain_projection import convergence, units
+from footfall.terrain.from_arrays import from_heights
 
 ROWS = COLS = 12
 HEIGHTS = 2.0 + 0.01 * np.arange(ROWS * COLS, dtype=np.float32).reshape(ROWS, COLS)
@@ -86,6 +87,34 @@ def test_a_projection_beside_is_heeded_whatever_the_case_of_its_name(tmp_path, n
         read_terrain(path)
     (tmp_path / name).write_text(UTM.to_wkt())
     assert read_terrain(path).true_north is not None
+
+
+def cloud(dem, path):
+    x, y = np.meshgrid(dem.geometry.xs, dem.geometry.ys)
+    np.savetxt(path, np.column_stack([x.ravel(), y.ravel(), dem.heights.ravel()]), fmt="%.3f")
+
+
+@pytest.mark.parametrize("ending", ["obj", "off", "npz", "xyz"])
+def test_a_projection_beside_is_heeded_beside_every_kind_of_file(tmp_path, ending):
+    """As beside a grid: units, whether it is true to scale, and where true north is."""
+    dem = from_heights(HEIGHTS, 0.5, 700_000.0, 5_180_000.0)
+    path, told = tmp_path / f"p.{ending}", tmp_path / "p.prj"
+    arguments = {"unit": "m", "up": "z", "resolution": 0.5} if ending == "xyz" else {}
+    if ending == "xyz":
+        cloud(dem, path)
+    else:
+        write_terrain(dem, path)
+    for code, why in ((2263, "US survey foot"), (4326, "degrees"), (3857, "not true to scale")):
+        told.write_text(CRS.from_epsg(code).to_wkt())
+        with pytest.raises(InvalidTerrain, match=why):
+            read_terrain(path, **arguments)
+    told.write_text(UTM.to_wkt())
+    found = read_terrain(path, **arguments)
+    assert found.true_north == pytest.approx(convergence(UTM, found.geometry.bounds))
+    assert found.true_north is not None
+    assert found.true_north[0] < -1.0  # east of the middle meridian true north is to the left
+    told.unlink()
+    assert read_terrain(path, **arguments).true_north is None
 
 
 @pytest.mark.parametrize("name", ["h.pgw", "h.wld", "h.png.aux.xml"])

@@ -82,8 +82,7 @@ def read_terrain(
         raise InvalidTerrain(f"{path.name} has {path.stat().st_size} bytes, more than {MAX_FILE_BYTES} are refused")
     _check_ending(path.suffix.lower(), path.name, READABLE)
     ending = path.suffix.lower()
-    told = terrain_sidecars.projection_beside(path)
-    projection = None if told is None else _projection_of(told)
+    projection = projection_of(path)
     rasters = (".tif", ".tiff", *([".asc"] if terrain_sidecars.changes_heights(path) is not None else []))
     if ending == ".asc" and (other := terrain_sidecars.declares_no_value(path)) is not None:
         raise InvalidTerrain(
@@ -157,17 +156,17 @@ def decode_terrain(
     elif ending in _MESHES:
         dem = terrain_mesh_files.read_mesh(content, name, cell, scale, most_error or MOST_ERROR)
     elif ending == ".asc" and by_path is None:
-        from footfall.io.terrain_projection import check_true_to_scale, convergence
-
         dem = terrain_grid_files.read_asc(content, name)
-        check_true_to_scale(projection, dem.geometry.bounds, name)
-        dem = replace(dem, true_north=convergence(projection, dem.geometry.bounds))
     elif ending == ".npz":
         dem = terrain_grid_files.read_npz(content, name)
     else:
         from footfall.io import terrain_geotiff
 
-        dem = terrain_geotiff.read_raster(by_path or content, name, cell, projection)
+        return _placed(
+            terrain_geotiff.read_raster(by_path or content, name, cell, projection), resolution, scale, center
+        )
+    if ending != ".png":  # a picture has no coordinates
+        dem = in_projection(dem, projection, name)
     return _placed(dem, resolution, scale, center)
 
 
@@ -213,11 +212,28 @@ def write_collision_mesh(made: SimplifiedMesh, path: str | Path) -> None:
     path.write_bytes(encode_collision_mesh(made, path.suffix.lower()))
 
 
-def _projection_of(told: Path) -> "CRS":
+def projection_of(path: Path) -> "CRS | None":
+    """What a ``.prj`` beside a terrain file says; None without one. Raises InvalidTerrain where it can't be used."""
+    told = terrain_sidecars.projection_beside(path)
+    if told is None:
+        return None
     # GDAL and PROJ are loaded by the files that need them: a rover's world, for one, does not
     from footfall.io.terrain_projection import check_projection_text
 
     return check_projection_text(told.read_text(errors="replace"), told.name)
+
+
+def in_projection(dem: Dem, projection: "CRS | None", name: str) -> Dem:
+    """A terrain whose coordinates are of that system, with its true north; None: it does not say.
+
+    Raises InvalidTerrain where the system is not true to scale there.
+    """
+    if projection is None:
+        return dem
+    from footfall.io.terrain_projection import check_true_to_scale, convergence
+
+    check_true_to_scale(projection, dem.geometry.bounds, name)
+    return replace(dem, true_north=convergence(projection, dem.geometry.bounds))
 
 
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:
