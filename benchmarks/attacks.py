@@ -59,7 +59,7 @@ def figures(quick: bool) -> Iterator[Figure]:
         try:
             with connect(f"ws://127.0.0.1:{server.port}{BASE}/stop/line", proxy=None) as line:
                 _stops(server.port, line, 5)
-                idle = _at_rest(server.pid)
+                idle = at_rest(server.pid)
                 for told, attack in ATTACKS.items():
                     with _attacked(attack, server.port), _peak(server.pid) as memory:
                         times = _stops(server.port, line, count)
@@ -88,7 +88,7 @@ def _stops(port: int, line: Connection, count: int) -> tuple[float, ...]:
     return tuple(times)
 
 
-def _at_rest(pid: int) -> float:
+def at_rest(pid: int) -> float:
     """Memory of a server once its workers have loaded what they need, as seen by its ceasing to grow [MiB]."""
     before, now = 0.0, resident(pid)
     while now > before + 1.0:
