@@ -27,13 +27,17 @@ class KeptWorkers(Jobs):
 
 @cache
 def kept_reading() -> ReadingProcess:
-    """One process that reads files for all servers of this process of tests; a server has one of its own."""
-    return ReadingProcess()
+    """One process that reads files for all servers of this process of tests; a server has one of its own.
+
+    It ends with the tests: closed, it reads no more for any of them.
+    """
+    reading = ReadingProcess()
+    atexit.register(reading.close)
+    return reading
 
 
 @atexit.register
 def end_spare() -> None:
     """End those that nobody took."""
-    kept_reading().close()
     while _spare:
         _spare.pop().stop()
