@@ -74,7 +74,8 @@ def raw(dem: Dem, state: RobotState, problem: tuple[int, float, float]) -> float
     plan, ground = timed(dem, state, problem, "auto")[1].plan, ground_near(Stance(robot(), dem, state, leg))
     if plan is None or not isinstance(ground, Nearby):
         return None
-    situation, path = Situation(robot(), dem, state, leg, ground, StepSettings()), swing(plan)
+    path = swing(plan)
+    situation = Situation(robot(), dem, state, leg, ground, StepSettings()).for_swing(path[0], path[-1])
     raw_search(situation, path[0], path[-1], 1)  # prepares what the meshes near unsure ends need
     return raw_search(situation, path[0], path[-1], 1)
 

@@ -177,9 +177,9 @@ def beside_klampt(problem: StepProblem, seeds: tuple[int, ...]) -> Raw | str:
     ours = planned(problem, scene, "auto", 10 * SOLVED_IN)
     if ours.result.plan is None:
         return "no step was planned, so there are no ends"
-    situation = situation_of(problem, scene)
     path = swing(ours.result.plan)
     start, goal = path[0], path[-1]
+    situation = situation_of(problem, scene).for_swing(start, goal)
     raw_search(situation, start, goal, seeds[0])  # prepares what the meshes near unsure ends need
     raw = [raw_search(situation, start, goal, seed) for seed in seeds for _ in range(RAW_REPEATS)]
     if any(seconds is None for seconds in raw):

@@ -105,7 +105,7 @@ def situation_of(problem: StepProblem, scene: Scene) -> Situation:
     ground = ground_near(Stance(scene.robot, scene.dem, scene.state, problem.leg))
     if not isinstance(ground, Nearby):
         raise RuntimeError(f"{problem.name}: {ground.reason}")
-    return Situation(scene.robot, scene.dem, scene.state, problem.leg, ground, StepSettings(steep_ground=True))
+    return Situation(scene.robot, scene.dem, scene.state, problem.leg, ground, StepSettings())
 
 
 def unsure_ends(situation: Situation, start: Array, goal: Array) -> int:

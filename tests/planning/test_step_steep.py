@@ -57,6 +57,10 @@ def test_settings_of_before_keep_their_digest_and_their_meaning():
     assert now.digest != before.digest
     assert unflatten(*flatten(now)).digest == now.digest
     assert replace(before, seed=3).steep_ground is False
+    unasked = StepSettings()
+    assert unasked.steep_ground is None
+    assert unasked.digest not in (before.digest, now.digest)
+    assert unflatten(*flatten(unasked)).digest == unasked.digest
 
 
 DIGEST = "e64ad2ca8f7c47fa5b8477c15adeeba2"

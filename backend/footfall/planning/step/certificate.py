@@ -3,6 +3,9 @@
 What depends on the ground alone is made once for a ground and kept, where the ground is small enough.
 """
 
+from copy import copy
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +16,7 @@ from footfall.planning.step.kept import Kept
 from footfall.planning.step.leg_free_kernel import SURE, BodyTables, edges_are_sure, first_unsure
 from footfall.planning.step.problem import StepSettings
 from footfall.robot.bvh import mesh_reach
-from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach
+from footfall.robot.clearance import MODES, LegClearance, clearance_ground, leg_reach, wheel_drums
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.ground_tables import GroundTables
 from footfall.robot.kinematics import center_of_mass, leg_link_poses
@@ -49,11 +52,19 @@ class Certificate:
     ) -> None:
         T_site_base = np.asarray(state.T_site_base)
         tables = _tables(robot, T_site_base, leg, world, ground, settings.clearance)
-        asked = settings.clearance, settings.raise_terrain, settings.steep_ground
+        asked = settings.clearance, settings.raise_terrain
         self.clearance = LegClearance(robot, state.posture, leg, T_site_base, tables, *asked).tables
+        self._asked_of_drum = robot.description, tables, settings.clearance
         self.body = body_tables(
             robot, np.asarray(state.posture), T_site_base, leg, normals, offsets, settings.least_margin
         )
+
+    @cached_property
+    def of_drum(self) -> "Certificate":
+        """The same with a look at the wheel's own shape, a drum, where the balls around it leave the ground unsure."""
+        other = copy(self)
+        other.clearance = self.clearance._replace(drums=wheel_drums(*self._asked_of_drum))
+        return other
 
     def first_unsure(self, qs: Array, terrain: str) -> int:
         """The first of n postures (n, 6) that is not surely allowed, or n; terrain: "none", "true" or "raised"."""

@@ -96,7 +96,6 @@ def footing(stance: Stance, ground: Nearby, settings: StepSettings) -> Footing:
         settings.raise_terrain,
         settings.conservative,
         settings.least_margin,
-        settings.steep_ground,
     )
     return _footings.get((stance.content, ground.dem.digest, *asked), lambda: _footing(stance, ground, settings))
 

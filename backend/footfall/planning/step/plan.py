@@ -15,7 +15,7 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
-from footfall.planning.step.edges import Array, Space
+from footfall.planning.step.edges import Array
 from footfall.planning.step.footing import Stance
 from footfall.planning.step.goals import ADVICE, Goal, Goals
 from footfall.planning.step.ground import Contact, Refused, footfall_contact
@@ -188,8 +188,8 @@ class _Attempt:
         return self._search(situation, contact, up, goals)
 
     def _search(self, situation: Situation, contact: Contact, up: Array, goals: Goals) -> _Yes | _No:
-        space = space_of(situation, self.watch, RAISED)
         if self.through:
+            space = space_of(situation, self.watch, RAISED)
             vias = [via_postures(situation, space, self.through, up[-1], goal.up[-1]) for goal in goals]
             if all(isinstance(via, str) for via in vias):
                 return _No(Status.NO_PATH, f"the swing can't pass the points that were asked for: {vias[0]}")
@@ -202,15 +202,16 @@ class _Attempt:
                     return self._nowhere(last, f"{barred}; choose a footfall on this side of it")
             failures = last[turn.planner] = []
             for goal in goals:
+                suited = situation.for_swing(up[-1], goal.up[-1])
                 # how many turns there will be is not known
                 self.watch.phase(0.25 + 0.5 * number / (number + 4), f"planning the swing with {turn.planner}")
-                path = self._swing(situation, space, turn, up[-1], goal)
+                path = self._swing(suited, turn, up[-1], goal)
                 if isinstance(path, _Failure):
                     failures.append(path)
                     continue
                 waypoints, phases = self._joined(up, path, goal.up[::-1])
                 self.watch.phase(0.85, "checking the whole path")
-                checks = recheck(situation, self.dem, waypoints, phases, self.watch.pulse)
+                checks = recheck(suited, self.dem, waypoints, phases, self.watch.pulse)
                 bad = [check for check in checks if not check.holds]
                 if not bad:
                     decisions = self._decisions(goals, goal, last, turn) if self.explain else ()
@@ -237,8 +238,9 @@ class _Attempt:
         found = Decision("planner", True, f"{turn.planner} found the swing{won}")
         return *goals.decisions(goal), *_tried(_said(last)), found
 
-    def _swing(self, situation: Situation, space: Space, turn: Turn, start: Array, goal: Goal) -> Array | _Failure:
+    def _swing(self, situation: Situation, turn: Turn, start: Array, goal: Goal) -> Array | _Failure:
         """Waypoints (n, 6) from above the start to above a goal, through all points; shortened between them."""
+        space = space_of(situation, self.watch, RAISED)
         via = via_postures(situation, space, self.through, start, goal.up[-1])
         if isinstance(via, str):
             return _Failure(lambda: via)

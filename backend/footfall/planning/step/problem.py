@@ -11,7 +11,7 @@ from footfall.balance.friction import FRICTION
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.product import Product
-from footfall.core.value import LATER, Provenance, Value, value, value_enum
+from footfall.core.value import LATER, Provenance, Value, before, value, value_enum
 
 PLANNERS: Mapping[str, str] = {
     "auto": "line, then fast, then astar, then sbl: the first that leads to a plan that passes every check",
@@ -77,8 +77,9 @@ class StepSettings(Value):
         not count: a straight wrist joins two branches.
     goals: one of GOAL_ORDERS, which of the postures that stand on the footfall are tried first. Of clearances within
         1 mm the order is that of ``motion``.
-    steep_ground: whether the compiled check looks at the wheel's own shape where the balls around it leave unsure
-        whether it keeps off the ground, as they mostly do where that is steep.
+    steep_ground: whether the compiled check of the swing looks at the wheel's own shape where the balls around it leave
+        unsure whether it keeps off the ground, as they mostly do where that is steep. None: where an end of the swing
+        is unsure.
     """
 
     planner: str = "auto"
@@ -96,7 +97,7 @@ class StepSettings(Value):
     time_limit: float = 30.0
     branch: int | None = field(default=None, metadata=LATER)
     goals: str = field(default="motion", metadata=LATER)
-    steep_ground: bool = field(default=False, metadata=LATER)
+    steep_ground: bool | None = field(default=None, metadata=before(False))
 
     def check(self) -> None:
         if self.planner not in PLANNERS:

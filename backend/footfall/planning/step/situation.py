@@ -3,6 +3,8 @@
 The compiled certificate is asked first; where it is unsure the meshes decide, so the answers are those of the meshes.
 """
 
+from copy import copy
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -42,8 +44,22 @@ class Situation:
         self.stance = Stance(robot, dem, state, leg)
         self.others = self.stance.others
         self.footing = footing(self.stance, ground, settings)
+        if settings.steep_ground:
+            self._look_at_the_wheel()
         self._lift = {TRUE: 0.0, RAISED: settings.raise_terrain}
         self.mesh_queries = 0
+
+    def for_swing(self, start: Array, goal: Array) -> "Situation":
+        """The same tests, with the compiled check that the settings ask for between two postures (``steep_ground``)."""
+        ends = np.array([start, goal])
+        if self.settings.steep_ground is not None or self.first_unsure(ends, RAISED) == len(ends):
+            return self
+        other = copy(self)
+        other._look_at_the_wheel()
+        return other
+
+    def _look_at_the_wheel(self) -> None:
+        self.footing = replace(self.footing, certificate=self.footing.certificate.of_drum)
 
     @cached_property
     def _scene(self) -> CollisionScene:

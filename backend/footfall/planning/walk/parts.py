@@ -82,6 +82,7 @@ def _step(plan: WalkPlan, number: int, rows: slice, parents: dict[str, str], set
         friction=settings.friction,
         seed=settings.seed,
         time_limit=settings.time_limit,
+        steep_ground=False,
     )
     phases = plan.phases[rows]
     return StepPlan(
