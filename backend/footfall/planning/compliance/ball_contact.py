@@ -6,6 +6,7 @@ And how near it then is to touching the ground on another side too.
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.compliance.ball_contact_kernel import stopped_at
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 
@@ -29,16 +30,19 @@ def ball_contacts(dem: Dem, centers: Array, radius: float) -> tuple[Array, Array
     """
     steps = max(COARSE, int(np.ceil(radius / dem.geometry.resolution)))
     spacing = radius / steps
-    dx, dy = _square(steps, spacing)
-    heights = height_at(dem, centers[:, :1] + dx, centers[:, 1:2] + dy)
-    near = heights[:, np.hypot(dx, dy) <= KNOWN * radius]
-    known = np.asarray(np.isfinite(near).all(axis=1))
-    places = _best(heights, np.zeros((len(centers), 2)), dx, dy, radius)
-    for _ in range(ROUNDS):
-        spacing /= FINER
-        dx, dy = _square(FINER, spacing)
-        heights = height_at(dem, (centers[:, :2] + places)[:, :1] + dx, (centers[:, :2] + places)[:, 1:] + dy)
-        places = _best(heights, places, dx, dy, radius)
+    grid = dem.geometry
+    places, known = stopped_at(
+        dem.heights,
+        (grid.x0, grid.y0),
+        grid.resolution,
+        np.ascontiguousarray(centers, float),
+        radius**2,
+        steps,
+        spacing,
+        ROUNDS,
+        FINER,
+        KNOWN * radius,
+    )
     down = np.sqrt(np.maximum(radius**2 - np.sum(places**2, axis=1), 0.0))
     points = np.full((len(centers), 3), np.nan)
     normals = np.full((len(centers), 3), np.nan)
@@ -70,13 +74,3 @@ def _square(steps: int, spacing: float) -> tuple[Array, Array]:
     offsets = spacing * np.arange(-steps, steps + 1, dtype=float)
     dx, dy = np.meshgrid(offsets, offsets)
     return dx.ravel(), dy.ravel()
-
-
-def _best(heights: Array, places: Array, dx: Array, dy: Array, radius: float) -> Array:
-    """Offsets (k, 2) from the centres where the ground stops the ball first, of places + (dx, dy)."""
-    x, y = places[:, :1] + dx, places[:, 1:] + dy
-    room = radius**2 - x * x - y * y
-    top = np.where(room > 0, heights + np.sqrt(np.maximum(room, 0.0)), np.nan)
-    best = np.argmax(np.where(np.isnan(top), -np.inf, top), axis=1)
-    rows = np.arange(len(places))
-    return np.column_stack([x[rows, best], y[rows, best]])

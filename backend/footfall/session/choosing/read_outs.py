@@ -10,7 +10,6 @@ from footfall.planning.stance.body_shift import BodyShift, ShiftRefused
 from footfall.planning.step.problem import Point
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.surface import height_at
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
@@ -40,6 +39,8 @@ def read_footfall(answer: dict[str, Any], lines: tuple[str, ...], away: float, h
 
 def read_point(dem: Dem, wheel_radius: float, index: int, point: Point, away: float, hip: Hip | None) -> ReadOut:
     """Of a point that the wheel's centre is to pass."""
+    from footfall.terrain.ground.surface import height_at
+
     x, y, z = point
     ground = float(height_at(dem, x, y))
     brief, reasons = "over unknown ground", []

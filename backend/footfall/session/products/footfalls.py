@@ -21,7 +21,6 @@ from footfall.maps.layers import (
 )
 from footfall.maps.reach_classes import hindrance_text
 from footfall.terrain.dem import Dem
-from footfall.terrain.ground.surface import height_at, normal_at
 
 FOOTING_NAMES = {
     UNKNOWN: "unknown",
@@ -118,6 +117,8 @@ def judge_footfall(
     friction where that was computed. nearest: where it is not acceptable, x, y of the nearest cell that is, and how far
     away it is [m]; None where the maps have none.
     """
+    from footfall.terrain.ground.surface import height_at, normal_at
+
     reasons: list[str] = []
     z = float(height_at(dem, x, y))
     known = math.isfinite(z)

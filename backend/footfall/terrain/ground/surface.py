@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
 from footfall.terrain.dem import Dem
+from footfall.terrain.ground.height_kernel import EDGE, heights_at
 
 Array = NDArray[np.float64]
-
-_EDGE = 1e-9
-"""Cells: a point this close to a block's edge belongs to both neighbours, as closed triangles do."""
 
 _SAMPLES_AT_ONCE = 2_000_000
 
@@ -26,35 +24,7 @@ def height_at(dem: Dem, x: ArrayLike, y: ArrayLike) -> Array:
     grid = dem.geometry
     u = (x.ravel() - grid.x0) / grid.resolution
     v = (y.ravel() - grid.y0) / grid.resolution
-    height = _block_height(dem.heights, u, v, 0.0, 0.0)
-    # points on the rim of the known ground may fall, by rounding, into the block outside it
-    with np.errstate(invalid="ignore"):
-        on_edge = (np.abs(u - np.rint(u)) <= _EDGE) | (np.abs(v - np.rint(v)) <= _EDGE)
-    for du, dv in ((-_EDGE, -_EDGE), (_EDGE, -_EDGE), (-_EDGE, _EDGE), (_EDGE, _EDGE)):
-        again = np.flatnonzero(on_edge & np.isnan(height))
-        if not len(again):
-            break
-        height[again] = _block_height(dem.heights, u[again], v[again], du, dv)
-    return height.reshape(x.shape)
-
-
-def _block_height(heights: NDArray[np.float32], u: Array, v: Array, du: float, dv: float) -> Array:
-    """Linear interpolation in the block that (u + du, v + dv) [cells] falls into."""
-    rows, cols = heights.shape
-    out = np.full(u.shape, np.nan)
-    with np.errstate(invalid="ignore"):
-        col, row = np.floor(u + du), np.floor(v + dv)
-        inside = (col >= 0) & (col < cols - 1) & (row >= 0) & (row < rows - 1)
-    col, row = col[inside].astype(np.int64), row[inside].astype(np.int64)
-    east, north = np.clip(u[inside] - col, 0.0, 1.0), np.clip(v[inside] - row, 0.0, 1.0)
-    sw, se = heights[row, col].astype(float), heights[row, col + 1].astype(float)
-    nw, ne = heights[row + 1, col].astype(float), heights[row + 1, col + 1].astype(float)
-    lower = sw + east * (se - sw) + north * (ne - se)
-    upper = sw + north * (nw - sw) + east * (ne - nw)
-    value = np.where(east >= north, lower, upper)
-    value[~np.isfinite(sw + se + nw + ne)] = np.nan
-    out[inside] = value
-    return out
+    return heights_at(dem.heights, u, v).reshape(x.shape)
 
 
 def normal_at(dem: Dem, x: ArrayLike, y: ArrayLike, radius: float) -> Array:
@@ -161,8 +131,8 @@ def _crossing_times(dem: Dem, origin: Array, direction: Array) -> Array | None:
     grid = dem.geometry
     start = np.append((origin[:2] - (grid.x0, grid.y0)) / grid.resolution, origin[2])
     speed = np.append(direction[:2] / grid.resolution, direction[2])
-    lowest = (-_EDGE, -_EDGE, float(np.nanmin(dem.heights)) - 1.0)
-    highest = (grid.cols - 1 + _EDGE, grid.rows - 1 + _EDGE, float(np.nanmax(dem.heights)) + 1.0)
+    lowest = (-EDGE, -EDGE, float(np.nanmin(dem.heights)) - 1.0)
+    highest = (grid.cols - 1 + EDGE, grid.rows - 1 + EDGE, float(np.nanmax(dem.heights)) + 1.0)
     enter, leave = 0.0, np.inf
     for position, rate, low, high in zip(start, speed, lowest, highest, strict=True):
         if rate == 0:
