@@ -4,10 +4,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from footfall.session.live import LiveSession
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.age import BANDS, age_bands
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.near import near
+from footfall_ui.scene.of_session import read
 
 SPACING = 0.075
 """Between the lines on the oldest ground [m]; twice and four times as much on that of the bands before."""
@@ -64,9 +66,18 @@ class AgeDrawing:
         self._of = ""
         self._handle: viser.SceneNodeHandle | None = None
 
-    def show(self, dem: Dem) -> None:
+    def draw(self, live: LiveSession) -> None:
+        """As the view has it."""
+        if live.state.dem is None:
+            self._forget()
+        elif live.view.shown.age:
+            self._show(read(live, live.state.dem, Dem))
+        elif self._handle is not None:
+            self._handle.visible = False
+
+    def _show(self, dem: Dem) -> None:
         if self._of != dem.digest:
-            self.forget()
+            self._forget()
             segments, colors = hatching(dem)
             if len(segments):
                 local, middle = near(segments)
@@ -83,11 +94,7 @@ class AgeDrawing:
         elif self._handle is not None:
             self._handle.visible = True
 
-    def hide(self) -> None:
-        if self._handle is not None:
-            self._handle.visible = False
-
-    def forget(self) -> None:
+    def _forget(self) -> None:
         """Take it away: there is no terrain, or another."""
         self._of, self._handle = "", None
         self._drawn.clear()

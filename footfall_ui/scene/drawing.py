@@ -24,6 +24,7 @@ from footfall_ui.scene.age import AgeDrawing
 from footfall_ui.scene.around import AroundDrawing
 from footfall_ui.scene.cameras import CamerasDrawing
 from footfall_ui.scene.collision import CollisionDrawing, colliding
+from footfall_ui.scene.contours import ContoursDrawing
 from footfall_ui.scene.drawn import server_of
 from footfall_ui.scene.failing import FailingDrawing
 from footfall_ui.scene.footfall import FootfallDrawing
@@ -48,6 +49,7 @@ from footfall_ui.scene.tape import TapeDrawing
 from footfall_ui.scene.terrain import TerrainDrawing
 from footfall_ui.scene.tether import TetherDrawing
 from footfall_ui.scene.torque import TorqueDrawing
+from footfall_ui.scene.tracks import TracksDrawing
 from footfall_ui.scene.walk import WalkDrawing
 from footfall_ui.scene.what_if import WhatIfDrawing
 from footfall_ui.visitors import Visitors
@@ -82,7 +84,6 @@ class Scene:
         self._cameras: CamerasDrawing | None = None
         self._robot: Robot | None = None
         self._terrain = TerrainDrawing(server)
-        self._age = AgeDrawing(server)
         self._footfall = FootfallDrawing(server)
         self._suggested = SuggestedDrawing(server)
         self._ghost = GhostDrawing(server)
@@ -104,7 +105,9 @@ class Scene:
             "robot": self._draw_robot,
             "rover": self._draw_rover,
             "ground": self._draw_ground,
-            "age": self._draw_age,
+            "age": AgeDrawing(server).draw,
+            "contours": ContoursDrawing(server).draw,
+            "tracks": TracksDrawing(server).draw,
             "shadow": ShadowDrawing(server).draw,
             "around": AroundDrawing(server).draw,
             "torques": self._draw_torques,
@@ -257,15 +260,7 @@ class Scene:
         dem = read(live, live.state.dem, Dem) if live.state.dem else None
         # where maps are of older ground or another posture they are not shown: their green would be a wrong green
         leg, layer = live.view.leg, live.view.layer
-        self._terrain.show(dem, live.maps_shown(leg), layer, live.maps_changed(leg, layer or ""))
-
-    def _draw_age(self, live: LiveSession) -> None:
-        if live.state.dem is None:
-            self._age.forget()
-        elif live.view.shown.age:
-            self._age.show(read(live, live.state.dem, Dem))
-        else:
-            self._age.hide()
+        self._terrain.show(dem, live.maps_shown(leg), layer, live.maps_changed(leg, layer or ""), live.view.opacity)
 
     def _draw_what_if(self, live: LiveSession) -> None:
         state, dragged = live.state, self._hand.stance(live)

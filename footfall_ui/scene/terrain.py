@@ -41,6 +41,11 @@ def held_rgb(dem: Dem, maps: MapStack, layer: str, changed: NDArray[np.bool_] | 
     return out
 
 
+def blended(colors: NDArray[np.uint8], under: NDArray[np.uint8], opacity: float) -> NDArray[np.uint8]:
+    """Colours (rows, cols, 3) over others of the same cells."""
+    return np.rint(opacity * colors + (1.0 - opacity) * under.astype(float)).astype(np.uint8)
+
+
 def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry, brightness: NDArray[np.float64]) -> bytes:
     """Binary glTF of the terrain's triangulation with one texel for each of ``cells``, coarse or as the terrain's.
 
@@ -61,6 +66,7 @@ class TerrainDrawing:
         self._server = server
         self._drawn = Drawn(server)
         self._shown: dict[tuple[str, str], viser.GlbHandle] = {}
+        self._opacity = 1.0
         self._relief: tuple[str, NDArray[np.float64]] | None = None
 
     def show(
@@ -69,8 +75,12 @@ class TerrainDrawing:
         maps: MapStack | None,
         layer: str | None,
         changed: NDArray[np.bool_] | None = None,
+        opacity: float = 1.0,
     ) -> None:
-        """Show one layer of the map stack; None, or no maps: what the cameras saw. changed: see :func:`held_rgb`."""
+        """Show one layer of the map stack; None, or no maps: what the cameras saw.
+
+        changed: see :func:`held_rgb`. opacity: of the layer, 0…1; only the layers of one are kept.
+        """
         if dem is None:
             self._keep(set())
             return
@@ -79,6 +89,8 @@ class TerrainDrawing:
         older = maps is not None and maps.provenance.parents.get("dem", dem.digest) != dem.digest
         if maps is not None and shown is not None:
             key = (maps.digest, f"{shown}/on/{dem.digest}" if older else shown)
+            if opacity < 1.0:
+                key = (key[0], f"{key[1]}-at-{opacity:z.2f}")
         if key not in self._shown:
             drawn = drawable(dem)
             if maps is None or shown is None:
@@ -90,6 +102,8 @@ class TerrainDrawing:
                     rgb, cells = held_rgb(dem, maps, shown, changed), dem.geometry
                 if drawn is not dem:
                     rgb, cells = picked(rgb, cells, drawn.geometry), drawn.geometry
+                if opacity < 1.0:
+                    rgb = blended(rgb, picked(ground_rgb(drawn), drawn.geometry, cells), opacity)
                 picture = glb(drawn, rgb, cells, brightness)
             add = self._server.scene.add_glb
             name = f"/terrain/{key[0]}/{key[1]}"
@@ -99,7 +113,11 @@ class TerrainDrawing:
         for other, handle in self._shown.items():
             handle.visible = other == key
         # after the new one is there, so that the ground is never blank in between
-        self._keep({dem.digest} | ({maps.digest} if maps is not None else set()))
+        kept = {dem.digest} | ({maps.digest} if maps is not None else set())
+        if self._opacity != opacity:
+            self._shown = {one: handle for one, handle in self._shown.items() if one == key or one[1] == "texture"}
+            self._opacity = opacity
+        self._keep(kept)
 
     def _relief_of(self, dem: Dem) -> NDArray[np.float64]:
         """Worked out once for each terrain: layers are switched more often."""

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+import viser
 
 import footfall_ui.scene
 from footfall.core.grid import GridGeometry
@@ -24,10 +25,17 @@ from footfall_ui.scene import drawable as drawable_ground
 from footfall_ui.scene.bearings import bearings_of
 from footfall_ui.scene.drawable import drawable, every, picked
 from footfall_ui.scene.near import near
-from footfall_ui.scene.terrain import glb, held_rgb
+from footfall_ui.scene.terrain import TerrainDrawing, blended, glb, held_rgb
 from footfall_ui.scene.unknown import TEXELS, pattern, unknown_glb
 
 ROWS, COLS = 9, 13
+
+
+@pytest.fixture(scope="module")
+def drawn_on():
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield server
+    server.stop()
 
 
 @pytest.fixture
@@ -170,6 +178,31 @@ def test_colours_of_older_ground_lie_on_their_places_and_are_striped_where_they_
     assert (picture[0] == seen_from_above[0][:, None]).all()
     assert (picture[:, :2] == seen_from_above[:, :2, None]).all()
     assert np.array_equal(held_rgb(dem, maps, "footing", None)[1:, 2:], colors)
+
+
+def test_a_fainter_layer_shows_more_of_what_the_cameras_saw():
+    colors, under = (np.full((2, 3, 3), one, np.uint8) for one in (200, 100))
+    assert np.array_equal(blended(colors, under, 1.0), colors)
+    assert (blended(colors, under, 0.25) == 125).all()
+
+
+def test_only_layers_of_one_opacity_are_kept(drawn_on):
+    dem = from_heights(np.zeros((8, 9), np.float32), 0.1, 0.0, 0.0)
+    classes = {"footing": np.ones((8, 9), np.uint8), "slope": np.zeros((8, 9), np.float32)}
+    maps = MapStack(dem.geometry, 0, "plain", classes, Provenance({"dem": dem.digest}))
+    drawing = TerrainDrawing(drawn_on)
+
+    def shown():
+        names = [f"/terrain/{maps.digest}/{one}" for one in ("footing", "slope", "footing-at-0.50", "slope-at-0.50")]
+        return [drawn_on.scene.get_handle_by_name(name) is not None for name in names]
+
+    for layer in ("footing", "slope"):
+        drawing.show(dem, maps, layer)
+    assert shown() == [True, True, False, False]
+    drawing.show(dem, maps, "slope", opacity=0.5)
+    assert shown() == [False, False, False, True]
+    drawing.show(dem, maps, "footing", opacity=1.0)
+    assert shown() == [True, False, False, False]
 
 
 def test_holes_are_striped_in_the_legend_s_colour_of_unknown_ground():

@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -9,20 +10,27 @@ import pytest
 import viser
 
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
 from footfall.planning.stance.stand import stand
+from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL
 from footfall.session.jobs.local import InlineJobs
+from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.recorded import present
 from footfall.session.registry import Sessions
+from footfall.session.tracks import tracks
 from footfall.session.view import SWITCHES, ViewState
 from footfall.telemetry.state import RobotState, TelemetryFrame
+from footfall.terrain.ground.contours import contour_step
 from footfall.terrain.ground.surface import height_at
 from footfall_ui.scene import Scene
 from footfall_ui.scene.goal import POLE
 from footfall_ui.scene.look import Looking, eye_of
+from footfall_ui.scene.tracks import HALF, OVER, PRINTS, TracksDrawing, print_lines
 from tests.support.chassis_ground import wavy
+from tests.support.sequences import recorded
 from tests.support.waiting import BOUND, until
 
 
@@ -111,6 +119,43 @@ def test_the_hatching_is_made_once_for_each_terrain(viewed, ground):
     assert there("/age", shown=False)
     live.set_view(shown={"age": False})
     assert live.state.state == state
+
+
+def test_contour_lines_are_made_once_for_each_terrain_and_say_how_far_apart_they_are(viewed, ground):
+    live, there, scene, server = viewed
+    live.set_view(shown={"contours": True})
+    there("/contours/text")
+    made = server.scene.get_handle_by_name("/contours/text")
+    assert made.text == f"contour lines every {contour_step(ground):g} m"
+    for shown in (False, True, False):
+        live.set_view(shown={"contours": shown})
+        settle(scene)
+        assert server.scene.get_handle_by_name("/contours/text") is made
+        assert made.visible is shown
+
+
+def test_a_print_lies_on_the_ground_where_a_wheel_was_put_down(viewed, athlete, ground):
+    _, _, _, server = viewed
+    sequence = recorded()
+    row = max(row for row, one in enumerate(sequence.commands) if one.phase == "lower")
+    done = CommandRecord("0", "put down", 1, row, "done", "", 0.0)
+    products = {"put down": sequence, "dem": ground}
+    (step,) = tracks([done], products.__getitem__)
+    lines = print_lines(athlete, ground, step)
+    assert len(lines)
+    assert np.abs(lines[..., 2] - height_at(ground, lines[..., 0], lines[..., 1]) - OVER).max() < 1e-9
+    hub = apply(step.T_site_base, wheel_centers(athlete, step.posture))[step.leg]
+    assert np.linalg.norm(lines[..., :2] - hub[:2], axis=2).max() <= np.hypot(*HALF) + 1e-9
+
+    def session(commands, shown=True):
+        view = SimpleNamespace(shown=SimpleNamespace(tracks=shown))
+        state = SimpleNamespace(dem="dem", commands=commands)
+        return cast(Any, SimpleNamespace(state=state, view=view, robot=athlete, get=products.__getitem__))
+
+    drawing = TracksDrawing(server)
+    for commands, shown, there in (((), True, False), ((done,), True, True), ((done,), False, False)):
+        drawing.draw(session(commands, shown))
+        assert (server.scene.get_handle_by_name(PRINTS) is not None) == there
 
 
 def test_a_click_measures_while_the_tape_is_out(viewed):
@@ -240,7 +285,14 @@ def test_a_look_turns_every_page_once_and_then_goes_along(athlete, state):
 
 def test_a_view_refuses_what_it_does_not_have():
     view = ViewState()
-    for wrong in ({"shown": {"stars": True}}, {"shown": {"tape": 1}}, {"look": "up"}, {"tape": [[0.0, 1.0]]}, {"a": 1}):
+    for wrong in (
+        {"shown": {"stars": True}},
+        {"shown": {"tape": 1}},
+        {"look": "up"},
+        {"tape": [[0.0, 1.0]]},
+        {"opacity": 0.1},
+        {"a": 1},
+    ):
         with pytest.raises(InvalidInput):
             view.changed(**wrong)
     assert view.changed(look="top").changed(look="top").looks == 2

@@ -55,6 +55,24 @@ def test_switches_and_looks_are_the_session_s(console: Page, quiet: Running, loo
     expect(menu).not_to_have_attribute("open", "")
 
 
+def test_colours_are_made_fainter_with_a_slider(console: Page, quiet: Running) -> None:
+    console.keyboard.press("-")
+    slider, read = console.get_by_role("slider", name="Colours over images"), console.locator("#view-opacity-read")
+    expect(read).to_have_text("100 %")
+    slider.press("ArrowLeft")
+    slider.press("ArrowLeft")
+    expect(read).to_have_text("90 %")
+    until(lambda: view(quiet)["opacity"] == 0.9, "the opacity")
+    # colours that mean something can't be taken away while their legend is shown
+    slider.press("Home")
+    until(lambda: view(quiet)["opacity"] == 0.2, "the least opacity")
+    slider.blur()
+    with quiet.client() as client:
+        assert client.put("/sessions/current/view", json={"opacity": 0.1}).status_code == 422
+        client.put("/sessions/current/view", json={"opacity": 0.5})
+    expect(read).to_have_text("50 %")
+
+
 def test_a_switch_stays_as_set_until_the_server_has_answered(console: Page, quiet: Running) -> None:
     held: list[Route] = []
     console.route("**/view", lambda route: held.append(route))

@@ -17,16 +17,23 @@ TAPE_ENDS = 2
 Points = tuple[tuple[float, float, float], ...]
 
 
+LEAST_OPACITY = 0.2
+"""Colours that tell where a leg can stand are never taken away while their legend is shown."""
+
+
 @dataclass(frozen=True)
 class Shown:
     """What the scene shows beside rover, ground, footfall and plan; region: where the centre of mass may be with
-    friction; age: how old the ground is, hatched; predicted: the second ghost while a run goes."""
+    friction; age: how old the ground is, hatched; predicted: the second ghost while a run goes; tracks: where wheels
+    were put down."""
 
     torques: bool = True
     forces: bool = True
     support: bool = True
     region: bool = True
     age: bool = False
+    contours: bool = False
+    tracks: bool = True
     suggestions: bool = True
     predicted: bool = True
     cameras: bool = False
@@ -42,6 +49,7 @@ class ViewState:
     """scrub: 0…1 along the plan; layer: a name of LAYERS, or None; look: one of LOOKS; looks: how often one was asked
     for; tape: the measured points, at most two, site frame [m]. plays: one of PLAYS, heeded until something newer than
     the events numbered up to ``plays_since`` can be played.
+    opacity: of the layer's colours over what the cameras saw, LEAST_OPACITY…1: a layer that is shown stays in sight.
     goal: x, y where a walk is to lead, as the operator has set it, site frame [m]; goal_page: the page whose next click
     on the ground sets it, "" for none. follows: whether the page shows what the holder of the conn shows instead of its
     own choices."""
@@ -50,6 +58,7 @@ class ViewState:
     layer: str | None = "footing"
     scrub: float = 1.0
     show_ghost: bool = True
+    opacity: float = 1.0
     shown: Shown = field(default_factory=Shown)
     look: str = "free"
     looks: int = 0
@@ -73,6 +82,8 @@ class ViewState:
             raise InvalidInput(f"there is no layer {changes['layer']!r}; there are {', '.join(LAYERS)}")
         if "scrub" in changes and not 0 <= changes["scrub"] <= 1:
             raise InvalidInput("scrub is a number from 0 to 1", scrub=changes["scrub"])
+        if "opacity" in changes and not LEAST_OPACITY <= changes["opacity"] <= 1:
+            raise InvalidInput(f"opacity is a number from {LEAST_OPACITY} to 1", opacity=changes["opacity"])
         if "plays" in changes:
             if changes["plays"] not in PLAYS:
                 raise InvalidInput(f"plays is one of {', '.join(PLAYS)}", plays=changes["plays"])

@@ -8,7 +8,7 @@ import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 
 const SWITCHES = {
-  torques: "joint torques", forces: "wheel forces", support: "support and margin", region: "region with friction", age: "age of the ground", suggestions: "suggested footfalls",
+  torques: "joint torques", forces: "wheel forces", support: "support and margin", region: "region with friction", age: "age of the ground", contours: "contour lines", tracks: "wheel tracks", suggestions: "suggested footfalls",
   predicted: "predicted rover in a run", cameras: "camera views", swept: "swept volume", tape: "measuring tape",
 };
 const LOOKS = { top: "From above", leg: "Along the leg", wheel: "At its wheel", follow: "Follow chassis" };
@@ -24,6 +24,7 @@ export function start() {
     $("view-shown").append(element("label", {}, box, text));
     act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !isOn(name)), refusal: () => lacking(box) });
   }
+  $("view-opacity").addEventListener("input", sendOpacity);
   act({ key: "-", text: "What the scene shows", run: toggle });
   subscribe(draw);
 }
@@ -45,6 +46,19 @@ const set = (name, on) => attempt(async () => {
 
 const isOn = (name) => asked.get(name) ?? known.summary.view.shown[name];
 
+// Only the newest is sent while one is under way: an older one that arrives later would win.
+let fading = false;
+async function sendOpacity() {
+  readOpacity();
+  if (fading) return;
+  fading = true;
+  for (let sent = NaN, wanted = opacity(); sent !== wanted; sent = wanted, wanted = opacity()) await change({ opacity: wanted });
+  fading = false;
+}
+
+const opacity = () => Number($("view-opacity").value) / 100;
+const readOpacity = () => { $("view-opacity-read").textContent = `${$("view-opacity").value} %`; };
+
 function toggle() {
   $("view").open = !$("view").open;
   if ($("view").open) $("view").querySelector("summary").focus();
@@ -60,6 +74,10 @@ function draw({ summary }) {
     box.title = lacking(box);
   }
   for (const name of Object.keys(LOOKS)) $(`look-${name}`).setAttribute("aria-pressed", String(look === name));
+  if (!fading && document.activeElement !== $("view-opacity")) {
+    $("view-opacity").value = String(Math.round(100 * summary.view.opacity));
+    readOpacity();
+  }
   $("view-tape").hidden = !isOn("tape");
   $("view-tape").textContent = measured(tape);
 }

@@ -14,7 +14,7 @@ from footfall.planning.stance.find_problem import FindShiftSettings
 from footfall.planning.stance.move import BodyMoveSettings
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import MOST_THROUGH, StepSettings
-from footfall.session.view import LOOKS, PLAYS, TAPE_ENDS
+from footfall.session.view import LEAST_OPACITY, LOOKS, PLAYS, TAPE_ENDS
 from footfall.terrain.fusion.clear import Area
 from footfall.terrain.settings import BlendSettings, TerrainSettings
 
@@ -303,6 +303,8 @@ class ShownChange(Strictly):
     support: bool = Field(default_factory=bool)
     region: bool = Field(default_factory=bool, description="where the centre of mass may be, with friction")
     age: bool = Field(default_factory=bool, description="the ground is hatched by how old it is")
+    contours: bool = Field(default_factory=bool, description="lines of equal height on the ground")
+    tracks: bool = Field(default_factory=bool, description="where wheels were put down")
     suggestions: bool = Field(default_factory=bool)
     predicted: bool = Field(default_factory=bool, description="the second ghost, while a run goes")
     cameras: bool = Field(default_factory=bool)
@@ -327,6 +329,9 @@ class ViewChange(Strictly):
     layer: Name | None = Field(default=None, description="null shows no layer")
     scrub: Annotated[float, Field(ge=0, le=1)] = Field(default_factory=float)
     show_ghost: bool = Field(default_factory=bool)
+    opacity: Annotated[float, Field(ge=LEAST_OPACITY, le=1)] = Field(
+        default_factory=float, description="of the layer's colours over what the cameras saw"
+    )
     shown: ShownChange = Field(default_factory=ShownChange)
     look: Name = Field(default_factory=str, description=f"one of {', '.join(LOOKS)}")
     tape: Annotated[list[Vector3], Len(0, TAPE_ENDS)] = Field(default_factory=list, description="points, site [m]")
