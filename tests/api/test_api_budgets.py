@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 
 from footfall.api.access import BASE, STOP
 from footfall.api.door.answers import LARGE, PIECE
-from footfall.api.door.budget import Budget
 from footfall.api.door.holding import MADE_AT_ONCE, Holding
 from footfall.api.door.problems import add_problem_responses
 from footfall.core.errors import InvalidImages
 from footfall.core.frames import transform
 from footfall.io import link_images
 from footfall.io.link_images import decode_images, encode_images
+from footfall.session.budget import Budget
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall_ui.app import STUCK_AFTER, Server
 from tests.support.frames import moving_frames

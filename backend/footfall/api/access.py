@@ -3,6 +3,7 @@
 from typing import Annotated, TypeVar
 
 from fastapi import Depends, Path, Request
+from starlette.requests import HTTPConnection
 
 from footfall.core.errors import Conflict, NotFound
 from footfall.core.value import Value
@@ -54,6 +55,11 @@ async def _all_sessions(request: Request) -> Sessions:
 
 AllSessions = Annotated[Sessions, Depends(_all_sessions)]
 OneSession = Annotated[LiveSession, Depends(one_session)]
+
+
+def client_of(connection: HTTPConnection) -> str:
+    """Address of who asks; behind a proxy that says so, the server has put it here."""
+    return connection.client.host if connection.client else ""
 
 
 def current_session(sessions: Sessions) -> LiveSession:

@@ -1,6 +1,7 @@
 """Grey images in files, and photographed stereo pairs with their calibration."""
 
 import io
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,21 @@ MAX_PIXELS = 50_000_000
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm")
 _FORMATS = ("PNG", "JPEG", "TIFF", "PPM")
 _ORIENTATION = 0x0112
+_BOMB = 2 * 89_478_485 + 1
+"""Pixels from which the reader of images tells no size any more (``PIL.Image.MAX_IMAGE_PIXELS``)."""
+
+
+def claimed_pixels(content: bytes, formats: tuple[str, ...] = _FORMATS) -> int:
+    """How many pixels an encoded image has by its head; 0 where it has none, and is refused when it is read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(content), formats=formats) as image:
+                return image.width * image.height
+    except Image.DecompressionBombError:
+        return _BOMB
+    except (OSError, SyntaxError, ValueError):
+        return 0
 
 
 def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:

@@ -15,6 +15,7 @@ import io
 import json
 import struct
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from footfall.core.errors import InvalidImages, InvalidInput, InvalidTelemetry
+from footfall.io.image_files import claimed_pixels
 from footfall.telemetry.fields import Fields, parse_object
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.link import MAX_BINARY_FRAME, camera_from, camera_object, state_from, state_object
@@ -61,9 +63,12 @@ def encode_images(request_id: str, snapshot: Snapshot) -> bytes:
     return b"".join([_LENGTH.pack(len(header)), header, *files])
 
 
-def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]:
+def decode_images(
+    frame: bytes, legs: int | None = None, unpacks: Callable[[int], Any] = lambda _: None
+) -> tuple[str, Snapshot]:
     """Request id and snapshot of a binary frame; pairs that can't be used stand in its ``left_out``.
 
+    unpacks: told how many pixels there are before any is unpacked; what it raises is raised.
     Raises InvalidTelemetry where the frame can't be read, InvalidImages, with each reason, where no pair is left.
     """
     if len(frame) > MAX_BINARY_FRAME:
@@ -88,13 +93,14 @@ def decode_images(frame: bytes, legs: int | None = None) -> tuple[str, Snapshot]
         name = name if isinstance(name, str) and 0 < len(name) <= LONGEST_NAME else f"number {number + 1}"
         left, right, start = _files(body, frame, start, name)
         packed.append((name, left, right))
-    pixels = sum(_claimed(png) for _, *both in packed for png in both)
+    pixels = sum(claimed_pixels(png, ("PNG",)) for _, *both in packed for png in both)
     if pixels > MAX_FRAME_PIXELS:
         raise InvalidImages(
             f"the images of the frame have {pixels} pixels; a frame has at most {MAX_FRAME_PIXELS}: send fewer pairs",
             pixels=pixels,
             limit=MAX_FRAME_PIXELS,
         )
+    unpacks(pixels)
     pairs: list[ImagePair] = []
     left_out: dict[str, str] = {}
     for number, (body, (name, left, right)) in enumerate(zip(bodies, packed, strict=True)):
@@ -142,19 +148,6 @@ def _pair(body: dict[str, Any], left: bytes, right: bytes) -> ImagePair:
         T_site_base=T_site_base,
         time_right=None if time_right == time else time_right,
     )
-
-
-def _claimed(png: bytes) -> int:
-    """Pixels of an image, by its head alone; what has none is refused when it is read."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            width, height = Image.open(io.BytesIO(png), formats=("PNG",)).size
-    except Image.DecompressionBombError:
-        return MAX_FRAME_PIXELS + 1
-    except (OSError, SyntaxError, ValueError):
-        return 0
-    return width * height
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:

@@ -19,7 +19,7 @@ from footfall.io.calibration_files import (
     read_usable_calibrations,
 )
 from footfall.io.camera_info import read_camera_info
-from footfall.io.image_files import IMAGE_ENDINGS, read_image
+from footfall.io.image_files import IMAGE_ENDINGS, claimed_pixels, read_image
 from footfall.telemetry.calibration import PairCalibration
 from footfall.telemetry.photographs import PhotographedPair, Photographs
 
@@ -92,6 +92,13 @@ def read_photographs(
         pairs.append(PhotographedPair(name, rig, left, right, said.get("time", 0.0), said.get("time_right"), pose))
     pairs, without_place = _require_places(pairs, about)
     return Photographs(tuple(pairs), left_out | without_place)
+
+
+def pixels_in(folder: str | Path, names: Sequence[str] | None = None) -> int:
+    """How many pixels :func:`read_photographs` would unpack at most, by the heads of the images."""
+    found = _files(Path(folder))
+    sides = [files for name in (found if names is None else names) for files in found.get(name, {}).values()]
+    return sum(claimed_pixels(file.read_bytes()) for files in sides for file in files)
 
 
 def _files(folder: Path) -> dict[str, dict[str, list[Path]]]:

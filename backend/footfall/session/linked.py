@@ -4,7 +4,7 @@ What the rover says is used when its light time is over; what is wrong with a me
 """
 
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 from footfall.core.errors import Conflict, InvalidTelemetry
@@ -12,6 +12,7 @@ from footfall.planning.compliance.seen_yield import gives_way
 from footfall.session.commanding import Commanding
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.pool import JobPool
+from footfall.session.pixels import HeldPixels
 from footfall.session.products.outcomes import OutcomeSession
 from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
@@ -132,11 +133,27 @@ class LinkedSession(OutcomeSession):
         with suppress(Conflict):
             self.link.send(encode(ErrorMessage("", text)))
 
-    def take_images(self, snapshot: Snapshot) -> str:
-        """Keep a snapshot; its state becomes the planning state. Returns its digest, before its light time is over."""
+    def take_images(self, snapshot: Snapshot, held: HeldPixels | None = None) -> str:
+        """Keep a snapshot; its state becomes the planning state. Returns its digest, before its light time is over.
+
+        held: its pixels, which are given back when it is stored, or can't be any more.
+        """
         self._require_robot(snapshot.state)
-        self.link.hear(lambda came: self._images_arrived(snapshot, came), path="images")
-        return snapshot.digest
+        digest = snapshot.digest
+        over = ExitStack()
+        if held is not None:
+            over.callback(held.hand_on())
+
+        def arrived(at: float) -> None:
+            with over:
+                self._images_arrived(snapshot, at)
+
+        try:
+            self.link.hear(arrived, path="images", lost=over.close)
+        except BaseException:
+            over.close()
+            raise
+        return digest
 
     def _images_arrived(self, snapshot: Snapshot, at: float) -> None:
         self.recorder.take(snapshot, at)

@@ -21,6 +21,7 @@ from footfall.session.jobs.pool import JobPool
 from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
 from footfall.session.live import LiveSession
 from footfall.session.looked import Looked
+from footfall.session.pixels import PixelBudget
 from footfall.session.reading import Read, read_here
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordingLimits
@@ -48,6 +49,7 @@ class Sessions:
     recording: how much of what the rover says each session records; None: nothing.
     light_time: how long messages to and from the rover are on their way; see :meth:`set_light_time`.
     read: how files from outside are read; a server reads them in a process apart.
+    pixels: of images from outside that are in memory.
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Sessions:
         self._robot = robot
         self._recording = recording
         self.light_time = light_time or LightTime()
+        self.pixels = PixelBudget()
         self._guard = threading.RLock()
         self._open: dict[str, LiveSession] = {}
         self._asked_for: dict[str, float] = {}

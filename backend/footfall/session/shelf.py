@@ -7,10 +7,14 @@ from typing import TypeVar
 from footfall.core.errors import NotFound
 from footfall.core.value import Value
 from footfall.session.storage.store import SessionStore
+from footfall.telemetry.images import Snapshot
+from footfall.telemetry.photographs import Photographs
 
 _V = TypeVar("_V", bound=Value)
 
 CACHED_VALUES = 24
+CACHED_PIXELS = 100_000_000
+"""Of the images among them; beyond that the oldest images go."""
 
 
 class Shelf:
@@ -50,3 +54,9 @@ class Shelf:
             self._values.move_to_end(value.digest)
             while len(self._values) > CACHED_VALUES:
                 self._values.popitem(last=False)
+            pixels = 0
+            for digest, kept in reversed(list(self._values.items())):
+                if isinstance(kept, (Snapshot, Photographs)):
+                    pixels += kept.pixels
+                    if pixels > CACHED_PIXELS:
+                        del self._values[digest]

@@ -83,3 +83,8 @@ class Snapshot(Value):
     def check(self) -> None:
         if not self.pairs:
             raise InvalidImages("a snapshot needs at least one image pair")
+
+    @property
+    def pixels(self) -> int:
+        """Of all its images."""
+        return sum(pair.left.size + pair.right.size for pair in self.pairs)

@@ -48,3 +48,8 @@ class Photographs(Value):
         names = [pair.name for pair in self.pairs] + list(self.left_out)
         if len(set(names)) < len(names):
             raise InvalidImages("two pairs have one name", pairs=sorted({n for n in names if names.count(n) > 1}))
+
+    @property
+    def pixels(self) -> int:
+        """Of all its images."""
+        return sum(pair.left.size + pair.right.size for pair in self.pairs)

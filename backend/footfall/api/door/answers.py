@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable
 
 from starlette.types import Message, Send
 
-from footfall.api.door.budget import Budget
+from footfall.session.budget import Budget
 
 LARGE = 1 << 20
 """An answer of more bytes is counted while it waits to be fetched."""

@@ -9,8 +9,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from footfall.api.access import BASE, STOP
 from footfall.api.door.answers import Answer
 from footfall.api.door.body_limits import JSON_BYTES, body_limit
-from footfall.api.door.budget import Budget
 from footfall.api.door.problems import Json, problem
+from footfall.session.budget import Budget
 
 OF_ONE, IN_ALL = 128 << 20, 256 << 20
 """Bodies that are held, and likewise answers that wait to be fetched: of one client, and of all together [bytes]."""
@@ -19,9 +19,9 @@ RETRY_AFTER = 5
 
 
 MADE_AT_ONCE = 2
-"""Files to fetch that are made at once: each has a processor to itself, and a stop needs one."""
+"""Files and camera images to fetch that are made at once: each has a processor to itself, and a stop needs one."""
 
-_FILE = re.compile(BASE + r"/.*\.(npz|tif|asc|ply|obj|stl|off|zip|html)")
+_FILE = re.compile(BASE + r"/.*(\.(npz|tif|asc|ply|obj|stl|off|zip|html)|/images/[^/]+/(left|right)\.png)")
 
 
 class _Full(HTTPException):

@@ -13,8 +13,9 @@ from footfall.io.bundles import MAX_FILES, MAX_RATIO, MAX_SESSION_BYTES, MAX_ZIP
 from footfall.io.event_log import MAX_LINE
 from footfall.io.image_files import MAX_PIXELS
 from footfall.io.link_images import MAX_FRAME_PIXELS
-from footfall.io.photograph_files import MAX_PIXELS as MAX_ALL_PIXELS
 from footfall.io.terrain_mesh_files import MAX_TRIANGLES
+from footfall.session.pixels import IN_ALL as PIXELS_IN_ALL
+from footfall.session.pixels import OF_ONE as PIXELS_OF_ONE
 from footfall.session.reading import MOST_MEMORY, MOST_SECONDS
 from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME
 from footfall.terrain.dem import MAX_CELLS
@@ -64,7 +65,7 @@ IN_FILES: Mapping[str, int] = {
     "images": MAX_IMAGES,
     "image_bytes": MAX_IMAGE_BYTES,
     "image_pixels": MAX_PIXELS,
-    "upload_pixels": MAX_ALL_PIXELS,
+    "upload_pixels": PIXELS_OF_ONE,
     "terrain_cells": MAX_CELLS,
     "mesh_triangles": MAX_TRIANGLES,
     "bundle_files": MAX_FILES,
@@ -80,6 +81,8 @@ IN_FILES: Mapping[str, int] = {
     "line_message_bytes": MAX_LINE_MESSAGE,
     "bodies_held_bytes": IN_ALL,
     "bodies_held_of_one_bytes": OF_ONE,
+    "pixels_held": PIXELS_IN_ALL,
+    "pixels_held_of_one": PIXELS_OF_ONE,
     "login_bytes": LOGIN_BYTES,
     "json_bytes": JSON_BYTES,
     "json_depth": MOST_DEEP,

@@ -9,6 +9,7 @@ from anyio import CapacityLimiter, to_thread
 from fastapi import Query, Request, Response
 from pydantic import Field
 
+from footfall.api.access import client_of
 from footfall.api.auth.who import ENDS, Who, cookie_name
 from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.front import Front
@@ -92,7 +93,7 @@ class Record(TypedDict):
 async def log_in(order: LoginOrder, request: Request, response: Response) -> Me:
     """Log in with a password; the answer sets the cookie that later requests of the page carry."""
     accounts, front = accounts_of(request), front_of(request)
-    client = request.client.host if request.client else ""
+    client = client_of(request)
     replaced = request.cookies.get(cookie_name(front))
     try:
         made = await to_thread.run_sync(accounts.log_in, order.name, order.password, client, replaced, limiter=_hashing)

@@ -6,15 +6,16 @@ import numpy as np
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from footfall.api.access import OneSession, product, session_path
+from footfall.api.access import AllSessions, OneSession, client_of, product, session_path
 from footfall.api.bodies.answers import Digested, DigestText, Url
 from footfall.api.bodies.schemas import Calibration, CameraModel, ImageRequest
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import Conflict, NotFound
-from footfall.io.image_files import decode_image, encode_png
+from footfall.io.image_files import claimed_pixels, decode_image, encode_png
 from footfall.session.live import LiveSession
+from footfall.session.pixels import HeldPixels
 from footfall.session.products.snapshot_age import moved_since, taken_at
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.telemetry.state import RobotState
@@ -121,20 +122,23 @@ def pair_of(live: LiveSession, of: str, pair: str) -> tuple[Snapshot, ImagePair]
     status_code=201,
     openapi_extra=multipart_doc({"left": "left image, PNG", "right": "right image, PNG"}, {"calibration": Calibration}),
 )
-async def upload_pair(live: OneSession, request: Request) -> Digested:
+async def upload_pair(live: OneSession, request: Request, sessions: AllSessions) -> Digested:
     """A rectified stereo pair from elsewhere, with its calibration as JSON."""
     async with form_of(request, ("left", "right"), ("calibration",)) as form:
         calibration = json_of(form, "calibration", Calibration)
         sides = [upload_of(form, "left"), upload_of(form, "right")]
-        return await in_turn(_take_pair, live, calibration, sides)
+        with sessions.pixels.of(client_of(request)) as held:
+            return await in_turn(_take_pair, live, calibration, sides, held)
 
 
-def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded]) -> Digested:
+def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded], held: HeldPixels) -> Digested:
     if live.state.state is None and live.frame is None:
         raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
     digest = live.state.state if live.state.state is not None else live.snapshot_state()
     state = product(live, digest, RobotState)
-    left, right = (decode_image(file.read(), name) for name, file in sides)
+    packed = [(file.read(), name) for name, file in sides]
+    held.take(sum(claimed_pixels(content) for content, _ in packed))
+    left, right = (decode_image(content, name) for content, name in packed)
     pose = state.T_site_base if calibration.T_site_base is None else np.array(calibration.T_site_base, float)
     pair = ImagePair(
         name=calibration.name,
@@ -145,7 +149,7 @@ def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded
         camera_right=_camera(f"{calibration.name} right", calibration.camera_right),
         T_site_base=pose,
     )
-    return {"digest": live.take_images(Snapshot(state, (pair,)))}
+    return {"digest": live.take_images(Snapshot(state, (pair,)), held)}
 
 
 def _camera(name: str, model: CameraModel) -> Camera:

@@ -10,11 +10,11 @@ from fastapi import Query, Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ConfigDict, Field
 
-from footfall.api.access import AllSessions, current_session
+from footfall.api.access import AllSessions, client_of, current_session
 from footfall.api.door.in_turn import in_turn
 from footfall.api.routes.rover import RoverDoor, fault_of, require_same_rover
 from footfall.api.routing import Routes
-from footfall.core.errors import Conflict, FootFallError, InvalidTelemetry
+from footfall.core.errors import Busy, Conflict, FootFallError, InvalidTelemetry
 from footfall.io.link_images import decode_images
 from footfall.session.live import LiveSession
 from footfall.session.rover.light_time import LONGEST, LightTime
@@ -167,7 +167,7 @@ async def take_images(
     protocol: Annotated[int, Query(description=f"version of the rover link, {PROTOCOL}")],
 ) -> ImagesTaken:
     """One binary frame of images, as on the rover link. Pairs that can't be used stand in `left_out`."""
-    content = await request.body()
+    content, client = await request.body(), client_of(request)
     door: RoverDoor = request.app.state.rover_door
     live = await run_in_threadpool(current_session, sessions)
 
@@ -179,8 +179,9 @@ async def take_images(
                 expected=PROTOCOL,
                 fault="wrong-version",
             )
-        _, snapshot = decode_images(content, live.robot.leg_count)
-        digest = live.take_images(snapshot)
+        with sessions.pixels.of(client) as held:
+            _, snapshot = decode_images(content, live.robot.leg_count, held.take)
+            digest = live.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             door.count("images", reason)
             live.take_complaint(reason, about_rover="images")
@@ -193,10 +194,9 @@ async def take_images(
 
     try:
         return await in_turn(take)
-    except Conflict:
-        raise
     except FootFallError as error:
-        _count(door, live, error)
+        if isinstance(error, Busy) or not isinstance(error, Conflict):
+            _count(door, live, error)
         raise
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from fastapi import Request, Response
 
-from footfall.api.access import AllSessions, OneSession, product
+from footfall.api.access import AllSessions, OneSession, client_of, product
 from footfall.api.bodies.answers import PhotographJob
 from footfall.api.bodies.schemas import PhotographOptions
 from footfall.api.bodies.settings_models import settings_value
@@ -17,8 +17,9 @@ from footfall.api.door.multipart import Uploaded, copied, form_of, json_of, mult
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.core.errors import InvalidImages
-from footfall.io.photograph_files import PAIRS_FILE, pair_and_side, read_photographs
+from footfall.io.photograph_files import PAIRS_FILE, pair_and_side, pixels_in, read_photographs
 from footfall.session.live import LiveSession
+from footfall.session.pixels import HeldPixels
 from footfall.session.reading import Read
 from footfall.telemetry.photographs import Photographs
 from footfall.telemetry.state import RobotState
@@ -60,12 +61,14 @@ async def build_from_photographs(
         images = uploads_of(form, "images", MAX_IMAGES, MAX_IMAGE_BYTES)
         pairs = uploads_of(form, "pairs", 1, MAX_TEXT_BYTES)
         options = json_of(form, "options", PhotographOptions)
-        return await in_turn(_build, live, sessions.read, calibration, images, pairs, options, response)
+        with sessions.pixels.of(client_of(request)) as held:
+            return await in_turn(_build, live, sessions.read, held, calibration, images, pairs, options, response)
 
 
 def _build(
     live: LiveSession,
     read: Read,
+    held: HeldPixels,
     calibration: list[Uploaded],
     images: list[Uploaded],
     pairs: list[Uploaded],
@@ -76,7 +79,7 @@ def _build(
     if options.with_rover:
         pose = product(live, "current", RobotState, live.state.state).T_site_base
     with TemporaryDirectory(prefix="footfall-") as folder:
-        photographs = _read(read, Path(folder), calibration, images, pairs, options.cameras, pose)
+        photographs = _read(read, held, Path(folder), calibration, images, pairs, options.cameras, pose)
     settings = settings_value(TerrainSettings, options.settings)
     job = live.build_from_photographs(photographs, settings, with_rover=options.with_rover)
     pairs_used = [pair.name for pair in photographs.pairs]
@@ -85,6 +88,7 @@ def _build(
 
 def _read(
     read: Read,
+    held: HeldPixels,
     folder: Path,
     calibration: list[Uploaded],
     images: list[Uploaded],
@@ -113,6 +117,7 @@ def _read(
         files.append(path)
     if not images:
         raise InvalidImages("the form needs files called 'images': NAME_left.png and NAME_right.png of each pair")
+    held.take(read(pixels_in, folder, names))
     return read(read_photographs, folder, files, names, pose)
 
 

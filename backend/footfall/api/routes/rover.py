@@ -20,6 +20,7 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from starlette.types import Message
 from structlog.contextvars import bound_contextvars
 
+from footfall.api.access import client_of
 from footfall.api.door.limits import TOO_BIG
 from footfall.core.errors import Conflict, FootFallError, InvalidImages, InvalidTelemetry
 from footfall.io.link_images import decode_images
@@ -133,6 +134,7 @@ class _Connection:
         self._socket = socket
         self._sessions = sessions
         self._door = door
+        self._client = client_of(socket)
         self._loop = asyncio.get_running_loop()
         self._outbox: asyncio.Queue[str] = asyncio.Queue()
         self._inbox: asyncio.Queue[tuple[Message, float]] = asyncio.Queue(LONGEST_INBOX)
@@ -308,8 +310,9 @@ class _Connection:
         live = self._live
         if self._hello is None or live is None:
             raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
-        _, snapshot = decode_images(content, live.robot.leg_count)
-        live.take_images(snapshot)
+        with self._sessions.pixels.of(self._client) as held:
+            _, snapshot = decode_images(content, live.robot.leg_count, held.take)
+            live.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             self._refuse(reason, "images")
 

@@ -7,7 +7,7 @@ from fastapi import Query, Request, Response
 from pydantic import Field
 from starlette.responses import HTMLResponse, RedirectResponse
 
-from footfall.api.access import BASE
+from footfall.api.access import BASE, client_of
 from footfall.api.auth.oidc import LASTS, SignOn, SignOnFailed
 from footfall.api.auth.who import cookie_name
 from footfall.api.door.front import Front
@@ -69,7 +69,7 @@ def come_back(
 ) -> Response:
     """Where the provider sends the browser: it is logged in, or the login page says why not."""
     sign_on, accounts, front = _required(request), accounts_of(request), front_of(request)
-    client = request.client.host if request.client else ""
+    client = client_of(request)
     try:
         if not state or request.cookies.get(_state_name(front)) != state:
             raise SignOnFailed("expired", "this browser did not begin the login that it ends")

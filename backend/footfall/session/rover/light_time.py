@@ -5,12 +5,13 @@ One that is far already has its delay on the way; set none for it.
 """
 
 import logging
+import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput
 
@@ -83,6 +84,15 @@ class DelayLine(Generic[T]):
         return self._waiting[0][0] if self._waiting else None
 
 
+class _Sent(NamedTuple):
+    call: Callable[[], Any]
+    lost: Callable[[], None] | None
+
+    def is_lost(self) -> None:
+        if self.lost is not None:
+            self.lost()
+
+
 class LightPath:
     """One direction of the link: calls are made when what they bring has arrived, one after the other. Thread-safe.
 
@@ -93,19 +103,22 @@ class LightPath:
         self._name = name
         self._clock = clock
         self._changed = threading.Condition()
-        self._line: DelayLine[Callable[[], Any]] = DelayLine()
+        self._line: DelayLine[_Sent] = DelayLine()
         self._arriving = False
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    def carry(self, call: Callable[[], Any], delay: float, now: float | None = None) -> float:
+    def carry(
+        self, call: Callable[[], Any], delay: float, now: float | None = None, lost: Callable[[], None] | None = None
+    ) -> float:
         """Make ``call`` ``delay`` after ``now`` (None: the clock's); when that is. Raises Conflict where too much is
-        on its way, and, without a delay, what the call raises."""
+        on its way, and, without a delay, what the call raises. lost: called instead where it does not arrive any more.
+        """
         now = self._clock() if now is None else now
         with self._changed:
             direct = delay == 0.0 and not self._line and not self._arriving
             if not direct:
-                return self._put(call, now, delay)
+                return self._put(_Sent(call, lost), now, delay)
         call()
         return now
 
@@ -116,11 +129,17 @@ class LightPath:
             self._changed.notify_all()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
+        with self._changed:
+            while (one := self._line.take(math.inf)) is not None:
+                one.is_lost()
 
-    def _put(self, call: Callable[[], Any], now: float, delay: float) -> float:
+    def _put(self, one: "_Sent", now: float, delay: float) -> float:
+        if self._closed:
+            one.is_lost()
+            return now + delay
         if len(self._line) >= MOST_ON_THE_WAY:
             raise Conflict(f"{MOST_ON_THE_WAY} messages are on their way already ({self._name}); this one is refused")
-        at = self._line.put(call, now, delay)
+        at = self._line.put(one, now, delay)
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name=f"footfall-{self._name}", daemon=True)
             self._thread.start()
@@ -131,14 +150,15 @@ class LightPath:
         while True:
             with self._changed:
                 self._arriving = False
-                while (call := self._line.take(self._clock())) is None and not self._closed:
+                one = None
+                while not self._closed and (one := self._line.take(self._clock())) is None:
                     due = self._line.next
                     self._changed.wait(None if due is None else max(due - self._clock(), 0.0))
-                if self._closed or call is None:
+                if one is None:
                     return
                 self._arriving = True
             try:
-                call()
+                one.call()
             except FootFallError as error:
                 _log.warning("a message was lost on the way (%s): %s", self._name, error.message)
             except Exception:

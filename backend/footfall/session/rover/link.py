@@ -94,15 +94,22 @@ class RoverLink:
             self._send = None
             return True
 
-    def hear(self, use: Callable[[float], Any], at: float | None = None, path: str = "telemetry") -> None:
+    def hear(
+        self,
+        use: Callable[[float], Any],
+        at: float | None = None,
+        path: str = "telemetry",
+        lost: Callable[[], None] | None = None,
+    ) -> None:
         """Something comes from the rover ``at`` (None: now): ``use`` it when its light time is over.
 
         use: called with when it arrived, by this link's clock; raises to the caller only where there is no delay.
-        path: "telemetry", "images" or "stops"; what comes on one is used in its order.
+        path: "telemetry", "images" or "stops"; what comes on one is used in its order. lost: called instead of ``use``
+        where the link is closed before that.
         Raises Conflict where too much is on its way already.
         """
         now, delay = self._clock() if at is None else at, self.light_time.telemetry
-        self._paths[path].carry(lambda: use(now + delay), delay, now)
+        self._paths[path].carry(lambda: use(now + delay), delay, now, lost)
 
     def take(
         self, frame: TelemetryFrame, at: float | None = None, light: float = 0.0, by_request: bool = False
