@@ -5,7 +5,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Collection, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ from footfall_ui.pools import pool_of
 from footfall_ui.proxy import SceneProxy
 from footfall_ui.rover_process import RoverProcess
 from footfall_ui.scene_server import SceneServer
-from footfall_ui.sized_lines import SizedLines
+from footfall_ui.sized_lines import SizedLines, sized_lines
 
 
 class _Page(StaticFiles):
@@ -125,7 +125,7 @@ class Server(uvicorn.Server):
                 app,
                 log_level="warning",
                 log_config=None,
-                ws=SizedLines,
+                ws=sized_lines(),
                 ws_max_size=LINE_BYTES,
                 ws_per_message_deflate=False,
                 timeout_graceful_shutdown=5,
@@ -156,6 +156,7 @@ class Server(uvicorn.Server):
         if counter % LOOK_AT_CONNECTIONS == 0:
             self._close_what_says_nothing(time.monotonic())
             self._close_what_takes_nothing(time.monotonic())
+            self._look_at_lines(self.server_state.connections, time.monotonic())
         return await super().on_tick(counter)
 
     def _close_what_says_nothing(self, now: float) -> None:
@@ -178,6 +179,11 @@ class Server(uvicorn.Server):
             self._unread[one] = (waiting, since if waiting == size else now)
             if now - self._unread[one][1] > STUCK_AFTER:
                 transport.abort()
+
+    def _look_at_lines(self, connections: Collection[Any], now: float) -> None:
+        for one in tuple(connections):
+            if isinstance(one, SizedLines):
+                one.close_where_slow(now)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._app.state.streams.close()

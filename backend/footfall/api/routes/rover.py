@@ -169,7 +169,8 @@ class _Connection:
                 message = await self._socket.receive()
                 if message["type"] == "websocket.disconnect":
                     if message.get("code") == TOO_BIG:
-                        self._refuse("the message was too large to be read at all; the link was closed", "too-large")
+                        told = "a message was too large, or came too slowly, to be read at all; the link was closed"
+                        self._refuse(told, "too-large")
                     return
                 self._heard_at = time.monotonic()
                 # stamped here: what waits in the inbox must not look fresh
