@@ -21,15 +21,26 @@ from websockets.typing import Subprotocol
 
 from footfall.api.access import BASE
 from footfall.api.door import json_bodies
-from footfall.api.door.body_limits import FRAME_BYTES, JSON_BYTES, JSON_PARTS, LOGIN_BYTES, body_limit, takes_files
+from footfall.api.door.body_limits import (
+    FRAME_BYTES,
+    JSON_BYTES,
+    JSON_PARTS,
+    LOGIN_BYTES,
+    TELEMETRY_PARTS,
+    body_limit,
+    takes_files,
+)
 from footfall.api.door.front import LOOPBACK
 from footfall.api.door.guard import PATIENCE, SLOWEST, Guard
 from footfall.api.door.limits import LINE_BYTES, TOO_BIG
 from footfall.api.door.problems import MOST_ERRORS
+from footfall.api.routes import ingest
+from footfall.core.errors import InvalidTelemetry
 from footfall.core.strict_json import MOST_DEEP
+from footfall.telemetry.fields import MESSAGE_PARTS
 from tests.support.problems import problem
 from tests.support.server import Running
-from tests.support.waiting import BOUND
+from tests.support.waiting import BOUND, until
 
 JSON = {"content-type": "application/json"}
 NOTES = "/sessions/current/notes"
@@ -144,6 +155,40 @@ def test_a_stop_does_not_wait_for_json_that_is_being_read(server, client, monkey
     go_on.set()
     attacking.join(BOUND)
     assert order == ["stopped", 422]
+
+
+def test_telemetry_is_read_one_request_after_the_other_and_a_stop_does_not_wait_for_it(server, client, monkeypatch):
+    reading, go_on, at_once = [], threading.Event(), []
+
+    def slow(content, most=0):
+        reading.append(content)
+        at_once.append(len(reading))
+        assert go_on.wait(BOUND)
+        reading.remove(content)
+        raise InvalidTelemetry("read", fault="not-json")
+
+    monkeypatch.setattr(ingest, "parse_object", slow)
+    with contextlib.ExitStack() as open_:
+        asked = [
+            open_.enter_context(half_a_request(server, "/rover/telemetry", "Content-Length: 1", b"%d" % number))
+            for number in range(3)
+        ]
+        until(lambda: reading, "the first")
+        assert_stops(server)
+        go_on.set()
+        assert [status(raw) for raw in asked] == [422] * 3
+    assert at_once == [1] * 3
+
+
+@pytest.mark.parametrize("path", ["/rover/telemetry", "/rover/images?protocol=2"])
+def test_more_parts_than_a_rover_needs_are_refused_before_they_are_read(client, path):
+    if "images" in path:
+        body = b"[" + b"1," * MESSAGE_PARTS + b"1]"
+        content, most = len(body).to_bytes(4, "big") + body, MESSAGE_PARTS
+    else:
+        content, most = b"[" + b"1," * TELEMETRY_PARTS + b"1]", TELEMETRY_PARTS
+    told = problem(client.post(path, content=content, headers=JSON), 422, "invalid-telemetry")
+    assert f"more than {most} members" in told["detail"]
 
 
 @pytest.mark.parametrize(

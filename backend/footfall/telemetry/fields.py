@@ -30,17 +30,20 @@ FAULTS = (
 )
 """Kinds of what may be wrong on the rover link, as ``fault`` in an error's details; see docs/rover-link.md."""
 
+MESSAGE_PARTS = 20_000
+"""Members and elements of one message: telemetry of six legs has two hundred, that of nine image pairs a thousand."""
 MAX_TEXT = 2000
 """Longest accepted text field [characters]."""
 
 
-def parse_object(text: str | bytes, *, finite: bool = True) -> dict[str, Any]:
+def parse_object(text: str | bytes, *, finite: bool = True, most: int = MESSAGE_PARTS) -> dict[str, Any]:
     """A JSON object. Raises InvalidTelemetry for other JSON, names given twice, lone surrogates, NaN and infinities.
 
     finite: False lets those through, for :class:`Fields` to refuse where they are read.
+    most: members and elements that it may have; more are refused before any is made.
     """
     try:
-        parsed = read_json(text, _no_constant if finite else float)
+        parsed = read_json(text, _no_constant if finite else float, most)
     except ValueError as err:
         raise InvalidTelemetry(f"a message is one JSON object; this is not JSON: {err}", fault="not-json") from err
     if not isinstance(parsed, dict):

@@ -18,6 +18,8 @@ JSON_PARTS = 2000
 """Members and elements of such a body: a state has a thousand. Each may be an error to tell of."""
 TELEMETRY_BYTES = 8 << 20
 """Of telemetry by requests. What is more than its route takes, and less than this, is told to the rover and counted."""
+TELEMETRY_PARTS = 500_000
+"""Members and elements of it; a frame of six legs has two hundred, and a request up to a thousand frames."""
 FRAME_BYTES = 2 * MAX_BINARY_FRAME
 """Of the rover's images by requests, and of its messages on the link; likewise."""
 

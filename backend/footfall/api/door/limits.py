@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS, LOGIN_BYTES, STOP_BYTES
+from footfall.api.door.body_limits import JSON_BYTES, JSON_PARTS, LOGIN_BYTES, STOP_BYTES, TELEMETRY_PARTS
 from footfall.api.door.holding import IN_ALL, OF_ONE
 from footfall.core.errors import InvalidInput
 from footfall.core.strict_json import MOST_DEEP
@@ -17,6 +17,7 @@ from footfall.io.terrain_mesh_files import MAX_TRIANGLES
 from footfall.session.pixels import IN_ALL as PIXELS_IN_ALL
 from footfall.session.pixels import OF_ONE as PIXELS_OF_ONE
 from footfall.session.reading import MOST_MEMORY, MOST_SECONDS
+from footfall.telemetry.fields import MESSAGE_PARTS
 from footfall.telemetry.link import MAX_BINARY_FRAME, MAX_TEXT_FRAME
 from footfall.terrain.dem import MAX_CELLS
 
@@ -77,6 +78,8 @@ IN_FILES: Mapping[str, int] = {
     "reading_seconds": int(MOST_SECONDS),
     "rover_text_bytes": MAX_TEXT_FRAME,
     "rover_binary_bytes": MAX_BINARY_FRAME,
+    "rover_message_parts": MESSAGE_PARTS,
+    "telemetry_parts": TELEMETRY_PARTS,
     "rover_frame_pixels": MAX_FRAME_PIXELS,
     "line_message_bytes": MAX_LINE_MESSAGE,
     "bodies_held_bytes": IN_ALL,

@@ -4,13 +4,16 @@ Nothing goes down this way. What comes is checked, stamped and counted as on the
 """
 
 import time
+from functools import partial
 from typing import Annotated, Any, TypedDict, cast
 
+from anyio import CapacityLimiter, to_thread
 from fastapi import Query, Request
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ConfigDict, Field
 
 from footfall.api.access import AllSessions, client_of, current_session
+from footfall.api.door.body_limits import TELEMETRY_PARTS
 from footfall.api.door.in_turn import in_turn
 from footfall.api.routes.rover import RoverDoor, fault_of, require_same_rover
 from footfall.api.routing import Routes
@@ -28,6 +31,9 @@ MOST_FRAMES = 1000
 """Frames of one request: a hundred seconds."""
 MAX_REQUEST = 4 << 20
 """Longest request with telemetry [bytes]."""
+
+# one after the other: what is read takes twenty times as much memory as the request
+_reading = CapacityLimiter(1)
 
 
 def _numbers(count: int | None = None) -> dict[str, Any]:
@@ -104,7 +110,7 @@ async def take_telemetry(request: Request, sessions: AllSessions) -> Taken:
     door: RoverDoor = request.app.state.rover_door
     live = await run_in_threadpool(current_session, sessions)
     try:
-        return await run_in_threadpool(_take, door, live, content, came)
+        return await to_thread.run_sync(partial(_take, door, live, content, came), limiter=_reading)
     except InvalidTelemetry as error:
         _count(door, live, error)
         raise
@@ -116,7 +122,7 @@ def _take(door: RoverDoor, live: LiveSession, content: bytes, came: float) -> Ta
         raise InvalidTelemetry(
             f"a request holds at most {MAX_REQUEST} bytes of telemetry; send fewer frames", fault="too-large"
         )
-    body = parse_object(content)
+    body = parse_object(content, most=TELEMETRY_PARTS)
     frames = Fields({"frames": body.pop("frames", None)}, "request").objects("frames")
     if needless := sorted({"id", "epoch"} & body.keys()):
         raise InvalidTelemetry(f"request: unknown fields {', '.join(needless)}", fields=needless)
