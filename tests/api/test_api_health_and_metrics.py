@@ -13,7 +13,7 @@ from footfall.api.routes import health
 from footfall.core.errors import Cancelled, CommandRefused
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.session.jobs.job import Job
-from footfall.session.storage.sqlite_log import DATABASE
+from footfall.session.storage.sqlite_log import DATABASE, SqliteLog
 from footfall.telemetry.link import HelloMessage, message_object
 from tests.support.frames import moving_frames
 from tests.support.server import running_server
@@ -101,6 +101,15 @@ def test_without_its_database_a_server_is_not_ready(plain, ground):
     finally:
         elsewhere.rename(database)
     assert ground.get(f"{plain.url}/health/ready").status_code == 200
+
+
+def test_health_asks_for_open_sessions_alone_however_many_are_stored(plain, ground, monkeypatch):
+    asked = []
+    about = SqliteLog.about
+    monkeypatch.setattr(SqliteLog, "sessions", lambda _: pytest.fail("all that are stored were read"))
+    monkeypatch.setattr(SqliteLog, "about", lambda log, session: asked.append(session) or about(log, session))
+    assert ground.get(f"{plain.url}/health/ready").json()["ready"] is True
+    assert sorted(asked) == sorted(one.id for one in plain.sessions.opened())
 
 
 def test_jobs_are_counted_with_how_long_they_took(plain, ground):

@@ -18,6 +18,9 @@ from footfall.session.storage.databases import has_log, looking
 
 router = Routes(tags=["health"])
 
+_NOBODY = ""
+"""A name that no session has."""
+
 LEAST_FREE = 256 << 20
 """Disk space below which the server is not ready [bytes]: some minutes of recording and terrains."""
 
@@ -102,7 +105,9 @@ def _recorded(sessions: Sessions) -> str:
         raise RuntimeError(f"{pending} events can't be written; see the disk and the log")
     if sessions.opened() or has_log(sessions.folder):
         with looking(sessions.folder) as log:
-            log.sessions()
+            # not all that are stored: there may be thousands
+            for session in [one.id for one in sessions.opened()] or [_NOBODY]:
+                log.about(session)
     return "every event is written"
 
 
