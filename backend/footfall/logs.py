@@ -49,14 +49,37 @@ def start_logging(folder: Path | None, *, level: int = logging.INFO) -> None:
     if folder is not None:
         try:
             (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-            file = RotatingFileHandler(
-                folder / FOLDER / FILE, maxBytes=FILE_BYTES, backupCount=FILES_KEPT, encoding="utf-8"
-            )
+            file = _File(folder / FOLDER / FILE, maxBytes=FILE_BYTES, backupCount=FILES_KEPT, encoding="utf-8")
         except OSError as error:
             logging.getLogger(__name__).warning("nothing is logged to a file: %s", error)
         else:
             file.setFormatter(_formatter(structlog.processors.JSONRenderer(), _as_data))
             _add(root, file)
+
+
+class _File(RotatingFileHandler):
+    """A file that may not take lines for a while, as where its disk is full. That is told once, and once that it does.
+
+    logging itself would write each such line to stderr with what led there, secrets included.
+    """
+
+    _refused = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        before = self._refused
+        super().emit(record)
+        if before and self._refused == before:
+            self._refused = 0
+            self._tell(f"the log file takes lines again; {before} of them were refused, and may be missing")
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        """See logging.Handler."""
+        self._refused += 1
+        if self._refused == 1:
+            self._tell(f"the log file takes no lines, and the work goes on without them: {sys.exc_info()[1]}")
+
+    def _tell(self, text: str) -> None:
+        print(text, file=sys.stderr, flush=True)  # noqa: T201
 
 
 class _ForPeople(logging.Handler):

@@ -1,11 +1,13 @@
 """Logs: JSON lines with the ids of request, session and job, also from other libraries; nothing secret in them."""
 
+import errno
 import json
 import logging
 import subprocess
 import sys
 import threading
 from collections import deque
+from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
 import pytest
@@ -121,6 +123,31 @@ def test_a_folder_that_cannot_be_written_is_told_and_borne(tmp_path, capfd):
     assert "nothing is logged to a file" in capfd.readouterr().err
     for handler in [one for one in root.handlers if one not in before]:
         root.removeHandler(handler)
+
+
+def test_a_full_disk_is_told_once_and_its_end_too(started, capfd, tmp_path, monkeypatch):
+    file = next(one for one in logging.getLogger().handlers if isinstance(one, RotatingFileHandler))
+    full = True
+
+    def flush() -> None:
+        if full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(file, "flush", flush)
+    for number in range(5):
+        logging.getLogger("tests").info("line %d with token=sesame-open", number)
+    told = capfd.readouterr().err
+    assert told.count("\n") == 1
+    assert "takes no lines" in told
+    assert "No space left on device" in told
+    full = False
+    for number in range(5, 8):
+        logging.getLogger("tests").info("line %d", number)
+    told = capfd.readouterr().err
+    assert told == "the log file takes lines again; 5 of them were refused, and may be missing\n"
+    monkeypatch.undo()
+    file.flush()
+    assert started()[-1]["event"] == "line 7"
 
 
 def test_requests_are_logged_with_their_ids(started, tmp_path):
