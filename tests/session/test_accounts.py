@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from footfall import logs
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput, NotFound
 from footfall.io.account_store import FILE
 from footfall.session.access.account_stores import account_store, keep_to_owner
@@ -228,10 +229,14 @@ def test_a_log_beside_accounts_is_its_owners_alone(tmp_path):
         with Sessions(tmp_path) as sessions:
             sessions.create("open to all")
             assert stat.S_IMODE((tmp_path / DATABASE).stat().st_mode) == 0o644
+            # as the program begins it, before it looks whether there are accounts
+            lines = tmp_path / logs.FOLDER / logs.FILE
+            lines.parent.mkdir()
+            lines.touch()
             keep_to_owner(tmp_path)
             made = sessions.create("after that")
-            found = [*tmp_path.glob(f"{DATABASE}*"), *(tmp_path / made.id).iterdir()]
-            assert len(found) > 2
+            found = [lines, *tmp_path.glob(f"{DATABASE}*"), *(tmp_path / made.id).iterdir()]
+            assert len(found) > 3
             assert [path for path in found if stat.S_IMODE(path.stat().st_mode) & 0o077] == []
     finally:
         os.umask(before)

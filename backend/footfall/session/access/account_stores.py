@@ -7,6 +7,7 @@ from pathlib import Path
 
 from footfall.core.errors import Conflict
 from footfall.io.account_store import FILE, AccountFile, AccountStore
+from footfall.logs import FOLDER as LOGS
 from footfall.session.storage.databases import binding, require_extra
 from footfall.session.storage.sqlite_log import DATABASE
 
@@ -38,9 +39,11 @@ def account_store(folder: Path) -> AccountStore:
 
 
 def keep_to_owner(folder: Path) -> None:
-    """Let nobody but the owner read the log of a folder with accounts, nor what this process makes from now on."""
+    """Let nobody but the owner read the logs of a folder with accounts, of sessions and of the program, nor what this
+    process makes from now on."""
     os.umask(0o077)
-    for path in folder.glob(f"{DATABASE}*"):
+    # the program's own log is begun before accounts are looked at
+    for path in (*folder.glob(f"{DATABASE}*"), *folder.glob(f"{LOGS}/*")):
         path.chmod(0o600)
 
 
