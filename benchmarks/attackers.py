@@ -15,6 +15,7 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -205,14 +206,28 @@ def chatty_rover(port: int) -> list[int]:
 
 def blank_images(port: int) -> list[int]:
     """12 pairs of blank images of 9 000 × 9 000 pixels."""
-    return _whole(port, f"{BASE}/rover/images?protocol=2", _blank_frame(), "application/octet-stream")
+    return _images(port, _blank_frame(9000, 12))
 
 
-def _blank_frame() -> bytes:
+def large_images(port: int, side: int = 7000) -> list[int]:
+    """Good pairs of blank images of 98 million pixels, each another one."""
+    head, files = _blank_frame(side, 1)
+    return _images(port, ({**head, "state": {**head["state"], "time": time.time()}}, files))
+
+
+def _images(port: int, frame: tuple[dict[str, Any], bytes]) -> list[int]:
+    header = json.dumps(frame[0]).encode()
+    content = struct.pack(">I", len(header)) + header + frame[1]
+    return _whole(port, f"{BASE}/rover/images?protocol=2", content, "application/octet-stream")
+
+
+@cache
+def _blank_frame(side: int, count: int) -> tuple[dict[str, Any], bytes]:
+    """Header and files of a frame with so many pairs."""
+
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    side = 9000
     size = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
     pixels = zlib.compress(bytes(side * (side + 1)), 9)
     png = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", size) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
@@ -226,9 +241,8 @@ def _blank_frame() -> bytes:
         return {**about, "T_base_camera": pose}
 
     pair = {"time": 1.0, "T_site_base": eye, "camera_left": camera("l", 0.0), "camera_right": camera("r", 0.3)}
-    pairs = [{"name": f"p{i}", **pair, "left_bytes": len(png), "right_bytes": len(png)} for i in range(12)]
-    header = json.dumps({"type": "images", "id": "x", "state": still, "pairs": pairs}).encode()
-    return struct.pack(">I", len(header)) + header + png * 24
+    pairs = [{"name": f"p{i}", **pair, "left_bytes": len(png), "right_bytes": len(png)} for i in range(count)]
+    return {"type": "images", "id": "x", "state": still, "pairs": pairs}, png * (2 * count)
 
 
 def unread(port: int, pause: float = 3.0) -> list[int]:
@@ -308,6 +322,7 @@ ATTACKS: dict[str, Attack] = {
     "stops without end": many_stops,
     "a chatty rover": chatty_rover,
     "blank images": blank_images,
+    "images just under the limits": large_images,
     "unread downloads": unread,
     "terrains just under the limits": large_terrain,
     "scans just under the limits": large_scan,

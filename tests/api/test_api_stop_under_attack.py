@@ -42,6 +42,7 @@ HOW: dict[str, tuple[attackers.Attack, set[int]]] = {
     "all places to listen": (attackers.all_listeners, {NO_ROOM}),
     "messages that do not end": (partial(attackers.half_messages, pause=0.1), {TOO_BIG, NO_ROOM}),
     "blank images": (attackers.blank_images, {409}),
+    "images just under the limits": (partial(attackers.large_images, side=100), {409}),
     "unread downloads": (partial(attackers.unread, pause=0.1), {200, 503}),
     "terrains just under the limits": (partial(attackers.large_terrain, side=200), {201}),
     "scans just under the limits": (partial(attackers.large_scan, points=1000), {202, 422}),
