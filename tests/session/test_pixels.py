@@ -17,6 +17,8 @@ from footfall.session.registry import Sessions
 from footfall.session.rover import light_time
 from footfall.session.rover.light_time import LightPath, LightTime
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
+from footfall.terrain.dem import Dem
+from footfall.terrain.generate import plane
 from tests.support.frames import moving_frames
 from tests.support.waiting import until
 
@@ -183,3 +185,22 @@ def test_images_that_are_kept_in_memory_are_counted_by_their_pixels(sessions, mo
     assert [digest in values for digest in digests] == [True, False, False, True]
     # values without images stay
     assert snapshot().state.digest in values
+
+
+def test_large_values_that_are_kept_in_memory_are_few_and_the_latest(sessions, monkeypatch):
+    live = sessions.create("large maps")
+    grounds = [plane(size=2.0, resolution=0.1 + 0.01 * number) for number in range(shelf.CACHED_ANYWAY + 2)]
+    monkeypatch.setattr(shelf, "CACHED_BYTES", grounds[-1].heights.nbytes)
+    for ground in grounds:
+        live.put(ground)
+    values = live._shelf._values
+    assert list(values) == [ground.digest for ground in grounds[-shelf.CACHED_ANYWAY :]]
+    found = live.get(grounds[0].digest)
+    assert isinstance(found, Dem)
+    assert found.heights.tobytes() == grounds[0].heights.tobytes()
+    assert list(values)[-1] == grounds[0].digest
+    # in what is small, many are kept
+    monkeypatch.setattr(shelf, "CACHED_BYTES", 1 << 30)
+    for ground in grounds:
+        live.get(ground.digest)
+    assert {ground.digest for ground in grounds} <= set(values)
