@@ -189,6 +189,17 @@ def test_lists_mappings_and_numpy_scalars_become_plain():
         mapping["k"] = 1  # type: ignore[index]
 
 
+def test_a_tuple_of_what_is_frozen_is_kept_and_any_other_is_frozen():
+    still = (CoreTestInner(0.5), "x", 1, None)
+    assert CoreTestOuter(np.zeros(1), still).anything is still
+    array = np.zeros(2)
+    held = CoreTestOuter(np.zeros(1), (CoreTestInner(0.5), [1], (np.float64(0.5),), array)).anything
+    assert held[1:3] == ((1,), (0.5,))  # type: ignore[index]
+    assert type(held[2][0]) is float  # type: ignore[index]
+    array[0] = 1.0
+    assert held[3].tolist() == [0.0, 0.0]  # type: ignore[index]
+
+
 def test_a_mapping_refuses_names_that_read_the_same():
     with pytest.raises(InvalidInput, match="read the same"):
         FrozenMapping({1: "a", "1": "b"})  # type: ignore[dict-item]

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from footfall.core import value
 from footfall.core.errors import InvalidBundle, InvalidInput
 from footfall.io.event_log import line, read_lines
 from footfall.session.log.event import event_of, next_event
@@ -125,3 +126,23 @@ def test_a_payload_is_plain_json():
         with pytest.raises(InvalidInput, match="plain JSON"):
             next_event(None, 0.0, "note", payload)
     assert next_event(None, 0.0, "note", {"x": (1, 2)}).payload["x"] == [1, 2]
+
+
+def test_to_fold_a_note_looks_at_no_note_before_it(monkeypatch):
+    """Counted: twice as many notes are twice the work."""
+    events = [next_event(None, 1.0, "session_created", {"name": "n", "robot": "0" * 32, "robot_name": "a"})]
+    for number in range(200):
+        events.append(next_event(events[-1], 2.0, "note", {"text": f"{number}"}))
+    looked, freeze = [0], value._freeze
+
+    def counted(item):
+        looked[0] += 1
+        return freeze(item)
+
+    monkeypatch.setattr(value, "_freeze", counted)
+    counts = []
+    for length in (101, 201):
+        looked[0] = 0
+        assert len(fold_all(events[:length]).notes) == length - 1
+        counts.append(looked[0])
+    assert counts[1] <= 2.1 * counts[0]

@@ -78,9 +78,14 @@ class Value:
             object.__setattr__(self, name, _freeze(item))
 
     def __post_init__(self) -> None:
-        for f in fields(self):  # type: ignore[arg-type]
-            object.__setattr__(self, f.name, _freeze(_as_declared(getattr(self, f.name), f.type)))
-        no_arrays = [f.name for f in fields(self) if _lacks_array(getattr(self, f.name), f.type)]  # type: ignore[arg-type]
+        no_arrays: list[str] = []
+        for name, declared in _declared(type(self)):
+            given = getattr(self, name)
+            item = _freeze(_as_declared(given, declared))
+            if item is not given:
+                object.__setattr__(self, name, item)
+            if _lacks_array(item, declared):
+                no_arrays.append(name)
         if not no_arrays:
             self.check()
             return
@@ -169,6 +174,12 @@ class FrozenMapping(Mapping[str, Any]):
 
 
 @lru_cache(maxsize=1024)
+def _declared(cls: Any) -> tuple[tuple[str, Any], ...]:
+    """Name and type of each field; to ask the dataclass each time takes as long as all else."""
+    return tuple((f.name, f.type) for f in fields(cls))
+
+
+@lru_cache(maxsize=1024)
 def _kinds(declared: Any) -> tuple[Any, ...]:
     """The alternatives of a field's type."""
     return get_args(declared) if get_origin(declared) in (Union, UnionType) else (declared,)
@@ -213,10 +224,18 @@ def _freeze(item: Any) -> Any:
     if isinstance(item, Mapping):
         return FrozenMapping(item)
     if isinstance(item, (list, tuple)):
+        # a log's fold makes a state of each event, with all notes of those before it
+        if type(item) is tuple and all(map(_is_frozen, set(map(type, item)))):
+            return item
         return tuple(_freeze(one) for one in item)
     if isinstance(item, np.generic):
         return item.item()
     return item
+
+
+def _is_frozen(kind: type) -> bool:
+    """Whether items of a class are as :func:`_freeze` leaves them, whatever they hold."""
+    return kind in _PLAIN or issubclass(kind, Value)
 
 
 def _can_change(array: np.ndarray) -> bool:
