@@ -158,7 +158,8 @@ def _write_scan(
 ) -> None:
     from footfall.core.strict_json import read_json
     from footfall.io.scan_terrain import terrain_from_scan
-    from footfall.io.terrain_files import in_projection, projection_of, write_terrain
+    from footfall.io.terrain_files import write_terrain
+    from footfall.io.terrain_place import in_projection, projection_of
 
     if not path.is_file():
         raise InvalidInput(f"there is no scan {path}")

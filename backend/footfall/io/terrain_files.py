@@ -27,6 +27,7 @@ from footfall.core.errors import InvalidTerrain, NotFound
 from footfall.io import terrain_grid_files, terrain_mesh_files, terrain_sidecars
 from footfall.io.scan_files import SCANS
 from footfall.io.scan_terrain import is_scan, terrain_from_scan
+from footfall.io.terrain_place import in_projection, projection_of
 from footfall.terrain.dem import Dem, HeightError
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR
@@ -83,19 +84,11 @@ def read_terrain(
     _check_ending(path.suffix.lower(), path.name, READABLE)
     ending = path.suffix.lower()
     projection = projection_of(path)
-    rasters = (".tif", ".tiff", *([".asc"] if terrain_sidecars.changes_heights(path) is not None else []))
-    if ending == ".asc" and (other := terrain_sidecars.declares_no_value(path)) is not None:
-        raise InvalidTerrain(
-            f"{other.name} names a no-data value, which ASCII grids state themselves; write it as NODATA_value into "
-            f"{path.name}, or make both a GeoTIFF",
-            beside=other.name,
-        )
-    if ending not in rasters:
-        terrain_sidecars.require_read(path)
+    by_gdal = _require_beside(path, ending)
     return decode_terrain(
         path.read_bytes(),
         path.name,
-        by_path=path if ending in rasters else None,
+        by_path=path if by_gdal else None,
         projection=projection,
         resolution=resolution,
         scale=scale,
@@ -107,6 +100,25 @@ def read_terrain(
         up=up,
         pose=pose,
     )
+
+
+def _require_beside(path: Path, ending: str) -> bool:
+    """Whether GDAL is to read a file, by its path, with what lies beside it. Refuses what would not be heeded."""
+    if ending in (".tif", ".tiff"):
+        terrain_sidecars.require_heeded(path)
+        return True
+    if ending != ".asc":
+        terrain_sidecars.require_read(path)
+        return False
+    terrain_sidecars.require_told_once(path)
+    terrain_sidecars.require_heeded(path)
+    if (place := terrain_sidecars.place_beside(path)) is not None:
+        raise InvalidTerrain(
+            f"{place.name} lies beside {path.name}, and ASCII grids state their place themselves; remove it if it does "
+            "not belong to it",
+            beside=place.name,
+        )
+    return terrain_sidecars.changes_heights(path) is not None
 
 
 def decode_terrain(
@@ -210,30 +222,6 @@ def write_collision_mesh(made: SimplifiedMesh, path: str | Path) -> None:
     if not path.parent.is_dir():
         raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
     path.write_bytes(encode_collision_mesh(made, path.suffix.lower()))
-
-
-def projection_of(path: Path) -> "CRS | None":
-    """What a ``.prj`` beside a terrain file says; None without one. Raises InvalidTerrain where it can't be used."""
-    told = terrain_sidecars.projection_beside(path)
-    if told is None:
-        return None
-    # GDAL and PROJ are loaded by the files that need them: a rover's world, for one, does not
-    from footfall.io.terrain_projection import check_projection_text
-
-    return check_projection_text(told.read_text(errors="replace"), told.name)
-
-
-def in_projection(dem: Dem, projection: "CRS | None", name: str) -> Dem:
-    """A terrain whose coordinates are of that system, with its true north; None: it does not say.
-
-    Raises InvalidTerrain where the system is not true to scale there.
-    """
-    if projection is None:
-        return dem
-    from footfall.io.terrain_projection import check_true_to_scale, convergence
-
-    check_true_to_scale(projection, dem.geometry.bounds, name)
-    return replace(dem, true_north=convergence(projection, dem.geometry.bounds))
 
 
 def _placed(dem: Dem, resolution: float | None, scale: float, center: bool | tuple[float, float] | None) -> Dem:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import rasterio
 from rasterio.crs import CRS
-from rasterio.enums import ColorInterp
+from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
 from rasterio.io import DatasetReader, MemoryFile
 from rasterio.transform import Affine
@@ -25,6 +25,7 @@ from scipy.special import erf
 from footfall.core.errors import InvalidTerrain
 from footfall.core.grid import GridGeometry
 from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale, convergence
+from footfall.io.terrain_sidecars import mask_beside, place_beside
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers, from_heights
 
@@ -60,11 +61,30 @@ def read_raster(source: bytes | Path, name: str, resolution: float | None = None
         try:
             if isinstance(source, Path):
                 with rasterio.open(source, driver="AAIGrid" if source.suffix.lower() == ".asc" else "GTiff") as opened:
+                    _check_beside(opened, source)
                     return _read(opened, name, resolution, projection)
             with MemoryFile(source) as memory, memory.open(driver="GTiff") as opened:
                 return _read(opened, name, resolution, projection)
         except (RasterioError, CRSError, OSError, ValueError) as err:
             raise InvalidTerrain(f"{name} can't be read as a raster, it may be corrupt: {err}") from err
+
+
+def _check_beside(source: DatasetReader, path: Path) -> None:
+    """Refuse a mask and a place that lie beside a raster and that GDAL can't use: it says nothing of them."""
+    mask = mask_beside(path)
+    if mask is not None and MaskFlags.per_dataset not in source.mask_flag_enums[0]:
+        raise InvalidTerrain(
+            f"{mask.name} is no mask that {path.name} can be read with: it is damaged, or lacks its flags "
+            "(INTERNAL_MASK_FLAGS_1=2); write it anew, or remove it",
+            beside=mask.name,
+        )
+    place = place_beside(path)
+    if place is not None and source.transform.is_identity and source.rpcs is None and not source.gcps[0]:
+        raise InvalidTerrain(
+            f"{place.name} lies beside {path.name} and gives it no place: it is damaged, for files of another kind, or "
+            "says 1 m with rows from the south; write it anew, or remove it",
+            beside=place.name,
+        )
 
 
 def _read(source: DatasetReader, name: str, resolution: float | None, projection: CRS | None) -> Dem:
@@ -74,6 +94,8 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
     if points or source.rpcs is not None:
         by = f"{points} control points" if points else "rational polynomials"
         raise InvalidTerrain(f"{name} has its place by {by}, not by a grid; resample it: gdalwarp -tr 0.5 0.5 …")
+    if "GEOLOCATION" in source.tag_namespaces():
+        raise InvalidTerrain(f"{name} has its place by arrays of positions; resample it: gdalwarp -tr 0.5 0.5 …")
     _check_holds_heights(source, name)
     check_height_unit(source.units[0], name)
     transform = source.transform
@@ -91,6 +113,8 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
         )
     check_true_to_scale(source.crs or projection, source.bounds, name)
     stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
+    if source.nodata is not None:  # GDAL forgets it where there is a mask too
+        stored[stored == source.nodata] = np.nan
     if source.nodata is None:  # what the file declares counts before any guess
         check_no_value_numbers(stored, name)
     heights = stored * source.scales[0] + source.offsets[0]

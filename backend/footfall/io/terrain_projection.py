@@ -25,6 +25,7 @@ _ELSEWHERE = frozenset(
     {"ELLIPSOID", "PRIMEM", "PARAMETER", "CONVERSION", "METHOD", "DATUM", "ENSEMBLE", "BASEGEOGCRS", "BASEGEODCRS",
      "BASEPROJCRS", "DERIVINGCONVERSION", "ABRIDGEDTRANSFORMATION", "USAGE", "AREA", "BBOX", "VERTICALEXTENT"}
 )  # fmt: skip
+_EPSG = re.compile(r"EPSG:\d{1,6}(?:\+\d{1,6})?")
 _VERTICAL = frozenset({"VERTCRS", "VERTICALCRS"})
 _SPHEROID = re.compile(r'(?:SPHEROID|ELLIPSOID)\["[^"]*",([0-9.eE+]+),([0-9.eE+]+)')
 
@@ -80,11 +81,16 @@ def units(crs: CRS) -> list[Unit]:
 
 
 def check_projection_text(wkt: str, name: str) -> CRS:
-    """The coordinates that a .prj file says; refuses all but metres."""
+    """The coordinates that a .prj file says, as WKT or an EPSG code; refuses all but metres."""
     try:
-        crs = CRS.from_wkt(wkt, morph_from_esri_dialect=True)
+        code = _EPSG.fullmatch(wkt.strip())
+        # no other texts: some name files and addresses, which GDAL would open
+        crs = CRS.from_wkt(wkt, morph_from_esri_dialect=True) if code is None else CRS.from_string(code[0])
     except CRSError as err:
-        raise InvalidTerrain(f"{name} does not describe coordinates: {err}") from err
+        raise InvalidTerrain(
+            f"{name} does not describe coordinates: it begins with {wkt.strip()[:40]!r}; it needs WKT, such as "
+            'PROJCS["WGS 84 / UTM zone 33N",…]'
+        ) from err
     check_crs(crs, name)
     return crs
 

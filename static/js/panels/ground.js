@@ -119,7 +119,7 @@ const loadFile = () => attempt(async () => {
 });
 
 // What may lie beside a terrain file and says how to read it.
-const BESIDE = /\.(msk|ovr|prj|tfw|tifw|tiffw|wld|pgw|pngw|asw|aux\.xml)$/i;
+const BESIDE = /(\.(msk|aux|ovr|prj|qpj|tfw|tifw|tiffw|wld|pgw|pngw|asw|ascw|tab|rpb|hdr|stx|clr|xml)|_rpc\.txt)$/i;
 const ONLY_SCANS = /\.(pcd|las|laz|xyz|csv|txt|vtk)$/i;
 
 /** What is stated of a scan; nothing where its file is to say. */
