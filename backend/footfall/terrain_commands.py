@@ -157,9 +157,8 @@ def _write_scan(
     as_json: bool,
 ) -> None:
     from footfall.core.strict_json import read_json
-    from footfall.io.scan_terrain import terrain_from_scan
+    from footfall.io.scan_terrain import read_scan_terrain
     from footfall.io.terrain_files import write_terrain
-    from footfall.io.terrain_place import in_projection, projection_of
 
     if not path.is_file():
         raise InvalidInput(f"there is no scan {path}")
@@ -173,10 +172,7 @@ def _write_scan(
             raise InvalidInput(f"{calibration[0]} can't be read as JSON: {err}") from err
         if not isinstance(members, dict):
             raise InvalidInput(f"{calibration[0].name} needs a JSON object")
-    dem = terrain_from_scan(
-        path.read_bytes(), path.name, settings, unit=unit, up=up, pose=_pose(pose), calibration=members
-    )
-    dem = in_projection(dem, projection_of(path), path.name)
+    dem = read_scan_terrain(path, settings, unit=unit, up=up, pose=_pose(pose), calibration=members)
     write_terrain(dem, out)
     terminal.show_terrain(dem, as_json, out)
 

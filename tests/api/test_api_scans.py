@@ -82,3 +82,23 @@ def test_a_depth_image_needs_pose_and_calibration(client, path):
     bomb = io.BytesIO()
     np.savez_compressed(bomb, depth=np.zeros((8000, 8000), np.uint8))
     problem(post(client, path, "d.npz", bomb.getvalue(), pose=pose, calibration=camera), 422, "invalid-terrain")
+
+
+def test_a_projection_goes_along_with_a_scan(client, path):
+    from rasterio.crs import CRS
+
+    rows = "".join(f"{700_000 + 0.5 * i} {5_180_000 + 0.5 * j} 0.0\n" for i in range(8) for j in range(8)).encode()
+    data = {"options": json.dumps({"up": "z", "settings": {"resolution": 0.5}})}
+
+    def load(*beside):
+        files = [("file", ("scan.xyz", rows)), *(("beside", one) for one in beside)]
+        return client.post(f"{path}/terrains/scans", files=files, data=data)
+
+    assert "--unit" in load().json()["detail"]
+    taken = load(("scan.prj", CRS.from_epsg(32633).to_wkt().encode()))
+    assert taken.status_code == 201, taken.text
+    assert taken.json()["true_north_deg"] is not None
+    refused = load(("scan.prj", CRS.from_epsg(2263).to_wkt().encode()))
+    assert refused.status_code == 422
+    assert "US survey foot" in refused.json()["detail"]
+    assert "does not belong to" in load(("other.prj", b"x")).json()["detail"]

@@ -15,13 +15,16 @@ import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidTerrain
 from footfall.terrain.scan import Scan
+
+if TYPE_CHECKING:
+    from rasterio.crs import CRS
 
 Array = NDArray[np.float64]
 
@@ -116,9 +119,6 @@ def _pcd(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 
 def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     import laspy
-    from rasterio.crs import CRS
-
-    from footfall.io.terrain_projection import check_projection_text, check_true_to_scale
 
     with laspy.open(io.BytesIO(content)) as opened:
         header, count = opened.header, opened.header.point_count
@@ -131,38 +131,68 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
     if held < count:
         raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
     declared: dict[str, Any] = {"up": "z", "classes": classes}
-    wkt = _coordinate_system(header, name)
-    if wkt is not None:
-        # feet, degrees and what is not true to scale are refused, as in other formats
-        check_projection_text(wkt, name)
+    # feet, degrees and what is not true to scale are refused, as in other formats
+    projection = _coordinate_system(header, name)
+    if projection is not None:
+        from footfall.io.terrain_projection import check_true_to_scale
+
         low, high = header.mins, header.maxs
-        check_true_to_scale(CRS.from_wkt(wkt), (low[0], low[1], high[0], high[1]), name)
+        check_true_to_scale(projection, (low[0], low[1], high[0], high[1]), name)
         declared["unit"] = "m"
     return points, declared
 
 
-_EPSG_KEYS = {3072: "projected", 2048: "geographic"}
+def projection_in(content: bytes, name: str) -> "CRS | None":
+    """The coordinate system that a scan states itself: of LAS files; None where it doesn't."""
+    if not name.lower().endswith((".las", ".laz")):
+        return None
+    import laspy
+
+    with laspy.open(io.BytesIO(content)) as opened:
+        return _coordinate_system(opened.header, name)
 
 
-def _coordinate_system(header: Any, name: str) -> str | None:
-    """The coordinate system of a LAS file as WKT."""
-    from rasterio.crs import CRS
+_PROJECTED, _GEOGRAPHIC, _VERTICAL, _LENGTHS, _HEIGHTS = 3072, 2048, 4096, 3076, 4099
+"""Keys of GeoTIFF, which LAS files use too."""
+
+
+def _coordinate_system(header: Any, name: str) -> "CRS | None":
+    """The coordinate system of a LAS file. Raises InvalidTerrain for all but metres."""
+    from footfall.io.terrain_projection import check_crs, check_projection_text
 
     for record in (*header.vlrs, *(header.evlrs or ())):
         if type(record).__name__ == "WktCoordinateSystemVlr" and record.string.strip("\0 "):
-            return str(record.string.strip("\0 "))
+            return check_projection_text(record.string.strip("\0 "), name)
     for record in header.vlrs:
         if type(record).__name__ != "GeoKeyDirectoryVlr":
             continue
         keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
-        units = {kind: keys[number] for kind, number in (("lengths", 3076), ("heights", 4099)) if number in keys}
-        for kind, unit in units.items():
-            if unit != 9001:
-                raise InvalidTerrain(f"{name} has {kind} in another unit than metres (EPSG:{unit}); reproject it first")
-        for number in _EPSG_KEYS:
-            if 0 < keys.get(number, 0) < 32767:
-                return str(CRS.from_epsg(keys[number]).to_wkt())
+        for kind, number in (("lengths", _LENGTHS), ("heights", _HEIGHTS)):
+            if keys.get(number, _METRE) not in (0, _METRE):
+                raise InvalidTerrain(
+                    f"{name} has {kind} in another unit than metres (EPSG:{keys[number]}); reproject it first"
+                )
+        codes = {
+            number: keys[number] for number in (_PROJECTED, _GEOGRAPHIC, _VERTICAL) if 0 < keys.get(number, 0) < 32767
+        }
+        found = {number: _of_epsg(code, name) for number, code in codes.items()}
+        for one in found.values() if _PROJECTED not in found else (found[_PROJECTED], found.get(_VERTICAL)):
+            check_crs(one, name)
+        return found.get(_PROJECTED)
     return None
+
+
+_METRE = 9001
+
+
+def _of_epsg(code: int, name: str) -> "CRS":
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+
+    try:
+        return CRS.from_epsg(code)
+    except CRSError as err:
+        raise InvalidTerrain(f"{name} states EPSG:{code}, which is no coordinate system that we know") from err
 
 
 def _text(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:

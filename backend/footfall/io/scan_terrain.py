@@ -1,8 +1,9 @@
 """Ground from the file of a scan or a depth image."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,44 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidTerrain
 from footfall.core.frames import rotation_from_quat_wxyz, transform
 from footfall.io.depth_files import DEPTH_IMAGES, read_depth
-from footfall.io.scan_files import SCANS, ply_has_faces, read_scan
+from footfall.io.scan_files import SCANS, ply_has_faces, projection_in, read_scan
+from footfall.io.terrain_place import in_projection, projection_of
+from footfall.io.terrain_sidecars import require_read
 from footfall.terrain.dem import Dem
 from footfall.terrain.gridding import terrain_of_scan
 from footfall.terrain.scan import ScanSettings
+
+if TYPE_CHECKING:
+    from rasterio.crs import CRS
 
 
 def is_scan(content: bytes, name: str) -> bool:
     """Whether a terrain file holds points and no surface."""
     ending = Path(name).suffix.lower()
     return ending in SCANS or (ending == ".ply" and content[:3] == b"ply" and not ply_has_faces(content))
+
+
+def read_scan_terrain(
+    path: Path,
+    settings: ScanSettings | None = None,
+    *,
+    unit: str | None = None,
+    up: str | None = None,
+    pose: Sequence[float] | None = None,
+    calibration: Mapping[str, Any] | None = None,
+) -> Dem:
+    """:func:`terrain_from_scan` of a file, heeding the coordinates that a ``.prj`` beside it says."""
+    require_read(path)
+    return terrain_from_scan(
+        path.read_bytes(),
+        path.name,
+        settings,
+        unit=unit,
+        up=up,
+        pose=pose,
+        calibration=calibration,
+        projection=projection_of(path),
+    )
 
 
 def terrain_from_scan(
@@ -31,11 +60,12 @@ def terrain_from_scan(
     up: str | None = None,
     pose: Sequence[float] | None = None,
     calibration: Mapping[str, Any] | None = None,
+    projection: "CRS | None" = None,
 ) -> Dem:
     """The ground of a scan, or of a depth image with its calibration.
 
-    pose: where the sensor was, x, y, z [m] and the quaternion w, x, y, z, site; see
-    :func:`footfall.terrain.gridding.terrain_of_scan`.
+    projection: of its coordinates, which are metres then; a LAS file may say it itself. pose: where the sensor was,
+    x, y, z [m] and the quaternion w, x, y, z, site; see :func:`footfall.terrain.gridding.terrain_of_scan`.
     """
     T_site_sensor = None if pose is None else pose_of(pose)
     if Path(name).suffix.lower() in DEPTH_IMAGES:
@@ -44,7 +74,12 @@ def terrain_from_scan(
         raise InvalidTerrain(f"a calibration is for depth images ({', '.join(DEPTH_IMAGES)}); {name} has points")
     else:
         scan = read_scan(content, name)
-    return terrain_of_scan(scan, settings, unit, up, T_site_sensor)
+        if projection is not None and T_site_sensor is None:
+            scan = replace(scan, unit=scan.unit or "m")
+    dem = terrain_of_scan(scan, settings, unit, up, T_site_sensor)
+    if T_site_sensor is not None:
+        return dem  # in the site's frame, whatever the sensor's was
+    return in_projection(dem, projection_in(content, name) or projection, name)
 
 
 def pose_of(numbers: Sequence[float]) -> NDArray[np.float64]:

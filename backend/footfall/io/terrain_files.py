@@ -160,7 +160,9 @@ def decode_terrain(
             )
         dem = terrain_grid_files.read_png(content, name, size, height_range, cell)
     elif is_scan(content, name):
-        dem = terrain_from_scan(content, name, ScanSettings(resolution=cell), unit=unit, up=up, pose=pose)
+        settings = ScanSettings(resolution=cell)
+        dem = terrain_from_scan(content, name, settings, unit=unit, up=up, pose=pose, projection=projection)
+        return _placed(dem, resolution, scale, center)
     elif (unit, up, pose) != (None, None, None):
         raise InvalidTerrain(f"unit, up and pose are for scans; {name} is none: use scale for another unit of length")
     elif size is not None or height_range is not None:

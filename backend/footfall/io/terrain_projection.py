@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from rasterio._err import CPLE_BaseError
 from rasterio.crs import CRS
 from rasterio.errors import CRSError
 from rasterio.warp import transform
@@ -23,10 +24,14 @@ _WKT = re.compile(
 )
 _ELSEWHERE = frozenset(
     {"ELLIPSOID", "PRIMEM", "PARAMETER", "CONVERSION", "METHOD", "DATUM", "ENSEMBLE", "BASEGEOGCRS", "BASEGEODCRS",
-     "BASEPROJCRS", "DERIVINGCONVERSION", "ABRIDGEDTRANSFORMATION", "USAGE", "AREA", "BBOX", "VERTICALEXTENT"}
+     "BASEPROJCRS", "DERIVINGCONVERSION", "ABRIDGEDTRANSFORMATION", "USAGE", "AREA", "BBOX", "VERTICALEXTENT",
+     "MERIDIAN", "TARGETCRS"}
 )  # fmt: skip
 _EPSG = re.compile(r"EPSG:\d{1,6}(?:\+\d{1,6})?")
 _VERTICAL = frozenset({"VERTCRS", "VERTICALCRS"})
+_AXIS = re.compile(r'AXIS\["(?:[^"]|"")*",([A-Za-z]+)')
+_TURNED = ("west", "south")
+_ANGLE = re.compile(r'PRIMEM\[(?:"[^"]*"|[^\[\]"]|\[[^\[\]]*\])*\],UNIT\["[^"]*",([0-9.eE+-]+)')
 _SPHEROID = re.compile(r'(?:SPHEROID|ELLIPSOID)\["[^"]*",([0-9.eE+]+),([0-9.eE+]+)')
 
 
@@ -34,8 +39,15 @@ def check_crs(crs: CRS | None, name: str) -> None:
     """Refuse coordinates that are not metres; none at all are taken as local metres."""
     if crs is None:
         return
-    if "geocentricX" in crs.to_wkt(version="WKT2_2019"):
+    wkt = crs.to_wkt(version="WKT2_2019")
+    if "geocentricX" in wkt:
         raise InvalidTerrain(f"the coordinates of {name} are geocentric; reproject it to metres on a map, such as UTM")
+    if "DERIVEDPROJCRS[" in wkt:
+        raise InvalidTerrain(
+            f"the coordinates of {name} are derived from a projection, and how long their metres are is not to tell; "
+            "reproject it, such as to UTM"
+        )
+    _check_directions(_AXIS.findall(wkt), wkt.startswith("ENGCRS["), name)
     for unit in units(crs):
         if unit.angle:
             raise InvalidTerrain(
@@ -49,6 +61,21 @@ def check_crs(crs: CRS | None, name: str) -> None:
                 f"the {what} of {name} are in {unit.name} ({unit.factor:g} m), as its coordinate system says; {how}",
                 unit=unit.name,
             )
+
+
+def _check_directions(axes: list[str], local: bool, name: str) -> None:
+    """Refuse depths, and local coordinates that run west or south; of projections :func:`convergence` tells that."""
+    if "down" in (one.lower() for one in axes):
+        raise InvalidTerrain(
+            f"the heights of {name} are depths: its coordinate system counts them downwards; turn their sign and name "
+            "a system of heights"
+        )
+    turned = [one.lower() for one in axes if local and one.lower() in _TURNED]
+    if turned:
+        raise InvalidTerrain(
+            f"the coordinates of {name} run {' and '.join(turned)}, as its coordinate system says; turn it so that "
+            "they run east and north"
+        )
 
 
 @dataclass(frozen=True)
@@ -113,20 +140,27 @@ def check_true_to_scale(crs: CRS | None, bounds: Sequence[float], name: str) -> 
         return
     west, south, east, north = bounds
     places = [(x, y) for x in (0.5 * (west + east), west, east) for y in (0.5 * (south + north), south, north)]
-    there = [(found, place) for place in places if (found := _lengths(crs, *place)) is not None]
-    if not there:
-        return
-    off = [max(abs(one[0] - 1.0), abs(one[1] - 1.0)) for one, _ in there]
+    globe = _globe(crs)
+    if globe is None:
+        raise InvalidTerrain(
+            f"how long the metres of {name} are is not to tell from its projection; reproject it, such as to UTM"
+        )
+    there = [_lengths(crs, globe, place, name) for place in places]
+    if there[0].mirrored:
+        raise InvalidTerrain(
+            f"{name} is mirrored: the axes of its projection run clockwise; reproject it to one with axes east and "
+            "north, such as UTM"
+        )
+    off = [max(abs(one.x - 1.0), abs(one.y - 1.0)) for one in there]
     # the middle first: what is wrong there is wrong everywhere
     worst = 0 if off[0] > MOST_STRETCH else int(np.argmax(off))
-    found, (x, y) = there[worst]
     if off[worst] > MOST_STRETCH:
-        where = "in its middle" if (x, y) == places[0] else "at its edge"
+        where = "in its middle" if worst == 0 else "at its edge"
         raise InvalidTerrain(
-            f"{name} is not true to scale: {where} a metre of its coordinates is {found[0]:z.3f} m of ground along the "
-            f"columns' axis and {found[1]:z.3f} m along the rows'; reproject it, such as to UTM or a projection about "
-            "its middle",
-            lengths=list(found),
+            f"{name} is not true to scale: {where} a metre of its coordinates is {there[worst].x:z.3f} m of ground "
+            f"along the columns' axis and {there[worst].y:z.3f} m along the rows'; reproject it, such as to UTM or a "
+            "projection about its middle",
+            lengths=[there[worst].x, there[worst].y],
         )
 
 
@@ -135,17 +169,16 @@ def convergence(crs: CRS | None, bounds: Sequence[float]) -> tuple[float, float,
 
     None where the coordinates say nothing of the globe.
     """
-    if crs is None or not crs.is_projected or (geographic := _geographic_part(crs.to_wkt())) is None:
+    if crs is None or not crs.is_projected or (globe := _globe(crs)) is None:
         return None
     west, south, east, north = bounds
     x, y = np.meshgrid((0.5 * (west + east), west, east), (0.5 * (south + north), south, north))
-    globe = CRS.from_wkt(geographic)
     try:
-        lon, lat, *_ = transform(crs, globe, x.ravel(), y.ravel())
+        lon, lat = globe.places(crs, x.ravel(), y.ravel())
         # towards the equator where the pole is in the way
-        step = np.where(np.asarray(lat) < 89.0, 1e-3, -1e-3)
-        ahead_x, ahead_y, *_ = transform(globe, crs, lon, np.asarray(lat) + step)
-    except CRSError:
+        step = np.where(lat < np.radians(89.0), 1e-5, -1e-5)
+        ahead_x, ahead_y, *_ = transform(globe.crs, crs, lon / globe.angle, (lat + step) / globe.angle)
+    except (CRSError, CPLE_BaseError):
         return None
     sign = np.sign(step)
     turned = np.rad2deg(np.arctan2(sign * (np.asarray(ahead_x) - x.ravel()), sign * (np.asarray(ahead_y) - y.ravel())))
@@ -155,22 +188,65 @@ def convergence(crs: CRS | None, bounds: Sequence[float]) -> tuple[float, float,
     return float(turned[0]), float(around.min()), float(around.max())
 
 
-def _lengths(crs: CRS, x: float, y: float) -> tuple[float, float] | None:
-    """Ground lengths of a coordinate metre along x and along y at a point; None where the file does not tell."""
-    geographic, sizes = _geographic_part(crs.to_wkt()), _SPHEROID.search(crs.to_wkt())
+@dataclass(frozen=True)
+class _Globe:
+    """Geographic coordinates that a projection is made from. angle: their unit [rad]; axis: of the ellipsoid [m]."""
+
+    crs: CRS
+    angle: float
+    axis: float
+    inverse_flattening: float
+
+    def places(self, crs: CRS, x: Sequence[float] | Array, y: Sequence[float] | Array) -> tuple[Array, Array]:
+        """Longitudes and latitudes [rad]."""
+        lon, lat, *_ = transform(crs, self.crs, x, y)
+        return self.angle * np.asarray(lon, float), self.angle * np.asarray(lat, float)
+
+
+@dataclass(frozen=True)
+class _Lengths:
+    """Ground lengths of a coordinate metre along x and along y, and whether y lies clockwise of x."""
+
+    x: float
+    y: float
+    mirrored: bool
+
+
+def _globe(crs: CRS) -> _Globe | None:
+    """None where the coordinates say nothing of the globe."""
+    wkt = crs.to_wkt()
+    if "GEOGCS[" not in wkt:  # systems of three dimensions have no such form; their proj4 names two
+        try:
+            wkt = CRS.from_proj4(crs.to_proj4()).to_wkt()
+        except CRSError:
+            return None
+    geographic, sizes = _geographic_part(wkt), _SPHEROID.search(wkt)
     if geographic is None or sizes is None:
         return None
+    unit = _ANGLE.search(geographic)
+    angle = np.pi / 180.0 if unit is None else float(unit[1])
+    return _Globe(CRS.from_wkt(geographic), angle, float(sizes[1]), float(sizes[2]))
+
+
+def _lengths(crs: CRS, globe: _Globe, place: tuple[float, float], name: str) -> _Lengths:
+    """At a place. Raises InvalidTerrain where the projection has no ground there."""
+    x, y = place
     half = 50.0
-    across, along = [x - half, x + half, x, x], [y, y, y - half, y + half]
     try:
-        lon, lat, *_ = transform(crs, CRS.from_wkt(geographic), across, along)
-    except CRSError:
-        return None
-    if not np.isfinite([*lon, *lat]).all():
-        return None
-    places = _on_ellipsoid(np.deg2rad(lon), np.deg2rad(lat), float(sizes[1]), float(sizes[2]))
-    lengths = np.linalg.norm(places[1::2] - places[0::2], axis=1) / (2.0 * half)
-    return float(lengths[0]), float(lengths[1])
+        lon, lat = globe.places(crs, [x - half, x + half, x, x], [y, y, y - half, y + half])
+    except (CRSError, CPLE_BaseError):
+        lon = lat = np.full(4, np.nan)
+    if not np.isfinite([lon, lat]).all():
+        raise InvalidTerrain(
+            f"{name} lies where its projection has no ground, such as at ({x:z.0f}, {y:z.0f}); its place or its "
+            "projection is wrong",
+            place=[x, y],
+        )
+    points = _on_ellipsoid(lon, lat, globe.axis, globe.inverse_flattening)
+    along_x, along_y = points[1] - points[0], points[3] - points[2]
+    lengths = np.linalg.norm([along_x, along_y], axis=1) / (2.0 * half)
+    mirrored = float(np.cross(along_x, along_y) @ points.mean(axis=0)) < 0.0
+    return _Lengths(float(lengths[0]), float(lengths[1]), mirrored)
 
 
 def _on_ellipsoid(lon: Array, lat: Array, axis: float, inverse_flattening: float) -> Array:

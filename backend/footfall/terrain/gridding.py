@@ -56,9 +56,15 @@ def terrain_of_scan(
 
 def placed(scan: Scan, unit: str | None, up: str | None, T_site_sensor: ArrayLike | None) -> Array:
     """The scan's points in site, (n, 3) [m]."""
-    unit, up = unit or scan.unit, up or scan.up
     if unit is not None and unit not in UNITS:
         raise InvalidTerrain(f"a unit is one of {', '.join(UNITS)}, not {unit!r}", unit=unit)
+    if unit is not None and scan.unit is not None and unit != scan.unit:
+        raise InvalidTerrain(
+            f"the coordinates of {scan.name} are {scan.unit}, as its coordinate system says, not {unit}: leave out "
+            "--unit, or correct the system",
+            unit=scan.unit,
+        )
+    unit, up = unit or scan.unit, up or scan.up
     if up is not None and up not in UPS:
         raise InvalidTerrain(f"up is one of {', '.join(UPS)}, not {up!r}", up=up)
     if scan.camera and T_site_sensor is None:

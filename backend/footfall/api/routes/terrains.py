@@ -70,7 +70,7 @@ async def make_terrain(
     if is_multipart(request):
         async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
             file = upload_of(form, "file")
-            beside, options = _beside(form, file.name), json_of(form, "options", TerrainOptions)
+            beside, options = beside_of(form, file.name), json_of(form, "options", TerrainOptions)
             about = await in_turn(_load, live, sessions.read, file, beside, options)
         response.headers["Location"] = session_path(live, "terrains", about["digest"])
         return about
@@ -79,7 +79,7 @@ async def make_terrain(
     return accepted(await run_in_threadpool(live.build_terrain, settings), response)
 
 
-def _beside(form: FormData, name: str) -> list[Uploaded]:
+def beside_of(form: FormData, name: str) -> list[Uploaded]:
     """Files that belong to the terrain file; others are refused, as nothing would read them."""
     found = uploads_of(form, "beside", MOST_BESIDE)
     wanted = names_beside(name)
@@ -139,7 +139,7 @@ async def blend(live: OneSession, request: Request, response: Response, sessions
     """Lay an uploaded terrain, with an uncertainty of its own, under the session's terrain; a job."""
     async with form_of(request, ("file", "beside"), ("options",), most=1 + MOST_BESIDE) as form:
         file = upload_of(form, "file")
-        beside, options = _beside(form, file.name), json_of(form, "options", BlendOptions)
+        beside, options = beside_of(form, file.name), json_of(form, "options", BlendOptions)
         return accepted(await in_turn(_blend, live, sessions.read, file, beside, options), response)
 
 
