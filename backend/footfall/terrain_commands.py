@@ -156,6 +156,7 @@ def _write_scan(
     calibration: list[Path],
     as_json: bool,
 ) -> None:
+    from footfall.core.misread import place_of
     from footfall.core.strict_json import read_json
     from footfall.io.scan_terrain import read_scan_terrain
     from footfall.io.terrain_files import write_terrain
@@ -169,7 +170,7 @@ def _write_scan(
         try:
             members = read_json(calibration[0].read_bytes())
         except (OSError, ValueError, RecursionError) as err:
-            raise InvalidInput(f"{calibration[0]} can't be read as JSON: {err}") from err
+            raise InvalidInput(f"{calibration[0]} can't be read as JSON{place_of(err)}") from err
         if not isinstance(members, dict):
             raise InvalidInput(f"{calibration[0].name} needs a JSON object")
     dem = read_scan_terrain(path, settings, unit=unit, up=up, pose=_pose(pose), calibration=members)

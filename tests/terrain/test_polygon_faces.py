@@ -105,3 +105,41 @@ def test_a_face_that_crosses_itself_is_refused_by_its_number():
     crossing = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 3 -1 0\nf 1 2 3\nf 1 2 3 4 5\n"
     with pytest.raises(InvalidTerrain, match=r"face 1 can't be cut .* crosses itself"):
         decode_terrain(crossing.encode(), "a.obj", resolution=0.5)
+
+
+def stl_in_text(faces):
+    facet = "facet normal 0 0 1\nouter loop\n{}endloop\nendfacet\n"
+    return "solid a\n{}endsolid a\n".format(
+        "".join(facet.format("".join(f"vertex {x} {y} 0\n" for x, y in face)) for face in faces)
+    ).encode()
+
+
+def test_facets_of_stl_have_three_corners_or_are_refused():
+    """Their reader takes vertices by threes whatever the loops: three quads became four wrong triangles."""
+    quads = [[(x, 0), (x + 4, 0), (x + 4, 4), (x, 4)] for x in (0, 4, 8)]
+    halves = [half for a, b, c, d in quads for half in ([a, b, c], [a, c, d])]
+    assert np.isfinite(decode_terrain(stl_in_text(halves), "a.stl", resolution=0.5).heights).all()
+    with pytest.raises(InvalidTerrain, match="facet 0 has 4 corners"):
+        decode_terrain(stl_in_text(quads), "a.stl", resolution=0.5)
+    with pytest.raises(InvalidTerrain, match="facet 1 has 6 corners"):
+        decode_terrain(stl_in_text([halves[0], quads[0] + quads[1][:2]]), "a.stl", resolution=0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "words"),
+    [
+        ("a.obj", b"surf 0 1 0 1 1 2 3 4\n", "'surf'"),
+        ("a.obj", b"fo 1 2 3 4\n", "'fo'"),
+        ("a.ply", b"", "triangle strips"),
+    ],
+)
+def test_surfaces_that_no_reader_takes_are_refused(name, more, words):
+    corners = "0 0 0\n4 0 0\n4 4 0\n0 4 0\n"
+    if name == "a.obj":
+        content = "".join(f"v {line}\n" for line in corners.split("\n") if line).encode() + b"f 1 2 3 # a half\n" + more
+    else:
+        head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        strips = "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        content = f"{head}{strips}{corners}4 0 1 3 2\n".encode()
+    with pytest.raises(InvalidTerrain, match=words):
+        decode_terrain(content, name, unit="m" if name == "a.ply" else None, up="z" if name == "a.ply" else None)

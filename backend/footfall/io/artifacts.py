@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidBundle, InvalidInput
+from footfall.core.misread import Unreadable, place_of
 from footfall.core.value import Value, digest_flat, flatten, unflatten
 
 MAX_BYTES = 1 << 30
@@ -262,7 +263,8 @@ def decode(data: bytes, *, expect: str | None = None, name: str = "artifact") ->
     except InvalidBundle:
         raise
     except (InvalidInput, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as err:
-        raise InvalidBundle(f"{name} can't be read: {err}", file=name) from err
+        why = f": {err.message}" if isinstance(err, InvalidInput) else place_of(err) or ": it is damaged or cut"
+        raise InvalidBundle(f"{name} can't be read{why}", file=name) from err
     except RecursionError as err:
         raise InvalidBundle(f"{name} can't be read: it is nested too deeply", file=name) from err
     if not isinstance(value, Value):
@@ -280,10 +282,10 @@ def _read(data: bytes) -> tuple[Any, list[np.ndarray]]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > MAX_BYTES:
-            raise ValueError(f"unpacked it is larger than {MAX_BYTES >> 20} MB")
+            raise Unreadable(f"unpacked it is larger than {MAX_BYTES >> 20} MB")
         names = ["structure.npy"] + [f"array_{i}.npy" for i in range(len(entries) - 1)]
         if sorted(entry.filename for entry in entries) != sorted(names):
-            raise ValueError("it is no artifact of FootFall")
+            raise Unreadable("it is no artifact of FootFall")
         first, *arrays = [_array(_unpacked(archive, name)) for name in names]
     return json.loads(first.tobytes().decode()), arrays
 
@@ -296,7 +298,7 @@ def _unpacked(archive: zipfile.ZipFile, name: str) -> NDArray[np.uint8]:
         while count := file.readinto(left[:_AT_ONCE]):
             left = left[count:]
     if len(left):
-        raise ValueError(f"{name} is shorter than the file says")
+        raise Unreadable(f"{name} is shorter than the file says")
     body.setflags(write=False)
     return body
 
@@ -306,15 +308,15 @@ def _array(body: NDArray[np.uint8]) -> np.ndarray:
     # tree of the header, which CPython before 3.13 refuses now and then where several threads do so (SystemError).
     head = _HEAD.match(body[:_LONGEST_HEAD].tobytes())
     if head is None or head.end() != 10 + int.from_bytes(head["length"], "little"):
-        raise ValueError("an array has an unknown format")
+        raise Unreadable("an array has an unknown format")
     try:
         dtype = np.dtype(head["dtype"].decode())
     except TypeError as err:
-        raise ValueError("an array has numbers of an unknown kind") from err
+        raise Unreadable("an array has numbers of an unknown kind") from err
     shape = tuple(int(size) for size in head["shape"].split(b",") if size.strip())
     count = math.prod(shape)
     if dtype.hasobject or not dtype.itemsize or len(body) - head.end() != count * dtype.itemsize:
-        raise ValueError("an array does not fit its header")
+        raise Unreadable("an array does not fit its header")
     return body[head.end() :].view(dtype).reshape(shape)
 
 

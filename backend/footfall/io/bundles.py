@@ -18,6 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from footfall.core.errors import InvalidBundle
+from footfall.core.misread import place_of
 from footfall.io.event_log import Record, line, read_lines, rechain
 
 FORMAT = "footfall-session"
@@ -170,7 +171,7 @@ def _from_zip(data: bytes, label: str) -> Bundle:
     try:
         archive = zipfile.ZipFile(io.BytesIO(data))
     except (zipfile.BadZipFile, ValueError) as err:
-        raise InvalidBundle(f"{label} is no zip of a session: {err}", file=label) from err
+        raise InvalidBundle(f"{label} is no zip of a session: damaged, cut or another kind", file=label) from err
     entries = archive.infolist()
     total = sum(entry.file_size for entry in entries)
     if len(entries) > MAX_FILES or total > MAX_ZIP_BYTES:
@@ -215,7 +216,9 @@ def _entry_reader(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> Callable[
         try:
             return archive.read(entry)
         except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as err:
-            raise InvalidBundle(f"{entry.filename} is damaged: {err}", file=entry.filename) from err
+            raise InvalidBundle(
+                f"{entry.filename} is damaged, or its packing is not read", file=entry.filename
+            ) from err
 
     return read
 
@@ -227,7 +230,7 @@ def _assemble(files: dict[str, Callable[[], bytes]], label: str) -> Bundle:
     try:
         session = json.loads(files[SESSION]())
     except (ValueError, RecursionError) as err:
-        raise InvalidBundle(f"{SESSION} is no JSON: {err}", file=SESSION) from err
+        raise InvalidBundle(f"{SESSION} is no JSON{place_of(err)}", file=SESSION) from err
     if not isinstance(session, dict) or session.get("format") != FORMAT:
         raise InvalidBundle(f'{SESSION} does not say "format": "{FORMAT}"', file=SESSION)
     # A later layout may chain its events otherwise, so its version is refused before they are read.

@@ -63,9 +63,9 @@ def decode_image(content: bytes, name: str = "image") -> NDArray[np.uint8]:
     except UnidentifiedImageError as err:
         raise InvalidImages(f"{name} is no readable image: {', '.join(_FORMATS)} are read") from err
     except Image.DecompressionBombError as err:
-        raise InvalidImages(f"{name} is no readable image: {err}") from err
+        raise InvalidImages(f"{name} has more pixels than are read") from err
     except (OSError, SyntaxError, ValueError) as err:
-        raise InvalidImages(f"{name} is damaged: {err}") from err
+        raise InvalidImages(f"{name} is damaged or cut") from err
 
 
 def _deep(image: ImageFile) -> bool:

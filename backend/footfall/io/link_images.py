@@ -171,4 +171,6 @@ def _pixels(png: bytes, camera: Camera, side: str) -> NDArray[np.uint8]:
             )
         return np.asarray(image)
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombWarning, Image.DecompressionBombError) as err:
-        raise InvalidImages(f"{camera.name}: this is no readable PNG image: {err}", bytes=len(png)) from err
+        raise InvalidImages(
+            f"{camera.name}: this is no readable PNG image: damaged or too large", bytes=len(png)
+        ) from err

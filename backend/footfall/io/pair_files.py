@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from footfall.core.errors import InvalidImages
+from footfall.core.misread import place_of
 from footfall.core.strict_json import read_json
 from footfall.io.calibration_files import require_plausible_baseline
 from footfall.io.image_files import read_pair
@@ -29,7 +30,7 @@ def read_calibrated_pair(left: str | Path, right: str | Path, calibration: str |
     try:
         members = read_json(content)
     except (ValueError, RecursionError) as err:
-        raise InvalidImages(f"{path.name} is no JSON: {err}") from err
+        raise InvalidImages(f"{path.name} is no JSON{place_of(err)}") from err
     if not isinstance(members, dict):
         raise InvalidImages(f"{path.name} needs an object with {', '.join(NEEDED)}")
     missing = [name for name in NEEDED if name not in members]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.ears import triangles_of
+from footfall.core.misread import Unreadable
 
 MOST_CORNERS = 20_000
 """Of one face; clipping ears takes the square of it."""
@@ -41,21 +42,21 @@ def polygons_in(content: bytes, ending: str) -> bool:
 def read_polygons(content: bytes, ending: str) -> Parts:
     """Vertices (n, 3) and triangles (m, 3) of such a file.
 
-    Raises ValueError saying what is wrong with it.
+    Raises Unreadable saying what is wrong with it.
     """
     vertices, faces = _faces(content, ending)
     triangles: list[NDArray[np.int64]] = []
     for number, face in enumerate(faces):
         if len(face) < 3:
-            raise ValueError(f"face {number} has {len(face)} corners")
+            raise Unreadable(f"face {number} has {len(face)} corners")
         if len(face) > MOST_CORNERS:
-            raise ValueError(f"face {number} has {len(face)} corners, more than {MOST_CORNERS} are refused")
+            raise Unreadable(f"face {number} has {len(face)} corners, more than {MOST_CORNERS} are refused")
         if face.min() < 0 or face.max() >= len(vertices):
-            raise ValueError(f"face {number} names a vertex past the {len(vertices)} that there are")
+            raise Unreadable(f"face {number} names a vertex past the {len(vertices)} that there are")
         try:
             triangles.append(face[triangles_of(vertices[face])] if len(face) > 3 else face[None])
         except ValueError as err:
-            raise ValueError(f"face {number} can't be cut into triangles: {err}") from err
+            raise Unreadable(f"face {number} can't be cut into triangles: {err}") from err
     return vertices, np.concatenate(triangles) if triangles else np.zeros((0, 3), np.int64)
 
 
@@ -67,7 +68,7 @@ def _of_obj(content: bytes) -> tuple[NDArray[np.float64], list[NDArray[np.int64]
     vertices: list[list[float]] = []
     faces: list[NDArray[np.int64]] = []
     for line in content.replace(b"\\\n", b" ").split(b"\n"):
-        words = line.split()
+        words = line.partition(b"#")[0].split()
         if words[:1] == [b"v"]:
             vertices.append([float(word) for word in words[1:4]])
         elif words[:1] == [b"f"]:
@@ -79,12 +80,12 @@ def _off_lines(content: bytes) -> tuple[int, list[list[bytes]]]:
     """How many vertices there are, and the words of each line of vertices and faces."""
     lines = [line for raw in content.split(b"\n") if (line := raw.partition(b"#")[0].split())]
     if not lines or lines[0][0] != b"OFF":
-        raise ValueError("it does not begin with OFF")
+        raise Unreadable("it does not begin with OFF")
     lines[0] = lines[0][1:]
     lines = [line for line in lines if line]
     count, number = int(lines[0][0]), int(lines[0][1])
     if len(lines) < 1 + count + number:
-        raise ValueError(f"it states {count} vertices and {number} faces and holds {len(lines) - 1} lines")
+        raise Unreadable(f"it states {count} vertices and {number} faces and holds {len(lines) - 1} lines")
     return count, lines[1 : 1 + count + number]
 
 
@@ -101,7 +102,7 @@ def _ply_parts(content: bytes) -> tuple[bytes, list[Element], bytes]:
     """Format, elements with their properties, and the body."""
     header, marker, body = content.partition(b"end_header")
     if not marker:
-        raise ValueError("its header has no end")
+        raise Unreadable("its header has no end")
     form, elements = b"", []
     for line in header.split(b"\n"):
         words = line.split()
@@ -141,7 +142,7 @@ def _of_ply(content: bytes) -> tuple[NDArray[np.float64], list[NDArray[np.int64]
         if rows is not None:
             table = [next(rows, None) for _ in range(count)]
             if None in table:
-                raise ValueError(f"it is cut: it states {count} lines of {name}")
+                raise Unreadable(f"it is cut: it states {count} lines of {name}")
             values = [_split(row or [], properties) for row in table]
         else:
             values, at = _binary(body, at, count, properties, order, name)
@@ -150,7 +151,7 @@ def _of_ply(content: bytes) -> tuple[NDArray[np.float64], list[NDArray[np.int64]
         elif name == "face":
             listed = next((key for key in ("vertex_indices", "vertex_index") if values and key in values[0]), None)
             if listed is None:
-                raise ValueError("its faces have no list vertex_indices")
+                raise Unreadable("its faces have no list vertex_indices")
             faces = [np.array(one[listed], np.int64) for one in values]
     return vertices, faces
 
@@ -195,5 +196,5 @@ def _binary(
 
 def _taken(body: bytes, at: int, kind: np.dtype, count: int, name: str) -> np.ndarray:
     if count < 0 or at + count * kind.itemsize > len(body):
-        raise ValueError(f"it is cut in the middle of its element {name}")
+        raise Unreadable(f"it is cut in the middle of its element {name}")
     return np.frombuffer(body, kind, count, at)

@@ -4,6 +4,7 @@ import tomllib
 from pathlib import Path
 
 from footfall.core.errors import InvalidRobot, NotFound
+from footfall.core.misread import place_of
 from footfall.resources import robot_assets_folder
 from footfall.robot.build import describe
 from footfall.robot.description import RobotDescription
@@ -41,5 +42,5 @@ def read_description(path: str | Path) -> RobotDescription:
     try:
         raw = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
-        raise InvalidRobot(f"{path.name} is not readable TOML: {err}", path=str(path)) from err
+        raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}", path=str(path)) from err
     return describe(raw)

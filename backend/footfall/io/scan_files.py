@@ -94,6 +94,8 @@ def _ply(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
 
     if ply_has_faces(content):
         raise InvalidTerrain(f"{name} is a mesh, no scan: read it as a terrain file, without --scan")
+    if re.search(rb"^element\s+tristrips\s+[1-9]", content[:65536].partition(b"end_header")[0], re.MULTILINE):
+        raise InvalidTerrain(f"{name} holds triangle strips, which are not read; write it as triangles")
     stated = re.search(rb"^element\s+vertex\s+(\d+)", content[:65536], re.MULTILINE)
     loaded: Any = trimesh.load(io.BytesIO(content), file_type="ply", process=False)
     points = np.asarray(loaded.vertices)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import rasterio
+from rasterio._err import CPLE_BaseError
 from rasterio.crs import CRS
 from rasterio.enums import ColorInterp, MaskFlags
 from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
@@ -65,8 +66,8 @@ def read_raster(source: bytes | Path, name: str, resolution: float | None = None
                     return _read(opened, name, resolution, projection)
             with MemoryFile(source) as memory, memory.open(driver="GTiff") as opened:
                 return _read(opened, name, resolution, projection)
-        except (RasterioError, CRSError, OSError, ValueError) as err:
-            raise InvalidTerrain(f"{name} can't be read as a raster, it may be corrupt: {err}") from err
+        except (RasterioError, CRSError, CPLE_BaseError, OSError, ValueError) as err:
+            raise InvalidTerrain(f"{name} can't be read as a raster: it or a file beside it may be corrupt") from err
 
 
 def _check_beside(source: DatasetReader, path: Path) -> None:
@@ -153,7 +154,7 @@ def _remembering(dem: Dem, source: DatasetReader) -> Dem:
     try:
         sources = json.loads(names)
     except ValueError as err:
-        raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names: {err}") from err
+        raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names") from err
     if not isinstance(sources, list) or not all(isinstance(one, str) for one in sources):
         raise InvalidTerrain(f"the tag SOURCES of {dem.name} is no list of names")
     variance, time, count, number = (source.read(band)[::-1] for band in (2, 3, 6, 7))

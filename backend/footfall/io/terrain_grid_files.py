@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from footfall.core.errors import InvalidTerrain
+from footfall.core.misread import Unreadable, place_of
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import check_cell_count, from_heights
 from footfall.terrain.ground.resample import square_cells
@@ -123,15 +124,19 @@ def read_npz(content: bytes, name: str) -> Dem:
                 memory["sources"] = _sources(arrays["sources"])
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, TypeError, KeyError, RuntimeError) as err:
         raise InvalidTerrain(
-            f"{name} can't be read: an npz terrain holds heights, resolution, x0 and y0 as plain numbers ({err})"
+            f"{name} can't be read: an npz terrain holds heights, resolution, x0 and y0 as plain numbers{_why(err)}"
         ) from err
     return replace(from_heights(heights, resolution, x0, y0, name, texture=texture), **memory)
+
+
+def _why(err: Exception) -> str:
+    return f": it has no {err.args[0].split()[0]}" if isinstance(err, KeyError) else place_of(err)
 
 
 def _sources(text: np.ndarray) -> tuple[str, ...]:
     names = json.loads(text.tobytes().decode())
     if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
-        raise ValueError("sources is no list of names")
+        raise Unreadable("sources is no list of names")
     return tuple(names)
 
 
@@ -142,12 +147,14 @@ def check_npz_size(archive: zipfile.ZipFile, name: str) -> None:
             version = np.lib.format.read_magic(stream)
             read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
             shape, _, dtype = read(stream)
+        if dtype.hasobject:
+            raise Unreadable(f"{member} holds Python objects (a pickle), which are never read")
         if len(shape) == 2:
             check_cell_count(*shape)
         elif member == "sources.npy" and len(shape) == 1 and dtype == np.uint8 and shape[0] <= _LONGEST_SOURCES:
             continue
         elif shape not in ((), (1,)) or dtype.itemsize > 64:
-            raise ValueError(f"{member} has the shape {shape}")
+            raise Unreadable(f"{member} has the shape {shape}")
 
 
 def write_npz(dem: Dem) -> bytes:
@@ -196,7 +203,7 @@ def read_png(
         with Image.open(io.BytesIO(content), formats=("PNG",)) as picture:
             grey = np.asarray(picture, dtype=np.float64)
     except (OSError, SyntaxError, ValueError, struct.error) as err:
-        raise InvalidTerrain(f"{name} is a corrupt PNG: {err}") from err
+        raise InvalidTerrain(f"{name} is a corrupt PNG: it is damaged or cut") from err
     heights = (span[0] + (span[1] - span[0]) * grey / (2**depth - 1))[::-1]
     spacing_x, spacing_y = extent[0] / cols, extent[1] / rows
     cell = float(min(spacing_x, spacing_y)) if resolution is None else resolution

@@ -7,6 +7,7 @@ import numpy as np
 
 from footfall.core.errors import InvalidTerrain
 from footfall.core.mesh import Mesh
+from footfall.core.misread import Unreadable
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.closed import closed_share
@@ -27,13 +28,14 @@ def read_mesh(
     """Highest surface of a mesh, z up; see :func:`footfall.terrain.ground.mesh_terrain.terrain_of_mesh`."""
     ending = name.rsplit(".", 1)[-1].lower()
     try:
+        _require_faces(content, ending)
         given = _counted_from_one(content) if ending == "obj" else content
         polygons = polygons_in(given, ending)
         vertices, triangles = read_polygons(given, ending) if polygons else _of_library(given, ending)
     except MemoryError:
         raise
     except Exception as err:  # the parsers raise whatever they trip over
-        why = f": {err}" if isinstance(err, ValueError) and (ending == "obj" or polygons_in(content, ending)) else ""
+        why = f": {err}" if isinstance(err, Unreadable) else ""
         raise InvalidTerrain(f"{name} can't be read as a mesh, it is cut or corrupt{why}") from err
     if not len(triangles):
         raise InvalidTerrain(f"{name} has no triangles; a terrain needs a surface, not points")
@@ -72,11 +74,31 @@ def _of_library(content: bytes, ending: str) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(solid.vertices, np.float64), np.asarray(solid.faces)
 
 
+def _require_faces(content: bytes, ending: str) -> None:
+    """Raise Unreadable for faces that the readers pass over or take apart wrongly, without a word."""
+    if ending == "stl" and content[:5].lower() == b"solid" and len(content) != 84 + 50 * _stl_count(content):
+        corners = [loop.lower().count(b"vertex") for loop in re.split(rb"(?i)\bendloop\b", content)[:-1]]
+        odd = next((number for number, count in enumerate(corners) if count != 3), None)
+        if odd is not None:
+            raise Unreadable(f"facet {odd} has {corners[odd]} corners; STL has triangles only")
+    curved = re.search(rb"^[ \t]*(surf|bsp|bzp|cdc|cdp|fo)[ \t]", content, re.MULTILINE) if ending == "obj" else None
+    if curved is not None:
+        raise Unreadable(
+            f"it has elements {curved[1].decode()!r}, curved surfaces or faces of old files, which are not read; write "
+            "it as polygons"
+        )
+
+
+def _stl_count(content: bytes) -> int:
+    """Triangles that a binary STL states."""
+    return int.from_bytes(content[80:84], "little")
+
+
 def _counted_from_one(content: bytes) -> bytes:
     """An OBJ whose faces name vertices by their number in the file.
 
     OBJ also counts backwards (-1: the last vertex *so far*), which the reader takes from the end of the file. Raises
-    ValueError for a vertex 0.
+    Unreadable for a vertex 0.
     """
     if not re.search(rb"^[ \t]*f[ \t](?:[^\n]*[ \t])?(?:-|0+[/ \t\r\n])", content, re.MULTILINE):
         return content
@@ -87,7 +109,7 @@ def _counted_from_one(content: bytes) -> bytes:
         if words[:1] == [b"f"]:
             numbers = [int(word.split(b"/")[0]) for word in words[1:]]
             if 0 in numbers:
-                raise ValueError("a face names vertex 0, the first is 1")
+                raise Unreadable("a face names vertex 0, the first is 1")
             line = b"f " + b" ".join(b"%d" % (n if n > 0 else vertices + 1 + n) for n in numbers)
         lines.append(line)
     return b"\n".join(lines)

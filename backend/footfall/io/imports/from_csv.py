@@ -36,7 +36,8 @@ def lines_of(data: bytes, headers: Collection[tuple[str, ...]], told: str) -> li
     try:
         header, *rows = [row for row in reader if row]
     except (csv.Error, ValueError) as error:
-        raise InvalidSequence(f"it is no CSV with a header: {error}") from error
+        where = f", at line {reader.line_num}" if reader.line_num else ": it is empty"
+        raise InvalidSequence(f"it is no CSV with a header{where}") from error
     if tuple(header) not in headers:
         raise InvalidSequence(f"its columns must be {told}", columns=header)
     for number, row in enumerate(rows):

@@ -20,7 +20,7 @@ def decode(data: bytes) -> Told:
         others = sorted({*attachments} - {ATTACHMENT}) + [one.name for one in reader.iter_metadata()]
         there = [(channel.topic, message.log_time, message.data) for _, channel, message in reader.iter_messages()]
     except (McapError, EOFError, ValueError, struct.error) as error:
-        raise InvalidSequence(f"it is no whole MCAP file: {error}") from error
+        raise InvalidSequence("it is no whole MCAP file: it is damaged or cut") from error
     if ATTACHMENT not in attachments:
         raise InvalidSequence(f"it has no attachment {ATTACHMENT}; FootFall writes one with the messages for ROS 2")
     if others:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
+from footfall.core.misread import Unreadable, place_of
 from footfall.core.strict_json import read_json
 from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
@@ -45,7 +46,7 @@ def text_of(data: bytes) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidSequence(f"it is no UTF-8 text: {error}") from error
+        raise InvalidSequence(f"it is no UTF-8 text{place_of(error)}") from error
 
 
 def json_of(text: str) -> Any:
@@ -53,7 +54,7 @@ def json_of(text: str) -> Any:
     try:
         return read_json(text, _constant)
     except ValueError as error:
-        raise InvalidSequence(f"it is no JSON: {error}") from error
+        raise InvalidSequence(f"it is no JSON{place_of(error)}") from error
 
 
 def member(document: Any, name: str, where: str) -> Any:
@@ -192,4 +193,4 @@ def _kind(item: Any) -> str:
 
 
 def _constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number of JSON")
+    raise Unreadable(f"{name} is no number of JSON")

@@ -76,7 +76,7 @@ class Recording:
         except InvalidInput as err:
             raise InvalidInput(f"{path.name} is no recording: {err.message.removeprefix(f'{path.name} is ')}") from err
         except (McapError, struct.error, ValueError) as err:
-            raise InvalidInput(f"{path.name} is no readable recording: {err}") from err
+            raise InvalidInput(f"{path.name} is no readable recording: it is damaged, or no MCAP file") from err
 
     @property
     def duration(self) -> float:
@@ -93,7 +93,7 @@ class Recording:
         except (FootFallError, OSError):
             raise
         except Exception as err:  # each decompressor has errors of its own
-            raise InvalidInput(f"{self.name} is damaged: {err}") from err
+            raise InvalidInput(f"{self.name} is damaged or cut") from err
 
     def frames(self, start: float = 0.0) -> Iterator[TelemetryFrame]:
         """The telemetry alone."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from footfall.core.errors import InvalidRobot, NotFound
+from footfall.core.misread import place_of
 from footfall.io.urdf.read import read_urdf
 from footfall.robot.legged.find_legs import chain_to
 from footfall.robot.legged.legged_model import LegChain, LeggedModel, Sole
@@ -43,7 +44,7 @@ def read_proposed(path: str | Path) -> Proposed:
     try:
         table = Table(tomllib.loads(path.read_text(encoding="utf-8")), "")
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
-        raise InvalidRobot(f"{path.name} is not readable TOML: {err}") from err
+        raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}") from err
     table.only(TOP)
     folders = [path.parent / folder for folder in table.texts("packages")]
     tree = read_urdf(path.parent / table.text("urdf"), folders)

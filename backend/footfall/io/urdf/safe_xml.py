@@ -3,6 +3,7 @@
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
 from footfall.core.errors import InvalidRobot
+from footfall.core.misread import place_of
 
 MAX_BYTES = 20_000_000
 MAX_DEPTH = 64
@@ -40,4 +41,4 @@ def parse(content: bytes, name: str) -> Element:
     except InvalidRobot as err:
         raise InvalidRobot(f"{name} is refused: {err.message}") from err
     except (ParseError, ValueError, LookupError) as err:
-        raise InvalidRobot(f"{name} is not readable XML: {err}") from err
+        raise InvalidRobot(f"{name} is not readable XML{place_of(err)}") from err
