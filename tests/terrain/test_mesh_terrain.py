@@ -44,7 +44,13 @@ def stair(rise=0.2, tread=0.3, steps=8):
 def test_ridges_between_large_cells_are_refused_and_the_resolution_named_that_would_do():
     with pytest.raises(InvalidTerrain, match=r"cells of 20 m.*--resolution") as told:
         terrain_of_mesh(ridges(), 20.0, "ridges.ply")
-    enough = told.value.details["resolution"]
+    at, enough = told.value.details["at"], told.value.details["resolution"]
+    assert at[0] % 20.0 == pytest.approx(10.0, abs=0.3), "not on a ridge"
+    assert f"worst at ({at[0]:.2f}, {at[1]:.2f})" in told.value.message
+    in_feet = Mesh(ridges().vertices / 0.3048, ridges().triangles)
+    with pytest.raises(InvalidTerrain) as told:
+        terrain_of_mesh(in_feet, 20.0 / 0.3048, "ridges.ply", unit=0.3048)
+    assert told.value.details["at"][0] % 20.0 == pytest.approx(10.0, abs=0.3), "the place is not in metres"
     dem = terrain_of_mesh(ridges(), enough, "ridges.ply")
     assert error_of(dem).p95 <= 0.1
     assert dem.heights.max() > 0.9

@@ -179,6 +179,43 @@ def test_what_a_file_declares_counts_before_any_guess_of_no_value(tmp_path):
     np.testing.assert_allclose(found[1:], 27.67, atol=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("stored", "taken"),
+    [
+        ([30_000, 32_767, 33_000, 35_000], True),  # a height in their midst
+        ([32_766, 32_767, 32_766, 32_766], True),
+        ([100, 200, 300, -9999], False),
+        ([-100, -200, -300, -32_768], False),
+        ([100, -9999, 300, -32_768], False),
+        ([-9999, -9999, -9999, -9999], False),
+        ([-9900, -9999, -10_000, -11_000], True),
+    ],
+)
+def test_scaled_numbers_are_judged_by_what_is_near_them(tmp_path, stored, taken):
+    """Undeclared: a number that stands for no value elsewhere is a height here, unless it lies far from all others."""
+    held = np.array(stored, np.int32).reshape(2, 2)
+    path = geotiff(tmp_path / "s.tif", held)
+    with rasterio.open(path, "r+") as target:
+        target.scales, target.offsets = (0.0001,), (20.0,)
+    if taken:
+        np.testing.assert_allclose(read_terrain(path).heights[::-1], 20.0 + 0.0001 * held, rtol=1e-6)
+        return
+    with pytest.raises(InvalidTerrain, match="before scaling"):
+        read_terrain(path)
+    with rasterio.open(path, "r+") as target:  # declaring another number says that these are heights
+        target.nodata = 12_345
+    np.testing.assert_allclose(read_terrain(path).heights[::-1], 20.0 + 0.0001 * held, rtol=1e-6)
+
+
+def test_a_height_that_scaling_makes_a_number_for_no_value_is_refused(tmp_path):
+    held = np.array([[-19_998, 4], [6, 8]], np.int32)
+    path = geotiff(tmp_path / "s.tif", held, nodata=0)
+    with rasterio.open(path, "r+") as target:
+        target.scales = (0.5,)
+    with pytest.raises(InvalidTerrain, match=r"1 heights of s\.tif are -9999"):
+        read_terrain(path)
+
+
 def test_control_points_are_no_grid(tmp_path):
     path = tmp_path / "g.tif"
     points = [GroundControlPoint(r, c, 0.9 * c - 0.4 * r, 0.4 * c + 0.9 * r) for r in (0, ROWS) for c in (0, COLS)]

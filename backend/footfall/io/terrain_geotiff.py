@@ -28,7 +28,7 @@ from footfall.core.grid import GridGeometry
 from footfall.io.terrain_projection import check_crs, check_height_unit, check_true_to_scale, convergence
 from footfall.io.terrain_sidecars import mask_beside, place_beside
 from footfall.terrain.dem import Dem
-from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers, from_heights
+from footfall.terrain.from_arrays import check_cell_count, check_lone_no_value, check_no_value_numbers, from_heights
 
 BANDS = (
     "height above the site's origin, metres",
@@ -116,8 +116,8 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
     stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
     if source.nodata is not None:  # GDAL forgets it where there is a mask too
         stored[stored == source.nodata] = np.nan
-    if source.nodata is None:  # what the file declares counts before any guess
-        check_no_value_numbers(stored, name)
+    elif (source.scales[0], source.offsets[0]) != (1.0, 0.0):
+        check_lone_no_value(stored, name)
     heights = stored * source.scales[0] + source.offsets[0]
     check_no_value_numbers(heights, name)
     if transform.e < 0:

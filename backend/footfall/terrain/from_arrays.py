@@ -29,6 +29,29 @@ def check_no_value_numbers(heights: ArrayLike, name: str) -> None:
             )
 
 
+def check_lone_no_value(stored: ArrayLike, name: str) -> None:
+    """Refuse such numbers among those that a file stores scaled, where nothing is near them.
+
+    In the midst of the others they are heights: 32767 among 30000 … 35000 centimetres. Alone they are not: -9999 below
+    40000 … 50000.
+    """
+    array = np.asarray(stored)
+    others = array[np.isfinite(array) & ~np.isin(array, NO_VALUE)]
+    spread = float(np.ptp(others)) if len(others) else 0.0
+    for number in NO_VALUE:
+        count = int(np.count_nonzero(array == number))
+        if not count:
+            continue
+        gap = float(np.abs(others - number).min()) if len(others) else np.inf
+        if gap > max(spread, 1.0):
+            raise InvalidTerrain(
+                f"{count} cells of {name} hold {number:z.0f} before scaling, {gap:.6g} from all others, which differ "
+                f"by {spread:.6g}: it may stand for no value; let the file declare it as its no-data value, "
+                "or declare another one, if these are heights",
+                count=count,
+            )
+
+
 def check_cell_count(rows: float, cols: float) -> None:
     """Refuse a grid over the limit before its memory is asked for."""
     if not 0 < rows * cols <= MAX_CELLS:

@@ -77,11 +77,15 @@ def height_error(mesh: Mesh, dem: Dem) -> HeightError:
 
 @dataclass(frozen=True)
 class _Found:
-    """p95, most: of the vertical differences. missed: how far the mesh goes beyond all cells around a point."""
+    """p95, most: of the vertical differences. missed: how far the mesh goes beyond all cells around a point.
+
+    at: where most of it is missed, or, where nothing is, the difference is largest, in the mesh's coordinates.
+    """
 
     p95: float
     most: float
     missed: float
+    at: tuple[float, float] = (0.0, 0.0)
 
     def within(self, p95: float, missed: float) -> bool:
         return self.p95 <= p95 and self.missed <= missed
@@ -119,7 +123,13 @@ class _Surface:
             return _Found(0.0, 0.0, 0.0)
         by_area = off[-self._random :][known[-self._random :]]
         missed = _beyond_cells(dem, x[known], y[known], self._heights[known])
-        return _Found(float(np.percentile(by_area, 95)) if len(by_area) else 0.0, float(off[known].max()), missed)
+        worst = int(np.argmax(missed if missed.max() > 0 else off[known]))
+        return _Found(
+            float(np.percentile(by_area, 95)) if len(by_area) else 0.0,
+            float(off[known].max()),
+            float(missed.max()),
+            (float(x[known][worst]), float(y[known][worst])),
+        )
 
     def aside(self, dem: Dem, distance: float) -> float:
         """By how much the mesh goes at most beyond the Dem's heights that far around, 0 where they are unknown."""
@@ -158,8 +168,8 @@ def _points(corners: Array, areas: Array) -> Iterator[Array]:
     yield (1 - root) * a + root * (1 - share) * b + root * share * c
 
 
-def _beyond_cells(dem: Dem, x: Array, y: Array, z: Array) -> float:
-    """By how much heights go at most beyond all of the 4 × 4 cells around them."""
+def _beyond_cells(dem: Dem, x: Array, y: Array, z: Array) -> Array:
+    """By how much heights go beyond all of the 4 × 4 cells around them."""
     grid = dem.geometry
     row = np.floor((y - grid.y0) / grid.resolution).astype(np.int64)
     col = np.floor((x - grid.x0) / grid.resolution).astype(np.int64)
@@ -168,7 +178,7 @@ def _beyond_cells(dem: Dem, x: Array, y: Array, z: Array) -> float:
         for dc in range(-1, 3):
             around = dem.heights[(row + dr).clip(0, grid.rows - 1), (col + dc).clip(0, grid.cols - 1)]
             low, high = np.fmin(low, around), np.fmax(high, around)
-    return float(np.maximum(np.maximum(low - z, z - high), 0.0).max())
+    return np.maximum(np.maximum(low - z, z - high), 0.0)
 
 
 def _refused(surface: _Surface, mesh: Mesh, dem: Dem, found: _Found, unit: float, most_error: float) -> InvalidTerrain:
@@ -186,10 +196,12 @@ def _refused(surface: _Surface, mesh: Mesh, dem: Dem, found: _Found, unit: float
     )
     return InvalidTerrain(
         f"with cells of {cell * unit:.3g} m {dem.name} would be up to {found.most * unit:z.2f} m from its own surface "
-        f"(5 % of it by more than {found.p95 * unit:z.2f} m, details of {found.missed * unit:z.2f} m are lost); "
+        f"(5 % of it by more than {found.p95 * unit:z.2f} m, details of {found.missed * unit:z.2f} m are lost), "
+        f"worst at ({found.at[0] * unit:z.2f}, {found.at[1] * unit:z.2f}); "
         f"{most_error:g} m is accepted; {hint}, or accept more with --most-error",
         p95=found.p95 * unit,
         most=found.most * unit,
         limit=most_error,
+        at=[found.at[0] * unit, found.at[1] * unit],
         resolution=None if enough is None else enough * unit,
     )
