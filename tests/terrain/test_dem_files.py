@@ -187,6 +187,36 @@ def test_pictures_and_bands_of_something_else_are_refused(tmp_path):
             assert read_terrain(several).heights.max() == 1.0
 
 
+def test_one_band_of_something_else_and_a_scale_that_flattens_are_refused(tmp_path):
+    path = geotiff(tmp_path / "b.tif", np.ones((4, 5), np.float32))
+    for called, words in (("slope [rad]", "called 'slope"), ("DEM, slope corrected", None), ("layer 7", None)):
+        with rasterio.open(path, "r+") as target:
+            target.set_band_description(1, called)
+        if words:
+            with pytest.raises(InvalidTerrain, match=words):
+                read_terrain(path)
+        else:
+            assert read_terrain(path).heights.max() == 1.0
+    for scale, offset in ((0.0, 0.0), (np.nan, 0.0), (1.0, np.inf)):
+        with rasterio.open(path, "r+") as target:
+            target.scales, target.offsets = (scale,), (offset,)
+        with pytest.raises(InvalidTerrain, match="leave no heights"):
+            read_terrain(path)
+
+
+@pytest.mark.parametrize("kind", [np.uint16, np.float32])
+def test_what_is_transparent_is_unknown(kind, tmp_path):
+    """An alpha band, as gdalwarp -dstalpha makes it: of floats GDAL itself reads the 0 of hidden cells as heights."""
+    heights = np.arange(20).reshape(4, 5).astype(kind)
+    hidden = heights < 7
+    path = geotiff(tmp_path / "a.tif", np.where(hidden, kind(0), heights), count=2, ALPHA="YES")
+    with rasterio.open(path, "r+") as target:
+        target.write(np.where(hidden, kind(0), kind(65535)), 2)
+    found = read_terrain(path).heights[::-1]
+    np.testing.assert_array_equal(np.isnan(found), hidden)
+    np.testing.assert_array_equal(found[~hidden], heights[~hidden])
+
+
 def test_degrees_show_even_without_a_projection():
     rough = 300 + 50 * np.random.default_rng(1).normal(size=(20, 20))
     asc = "ncols 20\nnrows 20\nxllcorner 13.1\nyllcorner 47.2\ncellsize {}\n" + "\n".join(

@@ -43,6 +43,10 @@ WITHIN = 0.05
 """Of "certainty" [m]."""
 
 _OF_HEIGHTS = re.compile(r"height|elevation|altitude|relief|topograph|\bd[ehst]m\b|\bz\b", re.IGNORECASE)
+_OF_OTHERS = re.compile(
+    r"slope|aspect|hill ?shade|curvature|rough|intensity|reflect|variance|deviation|uncertain|count|mask|class",
+    re.IGNORECASE,
+)
 
 SITE_CRS = 'LOCAL_CS["site",UNIT["metre",1],AXIS["East",EAST],AXIS["North",NORTH]]'
 
@@ -114,6 +118,8 @@ def _read(source: DatasetReader, name: str, resolution: float | None, projection
         )
     check_true_to_scale(source.crs or projection, source.bounds, name)
     stored = source.read(1, masked=True).astype(np.float64).filled(np.nan)
+    if ColorInterp.alpha in source.colorinterp:  # GDAL heeds it of whole numbers only, gdalwarp writes others too
+        stored[source.read(source.colorinterp.index(ColorInterp.alpha) + 1) == 0] = np.nan
     if source.nodata is not None:  # GDAL forgets it where there is a mask too
         stored[stored == source.nodata] = np.nan
     elif (source.scales[0], source.offsets[0]) != (1.0, 0.0):
@@ -138,7 +144,14 @@ def _check_holds_heights(source: DatasetReader, name: str) -> None:
             f"{name} holds whole numbers of 8 bit, as pictures do; if they are heights, let the file say so: by its "
             "band's unit (m), or its scale and offset"
         )
+    if not np.isfinite([source.scales[0], source.offsets[0]]).all() or source.scales[0] == 0.0:
+        raise InvalidTerrain(
+            f"{name} declares the scale {source.scales[0]:g} and the offset {source.offsets[0]:g}, which leave no "
+            "heights; correct them: gdal_edit.py -scale 1 -offset 0 …"
+        )
     about = source.descriptions[0]
+    if source.count == 1 and about and _OF_OTHERS.search(about) and not _OF_HEIGHTS.search(about):
+        raise InvalidTerrain(f"the band of {name} is called {about[:40]!r}; heights are needed")
     if source.count > 1 and about and not _OF_HEIGHTS.search(about):
         raise InvalidTerrain(
             f"the first of {source.count} bands of {name} is called {about[:40]!r}; heights must be the first band, or "

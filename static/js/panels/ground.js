@@ -108,12 +108,11 @@ const loadFile = () => attempt(async () => {
   form.append("file", file);
   for (const other of files) if (other !== file) form.append("beside", other);
   const stated = scanOptions();
-  if (Object.keys(stated).length || ONLY_SCANS.test(file.name)) {
-    form.append("options", JSON.stringify(stated));
-    await post("/sessions/current/terrains/scans", form);
-  } else {
-    const { true_north_deg: north } = await post("/sessions/current/terrains", form);
-    if (north && Math.abs(north[0]) > 0.05) toast(`True north is turned ${fixed(north[0], 1)}° clockwise from this map's y; x runs along its rows.`);
+  const scan = Object.keys(stated).length > 0 || ONLY_SCANS.test(file.name);
+  if (scan) form.append("options", JSON.stringify(stated));
+  const { true_north_deg: north } = await post(`/sessions/current/terrains${scan ? "/scans" : ""}`, form);
+  if (north && Math.abs(north[0]) > 0.05) {
+    toast(`True north is turned ${fixed(north[0], 1)}° clockwise from this map's y; x runs along its rows.`);
   }
   $("terrain-file").value = "";
 });
