@@ -138,6 +138,25 @@ def test_a_number_that_stands_for_no_value_is_refused_wherever_it_is_not_declare
         )
 
 
+@pytest.mark.parametrize("number", [-9999, -32768])
+def test_meshes_and_scans_with_such_heights_are_refused_too(number):
+    """A grid made into points or triangles keeps its number for no value, as a pit that cells may blur."""
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(0.0, 4.0, 0.5), np.arange(0.0, 4.0, 0.5)))
+    z = np.where((x == 2.0) & (y == 2.0), float(number), 0.1 * x)
+    rows = "\n".join(f"{a} {b} {c}" for a, b, c in zip(x, y, z, strict=True))
+    upright = "\n".join(f"{a} {c} {b}" for a, b, c in zip(x, y, z, strict=True))
+    for text, up in ((rows, "z"), (upright, "y"), (upright, "-y")):
+        with pytest.raises(InvalidTerrain, match=f"1 heights of a.xyz are {number}.*leave those points out"):
+            decode_terrain(text.encode(), "a.xyz", unit="m", up=up, resolution=1.0)
+    mesh = "".join(f"v {row}\n" for row in rows.split("\n"))
+    mesh += "".join(f"f {i} {i + 1} {i + 9} {i + 8}\n" for i in range(1, 56) if i % 8)
+    for resolution in (None, 0.3, 0.5):
+        with pytest.raises(InvalidTerrain, match=f"1 heights of a.obj are {number}.*leave those vertices"):
+            decode_terrain(mesh.encode(), "a.obj", resolution=resolution, most_error=1e6)
+    apart = f"{mesh}v 0 0 {number}\n".replace(str(float(number)), "0.2")  # no face has that vertex
+    assert decode_terrain(apart.encode(), "a.obj", resolution=0.5).heights.min() >= 0.0
+
+
 @pytest.mark.parametrize("unit", ["ft", "cm", "US survey foot"])
 def test_heights_in_another_unit_than_metres_are_refused(unit, tmp_path):
     path = geotiff(tmp_path / "a.tif", np.ones((4, 5), np.float32))

@@ -120,6 +120,21 @@ def test_las_says_what_is_up_and_its_coordinate_system_the_unit(points):
             decode_terrain(las(utm, CRS.from_epsg(code).to_wkt()), "a.las", resolution=0.1)
 
 
+def test_points_that_a_las_file_withholds_are_left_out(points):
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.offsets, header.scales = np.floor(points.min(axis=0)), np.full(3, 0.0001)
+    made = laspy.LasData(header)
+    lifted = points + np.where(np.arange(len(points)) % 3 == 0, 1.0, 0.0)[:, None] * (0.0, 0.0, 1.0)
+    made.x, made.y, made.z = lifted.T
+    made.withheld = np.arange(len(points)) % 3 == 0
+    held = io.BytesIO()
+    made.write(held)
+    scan = read_scan(held.getvalue(), "a.las")
+    assert scan.dropped == -(-len(points) // 3)
+    dem = decode_terrain(held.getvalue(), "a.las", unit="m", resolution=0.1)
+    assert height_at(dem, 1.5, 2.0) == pytest.approx(0.3 * np.sin(1.5) + 0.2, abs=2e-3)
+
+
 def test_points_that_are_none_are_left_out(points):
     holed = points.copy()
     holed[::7, 2] = np.nan

@@ -130,6 +130,7 @@ def _las(content: bytes, name: str) -> tuple[Any, dict[str, Any]]:
             these = slice(held, held := held + len(part))
             points[these] = np.column_stack([np.asarray(axis, np.float64) for axis in (part.x, part.y, part.z)])
             classes[these] = np.asarray(part.classification, np.uint8)
+            points[these][np.asarray(part.withheld, bool)] = np.nan  # deleted, as the format has it
     if held < count:
         raise InvalidTerrain(f"{name} is cut: it states {count} points and holds {held}")
     declared: dict[str, Any] = {"up": "z", "classes": classes}

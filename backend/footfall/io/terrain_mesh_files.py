@@ -10,6 +10,7 @@ from footfall.core.mesh import Mesh
 from footfall.core.misread import Unreadable
 from footfall.io.polygon_faces import polygons_in, read_polygons
 from footfall.terrain.dem import Dem
+from footfall.terrain.from_arrays import check_no_value_numbers
 from footfall.terrain.ground.closed import closed_share
 from footfall.terrain.ground.mesh_terrain import MOST_ERROR, terrain_of_mesh
 from footfall.terrain.ground.triangulate import triangulate
@@ -48,6 +49,9 @@ def read_mesh(
     _check_whole(content, ending, len(triangles), name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InvalidTerrain(f"{name} is corrupt: its triangles point past its {len(vertices)} vertices")
+    used = np.zeros(len(vertices), bool)
+    used[triangles] = True
+    check_no_value_numbers(vertices[used, 2], name, "leave those vertices and their faces out")
     mesh = Mesh(vertices, triangles.astype(np.int32))
     if (closed := closed_share(mesh)) > MAX_CLOSED_SHARE:
         raise InvalidTerrain(

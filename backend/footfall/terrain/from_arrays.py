@@ -16,15 +16,20 @@ NO_VALUE = (-9999.0, -32768.0, -32767.0, -99999.0, 32767.0, 65535.0)
 """Numbers that files hold where there is no height; each is no ground, whatever planet."""
 
 
-def check_no_value_numbers(heights: ArrayLike, name: str) -> None:
-    """Refuse numbers that stand for "no value" where nothing declares them so: read as heights they are pits."""
+_MEND = "let the file declare it as its no-data value, or make those cells NaN"
+
+
+def check_no_value_numbers(heights: ArrayLike, name: str, mend: str = _MEND) -> None:
+    """Refuse numbers that stand for "no value" where nothing declares them so: read as heights they are pits.
+
+    mend: what to do about it.
+    """
     array = np.asarray(heights)
     for number in NO_VALUE:
         count = int(np.count_nonzero(array == number))
         if count:
             raise InvalidTerrain(
-                f"{count} heights of {name} are {number:z.0f}, which stands for no value; let the file declare it as "
-                "its no-data value, or make those cells NaN",
+                f"{count} heights of {name} are {number:z.0f}, which stands for no value; {mend}",
                 count=count,
             )
 

@@ -10,7 +10,7 @@ from footfall.core.frames import require_transform
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.terrain.dem import MAX_SOURCES, Dem
-from footfall.terrain.from_arrays import check_cell_count
+from footfall.terrain.from_arrays import check_cell_count, check_no_value_numbers
 from footfall.terrain.gridding_kernel import by_cell, extent, supported, surfaces
 from footfall.terrain.scan import NOISE, UNITS, UPS, VEGETATION, Scan, ScanSettings
 
@@ -81,6 +81,8 @@ def placed(scan: Scan, unit: str | None, up: str | None, T_site_sensor: ArrayLik
         )
     factor = UNITS[unit or "m"]
     if T_site_sensor is None:
+        heights = scan.points[:, "xyz".index((up or "z").removeprefix("-"))]
+        check_no_value_numbers(heights, scan.name, "leave those points out")
         points = _upright(scan.points, up or "z")
         return points if factor == 1.0 else points * factor
     if up is not None and scan.up is None:
