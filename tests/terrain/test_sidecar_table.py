@@ -11,8 +11,9 @@ from rasterio.errors import NotGeoreferencedWarning
 from rasterio.transform import Affine
 
 from footfall.core.errors import InvalidTerrain
-from footfall.io.terrain_files import read_terrain
+from footfall.io.terrain_files import read_terrain, write_terrain
 from footfall.io.terrain_sidecars import names_beside
+from footfall.terrain.from_arrays import from_heights
 
 SIDE = 8
 HEIGHTS = (2.0 + 0.25 * np.arange(SIDE * SIDE, dtype=np.float32)).reshape(SIDE, SIDE)
@@ -183,3 +184,18 @@ def test_rasterio_says_nothing_of_a_damaged_mask(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error", NotGeoreferencedWarning)
         assert np.isfinite(of_gdal(path)[0]).all()
+
+
+@pytest.mark.parametrize("ending", ["tif", "asc", "obj"])
+def test_nothing_is_written_where_the_mask_of_another_terrain_lies(tmp_path, ending):
+    dem = from_heights(HEIGHTS, 0.5)
+    path = tmp_path / f"a.{ending}"
+    for name, content in ((f"a.{ending}.msk", "of another"), (f"a.{ending}.aux.xml", pam("<Scale>2</Scale>"))):
+        (tmp_path / name).write_text(content)
+        with pytest.raises(InvalidTerrain, match=f"{name} lies where"):
+            write_terrain(dem, path)
+        assert not path.exists()
+        (tmp_path / name).unlink()
+    (tmp_path / f"a.{ending}.aux.xml").write_text(pam("", "<Metadata/>"))  # says nothing
+    write_terrain(dem, path)
+    np.testing.assert_allclose(read_terrain(path, resolution=0.5).heights, HEIGHTS)

@@ -209,6 +209,7 @@ def write_terrain(dem: Dem, path: str | Path) -> None:
     _check_ending(path.suffix.lower(), path.name, WRITABLE)
     if not path.parent.is_dir():
         raise NotFound(f"there is no folder {path.parent} to write {path.name} to", path=str(path))
+    terrain_sidecars.require_alone(path)
     path.write_bytes(encode_terrain(dem, path.suffix.lower()))
 
 

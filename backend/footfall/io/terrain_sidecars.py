@@ -116,6 +116,17 @@ def require_read(path: Path) -> None:
         )
 
 
+def require_alone(path: Path) -> None:
+    """Raise InvalidTerrain where a mask or an auxiliary file of another terrain would change one that is written."""
+    stale = changes_heights(path)
+    if stale is not None and stale.name.lower().startswith(path.name.lower()):
+        raise InvalidTerrain(
+            f"{stale.name} lies where {path.name} is to be written, and would change how it is read; remove it, or "
+            "write under another name",
+            beside=stale.name,
+        )
+
+
 def _of_kind(path: Path, endings: tuple[str, ...]) -> list[Path]:
     return [one for one in beside(path) if one.name.lower().endswith(endings)]
 
