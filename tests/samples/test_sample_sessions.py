@@ -13,7 +13,7 @@ SAMPLES = sorted(path.name for path in FOLDER.iterdir() if (path / "session.json
 KINDS = {
     "rock-step": {"terrain", "maps", "plan", "sequence", "export"},
     "rock-walk": {"terrain", "walk", "foot_moves", "export"},
-    "fractal-step": {"maps", "plan", "sequence"},
+    "fractal-step": {"maps", "plan", "execution", "sequence"},
     "refused-step": {"maps", "plan"},
     "edited-export": {"plan", "sequence", "edit", "export"},
 }
