@@ -25,6 +25,7 @@ export const KINDS = {
   execution: { title: "prediction of sag", area: "execution", sign: "execution", shown: "executions", made: ({ status }) => `predicted the sag: ${inWords(status)}` },
   shift: { title: "shift of the chassis", sign: "plan", made: () => "looked for a shift of the chassis" },
   body_move: { title: "move of the chassis", sign: "plan", made: () => "checked a move of the chassis" },
+  held_move: { title: "chassis move with the pose held", sign: "execution", made: () => "predicted the sag of a move of the chassis" },
   walk: { area: "plan", sign: "plan", made: ({ status }) => `planned a walk: ${statusTold(status, "the rover")}` },
   gait: { area: "plan", sign: "plan", made: ({ status }) => `planned a gait: ${statusTold(status, "the rover")}` },
   route: { area: "plan", sign: "plan", made: ({ status }) => `planned a route: ${statusTold(status, "the rover")}` },

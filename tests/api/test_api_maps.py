@@ -256,6 +256,8 @@ def test_the_openapi_document_lists_what_is_there(standing):
         (f"{one}/shifts/{{digest}}", "get"),
         (f"{one}/body-moves", "post"),
         (f"{one}/body-moves/{{digest}}", "get"),
+        (f"{one}/held-moves", "post"),
+        (f"{one}/held-moves/{{digest}}", "get"),
     ):
         assert method in document["paths"][path], path
     schemas = document["components"]["schemas"]

@@ -130,6 +130,28 @@ def test_body_moves(standing, stood):
     problem(standing.get(f"{path}/{stood}"), 404, "not-found")
 
 
+def test_a_move_is_commanded_with_the_pose_held_unless_an_order_says_otherwise(standing, stood):
+    asked = standing.post(f"{SESSION}/body-moves", json={"shift": {"dz": -0.1}})
+    move = result(standing, finished(standing, asked))
+    job = finished(standing, standing.post(f"{SESSION}/held-moves", json={}))
+    assert job["result_url"] == f"/api/v1/sessions/{job['session']}/held-moves/{job['result']}"
+    held = result(standing, job)
+    assert (held["status"], held["execution"]["plan"]["shift"]) == ("found", move["plan"]["shift"])
+    assert all(check["holds"] for check in held["checks"])
+    assert standing.get(f"{SESSION}/held-moves/current").json() == held
+    sequence = standing.post(f"{SESSION}/sequences", json={"plan": move["digest"]}).json()
+    assert (sequence["valid"], sequence["way"]["mode"]) == (True, "pose_held")
+    same = standing.post(f"{SESSION}/sequences", json={"execution": held["digest"]}).json()
+    assert same["digest"] == sequence["digest"]
+    rigid = standing.post(f"{SESSION}/sequences", json={"plan": move["digest"], "as_commanded": True}).json()
+    assert (rigid["valid"], rigid["way"]["mode"], rigid["way"]["doubt"]) == (True, "rigid", True)
+    droop = {"plan": move["digest"], "settings": {"mode": "droop_aware"}}
+    for path in ("held-moves", "sequences"):
+        told = problem(standing.post(f"{SESSION}/{path}", json=droop), 422, "invalid-input")["detail"]
+        assert "can't be commanded droop-aware: take the mode pose_held" in told
+    problem(standing.post(f"{SESSION}/held-moves", json={"plan": "0" * 32}), 404, "not-found")
+
+
 def test_an_empty_session_has_no_answers_yet(standing):
     before = standing.get(SESSION).json()["id"]
     empty = standing.post("/sessions", json={"name": "nothing yet"}).json()["id"]

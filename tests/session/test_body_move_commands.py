@@ -2,13 +2,16 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from footfall import BodyShift, shifted_state
-from footfall.core.errors import CommandRefused, InvalidInput, NotFound
+from footfall.core.errors import CommandRefused, Conflict, InvalidInput, NotFound
+from footfall.planning.execution.settings import ExecutionSettings
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
+from footfall.session.products.kinds import HELD_MOVE
 from footfall.session.replay.recompute import replay
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.chassis_ground import wavy
@@ -27,7 +30,7 @@ def connected(live, state):
 
 def test_every_row_goes_out_and_a_what_if_does_not_stand_in_the_way(live, standing):
     move = live.plan_body_move(ASIDE).finish()
-    sequence = live.get(live.make_sequence(move))
+    sequence = live.get(live.make_sequence(move, as_commanded=True))
     assert sequence.valid
     assert live.played == live.state.sequence == sequence.digest
     heard = connected(live, standing)
@@ -50,7 +53,7 @@ def test_every_row_goes_out_and_a_what_if_does_not_stand_in_the_way(live, standi
 
 
 def test_from_elsewhere_it_is_refused(live, athlete, dem, standing):
-    live.make_sequence(live.plan_body_move(ASIDE).finish())
+    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
     moved = shifted_state(athlete, dem, standing, BodyShift(dz=-0.05))
     connected(live, moved)
     with pytest.raises(CommandRefused) as caught:
@@ -59,7 +62,7 @@ def test_from_elsewhere_it_is_refused(live, athlete, dem, standing):
 
 
 def test_after_another_terrain_it_is_refused(live, standing):
-    live.make_sequence(live.plan_body_move(ASIDE).finish())
+    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
     connected(live, standing)
     live.load_terrain(wavy(rocks=((1.0, 3.4, 0.3, 0.2),), half=4.0))
     with pytest.raises(CommandRefused) as caught:
@@ -70,7 +73,7 @@ def test_after_another_terrain_it_is_refused(live, standing):
 def test_the_move_that_a_search_found_becomes_commands_too(live, athlete, standing):
     x, y, _ = contact_point(athlete, standing.posture, LEG, standing.T_site_base)
     found = live.find_shift(LEG, (float(x) - 0.5, float(y) + 0.4)).finish()
-    sequence = live.get(live.make_sequence(found))
+    sequence = live.get(live.make_sequence(found, as_commanded=True))
     assert sequence.valid
     plan = live.get(found).plan
     assert [one.joints.tolist() for one in sequence.commands] == plan.waypoints[1:].tolist()
@@ -88,7 +91,7 @@ def test_what_is_no_plan_becomes_no_commands(live):
 
 
 def test_edits_exports_and_a_replay(live):
-    first = live.make_sequence(live.plan_body_move(ASIDE).finish())
+    first = live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
     edited = live.edit_sequence(first, Edit("insert", 0, Command("WAIT", None, None, 1.0)))
     split = live.edit_sequence(edited, Edit("split", 2))
     assert live.get(split).valid
@@ -106,9 +109,66 @@ def test_edits_exports_and_a_replay(live):
 def test_a_ghost_plays_the_newer_of_plan_and_move(live, athlete, standing):
     x, y, _ = contact_point(athlete, standing.posture, LEG, standing.T_site_base)
     assert live.played is None
-    live.make_sequence(live.plan_body_move(ASIDE).finish())
+    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
     assert live.summary()["played"] == live.state.sequence
     live.plan_step(LEG, (float(x + 0.1), float(y + 0.1))).finish()
     assert live.played == live.state.plan
     live.make_sequence(as_commanded=True)
     assert live.played == live.state.plan
+
+
+def test_a_move_is_commanded_with_the_pose_held_where_the_rover_sags(live):
+    move = live.plan_body_move(ASIDE).finish()
+    made = live.make_sequence(move)
+    held = live.get(live.state.newest(HELD_MOVE))
+    sequence = live.get(made)
+    assert sequence.valid
+    assert sequence.provenance.parents["execution"] == held.execution.digest
+    assert sequence.at_rest is not None
+    # by springs, which the planner's set points are found without: the chassis rests on the planned pose
+    planned = live.get(move).plan
+    np.testing.assert_allclose(sequence.poses[-1], planned.Ts_site_base[-1], atol=1e-3)
+    # where as commanded the set points are the planned posture, held they are beyond it
+    assert np.abs(sequence.commanded[-1] - planned.waypoints[-1]).max() > 1e-3
+    assert live.way_of(made)["mode"] == "pose_held"
+    assert live.up_to_date()[HELD_MOVE.name]["fits"]
+    assert live.to_command["plan"] == move
+    # asked for again as it was, it is there
+    events = len(live.events())
+    assert live.make_sequence(move) == made
+    assert [one.payload["kind"] for one in live.events()[events:]] == ["sequence"]
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+    kinds = ["body_move", "held_move", "sequence", "sequence"]
+    assert [(product.kind, product.verdict) for product in report.products] == [(kind, "same") for kind in kinds]
+
+
+def test_as_commanded_says_that_the_rover_sags(live):
+    made = live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
+    told = live.way_of(made)
+    assert (told["mode"], told["doubt"]) == ("rigid", True)
+    assert "the rover sags" in told["text"]
+
+
+def test_another_mode_than_pose_held_is_refused_for_a_move(live):
+    move = live.plan_body_move(ASIDE).finish()
+    for ask in (live.make_sequence, live.plan_held_move):
+        with pytest.raises(InvalidInput, match="a move of the chassis can't be commanded droop-aware"):
+            ask(move, ExecutionSettings(mode="droop_aware"))
+
+
+def test_a_held_move_that_fails_a_check_names_it_and_offers_as_commanded(live):
+    move = live.plan_body_move(ASIDE).finish()
+    with pytest.raises(InvalidInput, match=r"pose held: .* then sags, and where the chassis ends is not predicted"):
+        live.make_sequence(move, ExecutionSettings(least_load=1e5))
+    assert live.state.sequence is None
+
+
+def test_a_held_move_needs_a_move(live):
+    with pytest.raises(Conflict, match="no move of the chassis yet"):
+        live.plan_held_move()
+    refused = live.plan_body_move(BodyShift(dx=0.6)).finish()
+    with pytest.raises(Conflict, match="no move of the chassis was found"):
+        live.plan_held_move(refused)
+    with pytest.raises(NotFound, match="holds no move of the chassis"):
+        live.plan_held_move(live.what_if(ASIDE))

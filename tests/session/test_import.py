@@ -21,8 +21,9 @@ READABLE = ("json", "csv", "seqjson", "fprime", "yamcs", "ros2")
 
 @pytest.fixture
 def made(live):
-    """The session's commands: a move of the chassis."""
-    return live.get(live.make_sequence(live.plan_body_move(BodyShift(dy=0.05, dz=-0.1)).finish()))
+    """The session's commands: a move of the chassis, in rows that every format can hold."""
+    move = live.plan_body_move(BodyShift(dy=0.05, dz=-0.1)).finish()
+    return live.get(live.make_sequence(move, as_commanded=True))
 
 
 def exported(live, format: str) -> tuple[str, bytes]:

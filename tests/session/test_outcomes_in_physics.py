@@ -8,6 +8,7 @@ import pytest
 
 import footfall
 from footfall.core.frames import apply
+from footfall.planning.stance.body_shift import BodyShift
 from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
@@ -18,8 +19,10 @@ from tests.support.physical_link import Linked
 LEG = 2
 
 
-def stepped(tmp_path, athlete, dem, world=None, as_commanded=False):
-    """The session after a step on ``world`` that was planned on ``dem``, compared; ``world`` is told the goal [m]."""
+def stepped(tmp_path, athlete, dem, world=None, as_commanded=False, shift=None):
+    """What came of a step, or a ``shift`` of the chassis, on ``world`` that was planned on ``dem``; ``world`` is told
+    the step's goal [m].
+    """
     pytest.importorskip("mujoco")
     from footfall.sim.physics.rover import PhysicalRover
     from footfall.sim.physics.settings import Noise, PhysicsSettings
@@ -36,8 +39,8 @@ def stepped(tmp_path, athlete, dem, world=None, as_commanded=False):
         live.load_terrain(dem)
         linked = Linked(live, rover)
         live.snapshot_state()
-        live.plan_step(LEG, goal).finish()
-        live.make_sequence(as_commanded=as_commanded)
+        planned = live.plan_step(LEG, goal).finish() if shift is None else live.plan_body_move(shift).finish()
+        live.make_sequence(planned, as_commanded=as_commanded)
         linked.report()
         assert live.outcome()["state"] == "none"
         live.send(live.arm()["token"])
@@ -107,3 +110,24 @@ def test_a_sagging_rover_commanded_as_rigid_is_never_called_good(tmp_path, athle
     assert touch["advice"].startswith("make the next commands with the pose held")
     assert {one["verdict"] for one in of(told, "load")} == {"not_told"}
     assert all(one["predicted"] is None and "which was not predicted" in one["text"] for one in of(told, "load"))
+
+
+SHIFT = BodyShift(dx=0.06, dz=-0.1)
+
+
+def test_a_move_of_the_chassis_with_the_pose_held_goes_as_predicted(tmp_path, athlete):
+    told = stepped(tmp_path, athlete, plane(size=10.0, resolution=0.1), shift=SHIFT)
+    assert (told["verdict"], told["rigid"]) == ("as_predicted", False), told
+    assert [one["quantity"] for one in told["differences"]] == ["load"] * athlete.leg_count + ["drift", "sink"]
+    [drift], [sink] = of(told, "drift"), of(told, "sink")
+    # what is called good is good: the chassis is where it was meant to, which was not asked of the prediction
+    assert abs(drift["measured"] - 0.06) < 0.01
+    assert abs(sink["measured"] - 0.1) < 0.01
+    assert max(abs(one["difference"]) for one in of(told, "load")) < 40
+
+
+def test_a_move_of_the_chassis_commanded_as_rigid_is_never_called_good(tmp_path, athlete):
+    told = stepped(tmp_path, athlete, plane(size=10.0, resolution=0.1), as_commanded=True, shift=SHIFT)
+    assert told["rigid"]
+    assert told["verdict"] in ("differs", "not_told")
+    assert {one["verdict"] for one in of(told, "load")} == {"not_told"}

@@ -67,6 +67,7 @@ def test_it_is_what_was_planned_last():
         "digest": "p2",
         "kind": "plan",
         "step": "p2",
+        "plan": "p2",
         "leg": 2,
         "text": "leg 2",
     }
@@ -75,11 +76,14 @@ def test_it_is_what_was_planned_last():
         "kind": "body_move",
         "leg": None,
         "step": None,
+        "plan": "m",
         "text": "chassis move",
     }
     assert asked(log(dict(move), dict(step)))["digest"] == "p2"
     sagging = product("execution", "e", {"plan": "p2", **ON})
     assert asked(log(dict(step), sagging))["text"] == "leg 2, for sag"
+    held = asked(log(dict(step), dict(move), product("held_move", "h", {"plan": "m", **ON})))
+    assert (held["digest"], held["plan"], held["step"], held["text"]) == ("h", "m", None, "chassis move, for sag")
 
 
 def test_a_refused_plan_or_move_is_not_commanded():
@@ -102,6 +106,14 @@ def test_an_execution_that_was_carried_out_takes_its_plan_along():
     sequence = product("sequence", "q", {"execution": "e", "dem": "d", "robot": "r"})
     edit = product("edit", "q2", {"sequence": "q", "dem": "d", "robot": "r"})
     assert asked(log(step, sagging, sequence, edit), {"q2": 9.0}) == {}
+
+
+def test_a_plan_that_was_carried_out_as_commanded_takes_its_execution_along():
+    move, held = product(*MOVE), product("held_move", "h", {"plan": "m", **ON})
+    sequence = product("sequence", "q", {"plan": "m", "dem": "d", "robot": "r"})
+    assert asked(log(dict(move), dict(held), dict(sequence)), {"q": 9.0}) == {}
+    assert asked(log(dict(move), dict(held), dict(sequence), dict(held)), {"q": 2.5}) == {}
+    assert asked(log(dict(move), dict(held), dict(sequence), dict(move), dict(held)), {"q": 2.5})["digest"] == "h"
 
 
 def test_a_session_tells_it_until_the_rover_has_carried_it_out(ready, frame_of):

@@ -10,12 +10,15 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from footfall.api.bodies.execution_schemas import HeldMoveOrder
 from footfall.api.bodies.route_schemas import RouteOrder
 from footfall.api.bodies.schemas import BodyMoveOrder, ShiftOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.bodies.walk_schemas import GaitOrder, WalkOrder
+from footfall.api.execution_orders import settings_of_order
 from footfall.balance.tether import Tether
 from footfall.core.value import Value
+from footfall.planning.execution.problem import BodyExecutionResult
 from footfall.planning.gait.problem import GaitResult, GaitSettings
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
@@ -80,6 +83,10 @@ def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
     return live.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
 
 
+def _plan_held_move(live: LiveSession, order: HeldMoveOrder) -> Job:
+    return live.plan_held_move(order.plan, settings_of_order(live, order.settings))
+
+
 def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
     goal, settings = WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings)
     return live.plan_walk(goal, settings, settings_value(Tether, order.tether))
@@ -121,6 +128,15 @@ SERVED: dict[Kind, Served] = {
         order=BodyMoveOrder,
         answer=BodyMoveResult,
         ask=_plan_body_move,
+    ),
+    kinds.HELD_MOVE: Asked(
+        folder="held-moves",
+        tag="stances",
+        verb="plan",
+        text="What to command for a planned move of the chassis with the pose held, as a job; plan null: the latest.",
+        order=HeldMoveOrder,
+        answer=BodyExecutionResult,
+        ask=_plan_held_move,
     ),
     kinds.WALK: Asked(
         folder="walks",

@@ -2,7 +2,7 @@
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.robot_files import load_robot, robot_names
-from footfall.planning.execution.problem import Execution
+from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.legged.problem import LeggedPlan
 from footfall.planning.stance.move import BodyMovePlan
 from footfall.planning.step.problem import StepPlan
@@ -18,7 +18,7 @@ from footfall.terrain.dem import Dem
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution | LeggedPlan,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | BodyExecution | WalkExecution | LeggedPlan,
     robot: Robot | LeggedRobot | None = None,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
@@ -40,7 +40,7 @@ def make_sequence(
     return make.make_sequence(plan, robot or _shipped_robot(plan), dem, settings)
 
 
-def _shipped_robot(plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution) -> Robot:
+def _shipped_robot(plan: StepPlan | BodyMovePlan | WalkPlan | Execution | BodyExecution | WalkExecution) -> Robot:
     digest = plan.parents.get("robot")
     for name in robot_names():
         robot = load_robot(name)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidSequence
 from footfall.core.value import Provenance
-from footfall.planning.execution.problem import Execution
+from footfall.planning.execution.problem import BodyExecution, Execution
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveSettings
 from footfall.planning.step.problem import StepPlan, StepSettings
 from footfall.planning.walk.parts import parts_of
@@ -31,7 +31,7 @@ Part = StepPlan | BodyMovePlan
 
 
 def make_sequence(
-    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | WalkExecution,
+    plan: StepPlan | BodyMovePlan | WalkPlan | Execution | BodyExecution | WalkExecution,
     robot: Robot,
     dem: Dem | None = None,
     settings: SequenceSettings | None = None,
@@ -47,7 +47,7 @@ def make_sequence(
     Raises InvalidSequence where the plan was made for another robot, moves more than its leg, or is a walk to where the
     rover is already.
     """
-    if isinstance(plan, (Execution, WalkExecution)):
+    if isinstance(plan, (Execution, BodyExecution, WalkExecution)):
         return sequence_of_execution(plan, robot, dem, settings)
     parts = parts_of(plan) if isinstance(plan, WalkPlan) else (plan,)
     if not parts:

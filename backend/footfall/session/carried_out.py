@@ -36,8 +36,8 @@ def to_command(
 
     finished: as :func:`carried_out`. found: whether the answer of that digest is one that can be carried out; asked of
     answers whose status no event says. Answers with digest,
-    kind, step (the planned step that it is or is made of; None: a move), leg (None: all of them), and text, for a
-    person.
+    kind, step (the planned step that it is or is made of; None: a move), plan (the step or move that it is or is made
+    of), leg (None: all of them), and text, for a person.
     """
     made: dict[str, Event] = {}  # or chosen
     legs: dict[str, int | None] = {}
@@ -51,7 +51,7 @@ def to_command(
     able = [one for one in newest if one is not None and _is_found(said, one, found)]
     over = {digest: when for one, when in finished.items() for digest in moved_by(state, one)}
     # the same may have been planned again since
-    left = [one for one in able if over.get(one, -float("inf")) < made[one].time]
+    left = [one for one in able if all(over.get(part, -float("inf")) < made[part].time for part in _parts(state, one))]
     if not left:
         return None
     digest = max(left, key=lambda one: made[one].seq)
@@ -60,8 +60,21 @@ def to_command(
     step = digest if kind is PLAN else made_as.parents["plan"] if kind is EXECUTION else None
     leg = None if step is None else legs.get(step)
     named = kind.offered if leg is None else f"leg {leg}"
-    text = named + (", for sag" if kind is EXECUTION else "")
-    return {"digest": digest, "kind": kind.name, "step": step, "leg": leg, "text": text}
+    text = named + (", for sag" if kind.given_as == EXECUTION.given_as else "")
+    return {
+        "digest": digest,
+        "kind": kind.name,
+        "step": step,
+        "plan": _parts(state, digest)[-1],
+        "leg": leg,
+        "text": text,
+    }
+
+
+def _parts(state: SessionState, digest: str) -> tuple[str, ...]:
+    """What was carried out where this was: itself, and the plan that it executes."""
+    made = state.products[digest]
+    return (digest, made.parents["plan"]) if KINDS[made.kind].given_as == EXECUTION.given_as else (digest,)
 
 
 def _is_found(said: Mapping[str | None, str | None], digest: str, found: Callable[[str], bool]) -> bool:

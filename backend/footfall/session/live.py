@@ -21,13 +21,12 @@ from footfall.core.errors import Conflict, FootFallError, InvalidInput, NotFound
 from footfall.core.frames import pose_difference
 from footfall.core.value import Value
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.planning.step.problem import PlanResult
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.access.acting import told
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
-from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, PLAN, SEQUENCE
+from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, SEQUENCE
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
@@ -156,9 +155,10 @@ class LiveSession(WalkingSession):
     ) -> str:
         """Commands of a planned step, its execution, a move of the chassis or a walk (None: the present step's).
 
-        Returns their digest. A step is commanded as ``settings`` say (None: with the pose held), its sag predicted,
-        where that is known: see :meth:`way_of_commands`. as_commanded: as it was planned, whether or not the rover
-        sags; touch-down is then not predicted. Raises Conflict, InvalidInput, NotFound.
+        Returns their digest. A step is commanded as ``settings`` say (None: with the pose held), and a move of the
+        chassis with the pose held, sag predicted, where that is known: see :meth:`way_of_commands`. as_commanded: as it
+        was planned, whether or not the rover sags; where it ends is then not predicted. Raises Conflict,
+        InvalidInput, NotFound.
         """
         plan = plan_digest or present(self.state.plan, "there is no plan yet")
         made, kind = self.state.products.get(plan), self.state.kind_of(plan)
@@ -168,8 +168,8 @@ class LiveSession(WalkingSession):
             raise InvalidInput(
                 "commands as planned predict no sag, so they take no settings of it: leave out one of them"
             )
-        for_sag = kind is PLAN and not as_commanded and self.way_of_commands().mode != "rigid"
-        if for_sag and self._shelf.typed(PlanResult, plan).plan is not None:
+        for_sag = kind.executed_by and not as_commanded and self.way_of_commands().mode != "rigid"
+        if for_sag and getattr(self._shelf.get(plan), "plan", None) is not None:
             return self.make_sequence(self.executed(plan, settings))
         parents = {"robot": self.robot_digest, kind.given_as: plan, "dem": made.parents["dem"]}
         return self._workshop.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)

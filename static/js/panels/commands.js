@@ -44,10 +44,15 @@ const make = () => attempt(async () => {
   const { to_command: meant, plan } = known.summary;
   if (fresh && plan.status !== "found") throw new Error(`Nothing was made: no plan was found. ${plan.reason}`);
   if (!meant) throw new Error(`Nothing was made: ${notPlanned()}`);
-  const way = $("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings() };
-  const order = meant.step ? { plan: meant.step, ...way } : { plan: meant.digest }; // an execution that was asked for so is taken as it is
-  await post("/sessions/current/sequences", order, once());
+  await post("/sessions/current/sequences", { plan: meant.plan, ...(meant.step ? wayOfStep() : wayOfMove()) }, once());
 });
+
+const commandedAs = (mode) => ($("as-commanded").checked ? { as_commanded: true } : { settings: sagSettings(mode) });
+
+const wayOfStep = () => commandedAs(null);
+
+// How a move of the chassis is commanded: with the pose held where sag is known, unless an expert takes it as commanded.
+export const wayOfMove = () => commandedAs("pose_held");
 
 const notPlanned = () => (known.summary?.plan.status === "found"
   ? "What was planned was carried out: plan the next step or move."

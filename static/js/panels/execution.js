@@ -55,8 +55,9 @@ const fields = () => [...$("execution-settings").querySelectorAll("input")];
 const nameOf = (field) => field.id.replace("sag-", "");
 
 // An empty field stands for what is delivered; of the joints' stiffness, for what was taken over. Sag is that under the balance assumptions.
-export function sagSettings() {
-  const chosen = { mode: $("execution-mode").value || "pose_held", compliance: { balance: balance() } };
+// mode: null: the chosen one
+export function sagSettings(mode = null) {
+  const chosen = { mode: mode ?? ($("execution-mode").value || "pose_held"), compliance: { balance: balance() } };
   for (const field of fields()) {
     const name = nameOf(field);
     if (field.value !== "") (SCALES.includes(name) ? chosen.compliance : chosen)[name] = Number(field.value);

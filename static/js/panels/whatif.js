@@ -7,6 +7,7 @@ import { $, attempt, element, fixed } from "../dom.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import { wayOfMove } from "./commands.js";
 import { computeMaps } from "./ground.js";
 
 /** @type {[string, string, number][]} name, text, how much one of the field is */
@@ -83,7 +84,7 @@ const reserve = () => ($("keep-reserve").checked ? {} : { settings: { reach_rese
 
 // commands of a checked move of the chassis: they start from how the rover stands, not from the what-if
 const make = (digest) => attempt(async () => {
-  await post("/sessions/current/sequences", { plan: digest }, once());
+  await post("/sessions/current/sequences", { plan: digest, ...wayOfMove() }, once());
   await refresh();
 });
 

@@ -234,12 +234,13 @@ class WayAnswer(TypedDict):
 class ToCommand(TypedDict):
     """What commands are to be made of: what was planned last, can be carried out and was not.
 
-    step: the planned step that it is or is made of, null for a move; leg null: all of them.
+    step: the planned step that it is or is made of, null for a move; plan: the step or move; leg null: all of them.
     """
 
     digest: DigestText
     kind: Annotated[str, OneOf(lambda: (one.name for one in KINDS.values() if one.offered))]
     step: DigestText | None
+    plan: DigestText
     leg: int | None
     text: str
 

@@ -24,6 +24,14 @@ class ExecutionOrder(Strictly):
     settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
 
 
+class HeldMoveOrder(Strictly):
+    """Plan how to command a move of the chassis with the pose held; plan null means the one planned last."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"plan": None}, {"settings": {"pause": 1.0}}]})
+    plan: Name | None = None
+    settings: ExecutionSettingsModel | None = None  # type: ignore[valid-type]
+
+
 class TakeOver(Strictly):
     """The stiffness of the joints that is thought to be taken over, times the described, as `GET sag` told it; null:
     whatever was measured.

@@ -18,8 +18,8 @@ class NewSequence(Strictly):
     """Make commands of a plan: digest of a planned step or of a move of the chassis, null for the latest step.
 
     execution: of an execution instead, by digest; ``current`` is that of the present plan. A step is commanded with the
-    pose held, or as ``settings`` say, where it is known how the rover sags; as_commanded: as it was planned all the
-    same, its touch-down not predicted.
+    pose held, or as ``settings`` say, and a move of the chassis with the pose held, where it is known how the rover
+    sags; as_commanded: as it was planned all the same, where it ends not predicted.
     """
 
     model_config = ConfigDict(

@@ -10,7 +10,8 @@ from footfall.api.access import BASE
 from footfall.core.value import SOFTWARE_VERSION
 
 _PRODUCT = re.compile(
-    BASE + r"/sessions/[^/]+/(terrains|maps|plans|executions|shifts|body-moves|steadiness)/[0-9a-f]{32}([./](?!at$).*)?"
+    BASE + r"/sessions/[^/]+/(terrains|maps|plans|executions|shifts|body-moves|held-moves|steadiness)/"
+    r"[0-9a-f]{32}([./](?!at$).*)?"
 )
 
 

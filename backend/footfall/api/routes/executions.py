@@ -1,7 +1,6 @@
 """Executions: what a rover that sags is commanded for a planned step, as a job, and what is expected of it."""
 
 from fastapi import Response
-from pydantic import BaseModel
 
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.bodies.answers import JobAnswer
@@ -13,13 +12,11 @@ from footfall.api.bodies.sequence_answers import (
     MeasuredAnswer,
     WheelAnswer,
 )
-from footfall.api.bodies.settings_models import settings_value
+from footfall.api.execution_orders import settings_of_order
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.planning.execution.problem import Execution, ExecutionResult
-from footfall.planning.execution.settings import ExecutionSettings
 from footfall.session.clearance import WheelClearance, clearances
-from footfall.session.live import LiveSession
 from footfall.session.products.sag import Calibration, MeasuredSag
 
 router = Routes(tags=["executions"])
@@ -93,16 +90,6 @@ def _wheel(found: WheelClearance) -> WheelAnswer:
         "measured": measured,
         "low": found.low,
     }
-
-
-def settings_of_order(live: LiveSession, given: BaseModel | None) -> ExecutionSettings | None:
-    """Those of an order; how stiff joints are, where it does not say, is what was taken over last."""
-    settings = settings_value(ExecutionSettings, given)
-    if given is None or settings is None:
-        return None
-    compliance = getattr(given, "compliance", None)
-    told = compliance.model_fields_set if compliance and "compliance" in given.model_fields_set else ()
-    return settings if "joint_scale" in told else live.settings_in_force(settings)
 
 
 def _figures(done: Execution) -> ExecutionFigures:

@@ -20,8 +20,8 @@ from footfall.api.bodies.sequence_answers import (
 from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
 from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
+from footfall.api.execution_orders import settings_of_order
 from footfall.api.lineage import Lineage, find, head_of
-from footfall.api.routes.executions import settings_of_order
 from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.exports import MEDIA, SUFFIXES

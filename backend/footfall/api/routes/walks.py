@@ -8,8 +8,8 @@ from footfall.api.access import BASE, Digest, OneSession
 from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.sequence_answers import SequenceAnswer
 from footfall.api.bodies.walk_schemas import FootMovesOrder, WalkingAnswer
+from footfall.api.execution_orders import settings_of_order
 from footfall.api.lineage import head_of
-from footfall.api.routes.executions import settings_of_order
 from footfall.api.routes.jobs import accepted
 from footfall.api.routes.sequences import sequence_body
 from footfall.api.routing import Routes

@@ -133,6 +133,15 @@ def execution(parents: Mapping[str, Any], settings: ExecutionRequest, progress: 
     return plan_execution(robot, dem, state, step, settings.settings, settings.set_points, progress)
 
 
+def held_move(parents: Mapping[str, Any], settings: ExecutionRequest, progress: Progress) -> Value:
+    """robot, dem, state, plan (a result that has a move of the chassis); ExecutionRequest → BodyExecutionResult."""
+    from footfall.planning.execution.body_plan import plan_body_execution
+
+    robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
+    move = _plan_of(parents["plan"])
+    return plan_body_execution(robot, dem, state, move, settings.settings, settings.set_points, progress)
+
+
 def shift(parents: Mapping[str, Any], settings: ShiftRequest, progress: Progress) -> Value:
     """robot, dem, state; ShiftRequest → ShiftResult."""
     from footfall.planning.stance.find_shift import find_shift

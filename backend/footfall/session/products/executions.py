@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
-from footfall.planning.execution.problem import ExecutionResult
+from footfall.planning.execution.problem import BodyExecutionResult, ExecutionResult
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
@@ -17,7 +17,7 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest, FootMovesRequest
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.log.records import ProductRecord
-from footfall.session.products.kinds import EXECUTION
+from footfall.session.products.kinds import BODY_MOVE, EXECUTION, HELD_MOVE, KINDS, PLAN
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
@@ -85,23 +85,25 @@ class ExecutionSession(HandSession):
         return None
 
     def executed(self, plan: str, settings: ExecutionSettings | None = None) -> str:
-        """The execution of a planned step, made unless the present one was asked for with the same; its digest.
+        """The execution of a planned step or move of the chassis, made unless the present one was asked for with the
+        same; its digest.
 
-        Raises InvalidInput where the step can't be commanded so.
+        Raises InvalidInput where it can't be commanded so.
         """
-        made = self._made_plan(plan)[1]
-        request = self._request(made, settings)
-        there = self.state.execution
+        made = self.state.products[plan]
+        kind, request = KINDS[KINDS[made.kind].executed_by], self._request(made, settings)
+        there = self.state.newest(kind)
         known = None if there is None else self.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
-            parents = {**made.parents, "plan": plan}
-            there = self._workshop.submit(EXECUTION, parents, request, urgent=True).finish(SHORT_JOB)
-        found = self._shelf.typed(ExecutionResult, there)
-        if found.status is not Status.FOUND:
+            there = self._workshop.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(SHORT_JOB)
+        found = self._shelf.get(there)
+        if isinstance(found, (ExecutionResult, BodyExecutionResult)) and found.status is not Status.FOUND:
             mode = MODES[request.settings.mode][0]
+            what, blind = ("step", "its touch-down") if kind is EXECUTION else ("move", "where the chassis ends")
+            other = "or take another mode, " if kind is EXECUTION else ""
             raise InvalidInput(
-                f"the step can't be commanded {mode}: {found.reason}; or take another mode, or ask for it as "
-                "commanded: the rover then sags, and its touch-down is not predicted",
+                f"the {what} can't be commanded {mode}: {found.reason}; {other}or ask for it as commanded: the rover "
+                f"then sags, and {blind} is not predicted",
                 status=found.status.value,
                 mode=request.settings.mode,
             )
@@ -118,15 +120,36 @@ class ExecutionSession(HandSession):
         self._found_plan(digest)
         return self._workshop.submit(EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings))
 
+    def plan_held_move(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
+        """What to command for a move of the chassis (None: the one planned last), with the pose held; settings as in
+        :meth:`plan_execution`. Raises Conflict where there is none, NotFound, InvalidInput for another mode.
+        """
+        digest = plan or present(self.state.newest(BODY_MOVE), "there is no move of the chassis yet; plan one")
+        made = self.state.products.get(digest)
+        if made is None or KINDS[made.kind].executed_by != HELD_MOVE.name:
+            raise NotFound(f"the session holds no move of the chassis {digest}", digest=digest)
+        found = self._shelf.get(digest)
+        if getattr(found, "plan", None) is None:
+            raise Conflict(f"no move of the chassis was found there: {getattr(found, 'reason', '')}")
+        return self._workshop.submit(HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings))
+
     def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
+        if settings is not None and settings.mode != "pose_held" and made.kind != PLAN.name:
+            raise InvalidInput(
+                f"a move of the chassis can't be commanded {MODES[settings.mode][0]}: take the mode pose_held, or "
+                "ask for it as commanded",
+                mode=settings.mode,
+            )
         state = self._shelf.typed(RobotState, made.parents["state"])
         return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self.link.frame, state))
 
     def found_execution(self, digest: str | None = None) -> str:
-        """Digest of an execution (None: the present one). Raises Conflict where there is none, NotFound."""
+        """Digest of a step's execution (None: the present one), or of a held move. Raises Conflict where
+        there is none, NotFound.
+        """
         digest = digest or present(self.state.execution, "there is no execution of the present plan yet")
         made = self.state.products.get(digest)
-        if made is None or made.kind != EXECUTION.name:
+        if made is None or KINDS[made.kind].given_as != EXECUTION.given_as:
             raise NotFound(f"the session holds no execution {digest}", digest=digest)
         return digest
 

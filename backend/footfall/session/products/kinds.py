@@ -57,8 +57,9 @@ class Kind:
     per_leg: newer ones cancel those of the same leg on their way, the same again is taken as it is. of_this_state:
     nothing becomes of it where another state is planned from by then.
 
-    searches: it may end by its time limit, and need not come out the same again. says_status: status and reason of its
-    answer are in its event. offered: what commands of it are called where they are offered, "" where they are not.
+    executed_by: kind that makes set points of it for a rover that sags, "" where none does. searches: it may end by its
+    time limit, and need not come out the same again. says_status: status and reason of its answer are in its event.
+    offered: what commands of it are called where they are offered, "" where they are not.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Kind:
     watched: bool = False
     per_leg: bool = False
     of_this_state: bool = False
+    executed_by: str = ""
     searches: bool = False
     says_status: bool = False
     offered: str = ""
@@ -176,6 +178,7 @@ PLAN = entered(
         becomes=Becomes.PLAN,
         given_as="plan",
         watched=True,
+        executed_by="execution",
         searches=True,
         says_status=True,
         offered="the step",
@@ -236,6 +239,7 @@ SHIFT = entered(
         given_as="plan",
         from_the_rover=True,
         watched=True,
+        executed_by="held_move",
         searches=True,
         looks_at=LooksAt.WAY,
     )
@@ -251,7 +255,23 @@ BODY_MOVE = entered(
         given_as="plan",
         from_the_rover=True,
         watched=True,
+        executed_by="held_move",
         searches=True,
+        offered="chassis move",
+        looks_at=LooksAt.WAY,
+    )
+)
+HELD_MOVE = entered(
+    Kind(
+        name="held_move",
+        makes="BodyExecutionResult",
+        request="ExecutionRequest",
+        needs=(*GROUND, "plan"),
+        recipe=f"{_RECIPES}:held_move",
+        loads="footfall.planning.execution.body_plan",
+        given_as="execution",
+        from_the_rover=True,
+        watched=True,
         offered="chassis move",
         looks_at=LooksAt.WAY,
     )

@@ -123,7 +123,7 @@ class PlanSession(FootingSession):
     def end_told(self, digest: str) -> dict[str, Any]:
         """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
         kind, behind = PRODUCT_KINDS[self.state.products[digest].kind], self.state.plan_behind(digest)
-        sags = kind is EXECUTION or (behind is not None and behind.kind == EXECUTION.name)
+        sags = kind is EXECUTION or (behind is not None and PRODUCT_KINDS[behind.kind].given_as == EXECUTION.given_as)
         of = "commands" if kind.is_commands else kind.name
         return {"digest": digest, "of": of, "sags": sags}
 
