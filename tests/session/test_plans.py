@@ -140,6 +140,23 @@ def test_ground_that_was_changed_since_is_told_beside_the_match(planned, frame_o
     assert planned.plan_matches_rover()["older_ground"] is False
 
 
+def test_a_plan_that_is_near_enough_tells_the_gates_tolerance_beside_that_of_colours(planned, frame_of):
+    planned.rover_connected(lambda text: None)
+    start = planned.get(planned.state.plan).plan.waypoints[0]
+    for number, turned in enumerate((0.0, 5e-4)):
+        stands(planned, frame_of, number, start + turned)
+        assert (planned.plan_matches_rover()["ok"], planned.plan_matches_rover()["reason"]) == (True, "")
+    stands(planned, frame_of, 2, start + 5e-3)
+    match = planned.plan_matches_rover()
+    assert match["ok"] is True
+    assert "0.0050 rad from where the plan starts" in match["reason"]
+    assert "within 0.05 m and 0.01 rad; colours hold within 0.005 m and 0.001 rad" in match["reason"]
+    stands(planned, frame_of, 3, start + 0.02)
+    match = planned.plan_matches_rover()
+    assert match["ok"] is False
+    assert "colours" not in match["reason"]
+
+
 @pytest.mark.parametrize("what", ["plan", "sequence"])
 def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, frame_of, what):
     real, first = planned.state.state, planned.state.plan

@@ -14,7 +14,7 @@ from footfall.session.commanded import CommandedSession
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SessionState
 from footfall.session.products.kinds import KINDS, PLAN, SEQUENCE, WALK
-from footfall.session.products.up_to_date import MEASURED, SENT, Difference, difference
+from footfall.session.products.up_to_date import MEASURED, SENT, Difference, difference, near_told
 from footfall.telemetry.state import RobotState
 
 
@@ -48,7 +48,7 @@ class PlannedSession(CommandedSession):
         what = found.beyond(*SENT)
         doubt = f": {place.doubt}" if place.doubt else ""
         reason = {
-            "": "",
+            "": near_told(found),
             "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made{doubt}",
             "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
         }[what]

@@ -147,7 +147,10 @@ function drawMatch(summary, frame) {
   else if (summary.plan.digest && summary.plan.status !== "found" && summary.commands_of_another_plan) mark("status-match", "warn", "the plan was refused");
   else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
   else if (match.ok && match.older_ground) mark("status-match", "warn", "planned on older ground");
-  else if (match.ok) mark("status-match", "good", "plan starts where the rover is");
+  else if (match.ok) {
+    mark("status-match", "good", match.reason ? "plan starts near enough to the rover" : "plan starts where the rover is");
+    if (match.reason) $("status-match").title = match.reason; // colours may be out of date all the same
+  }
   else if (carriedOut(summary)) mark("status-match", ...verdictOf(summary.run.compared));
   else {
     mark("status-match", "bad", off(match));

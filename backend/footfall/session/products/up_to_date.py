@@ -57,6 +57,17 @@ def difference(
     return Difference(*worst_joint(posture, now, joint_names), pose_difference(T_site_base, now.T_site_base))
 
 
+def near_told(found: Difference) -> str:
+    """Why what is to be sent holds where what is judged cell by cell does not; "" where both do, or neither."""
+    if not found.beyond(*MEASURED) or found.beyond(*SENT):
+        return ""
+    (turn, way), (near_turn, near_way) = SENT, MEASURED
+    return (
+        f"the rover stands {found.moved:z.3f} m and {abs(found.turned):z.4f} rad from where the plan starts: the gate "
+        f"sends plans from within {way:g} m and {turn:g} rad; colours hold within {near_way:g} m and {near_turn:g} rad"
+    )
+
+
 @dataclass(frozen=True)
 class OtherGround:
     """How much of the ground that a product looked at is otherwise on a newer map.
