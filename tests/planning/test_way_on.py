@@ -91,10 +91,13 @@ so_fars = st.builds(
     anew=st.integers(0, 5),
     refused=st.sampled_from(["", "no walk is found"]),
 )
+sooner = st.one_of(
+    so_fars, st.builds(replace, so_fars, refused=st.just("no walk"), nearest=st.just(WalkGoal(1.0, 0.0)))
+)
 
 
 @settings(max_examples=60, derandomize=True, deadline=None)
-@given(so_far=so_fars, every=st.integers(0, 3), planned=st.booleans(), known=st.booleans())
+@given(so_far=sooner, every=st.integers(0, 3), planned=st.booleans(), known=st.booleans())
 def test_nothing_is_tried_for_ever_and_nothing_goes_unlooked_or_refused(
     athlete, ground, stood, walk, so_far, every, planned, known
 ):
@@ -104,7 +107,11 @@ def test_nothing_is_tried_for_ever_and_nothing_goes_unlooked_or_refused(
     state = replace(stood, posture=posture, T_site_base=T)
     act = way_on(athlete, dem, state, GOAL, plan, 0, so_far, limits).act
     due = known and 0 < every <= so_far.moved
-    assert (act is Act.LOOK) == (due or (not so_far.looked and (not known or bool(so_far.refused))))
+    goes_nearer = known and not due and so_far.nearest is not None and so_far.anew < limits.most_anew
+    refused = bool(so_far.refused) and not goes_nearer
+    assert (act is Act.LOOK) == (due or (not so_far.looked and (not known or refused)))
+    if goes_nearer:
+        assert act is Act.REPLAN
     if act is Act.REPLAN:
         assert so_far.anew < limits.most_anew
     assert (act is Act.GO) == (known and planned and not so_far.refused and not due)

@@ -10,6 +10,9 @@ import pytest
 import footfall.session.walking as walking_module
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.core.frames import inverse, rotation, transform
+from footfall.planning.step.problem import Status
+from footfall.planning.step.watch import OutOfTime, Watch
+from footfall.planning.walk import plan as planning
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import WayOnSettings
@@ -386,6 +389,45 @@ def test_a_rover_that_is_not_where_its_walk_has_it_plans_anew(live, rover):
 
 
 DRIFT = transform(rotation("z", np.array(0.005)), (0.06, -0.02, 0.0))
+
+
+class EndsHalfWay(Watch):
+    """A time limit that passes where the first search has come half the way, however fast the machine is."""
+
+    searches = 0
+
+    def __init__(self, *asked):
+        super().__init__(*asked)
+        EndsHalfWay.searches += 1
+        self._first, self._far = EndsHalfWay.searches == 1, 0.0
+
+    def phase(self, fraction, text):
+        super().phase(fraction, text)
+        self._far = fraction
+
+    def tick(self, looks=1):
+        super().tick(looks)
+        if self._first and self._far > 0.5:
+            raise OutOfTime
+
+
+def test_where_a_search_runs_out_of_time_it_goes_first_where_that_came(live, rover, monkeypatch):
+    monkeypatch.setattr(EndsHalfWay, "searches", 0)
+    monkeypatch.setattr(planning, "Watch", EndsHalfWay)
+    goal = WalkGoal(1.2, 0.1)
+    loop = live.walk_to(goal, UNSEEN)
+    assert ended(loop)[0] == "arrived"
+    walks = [live.get(digest) for digest, made in live.state.products.items() if made.kind == WALK.name]
+    first, second, third = walks[:3]
+    assert (first.status, second.status, third.status) == (Status.TIME_LIMIT, Status.FOUND, Status.FOUND)
+    assert (second.goal.x, second.goal.y) == pytest.approx(first.partial.Ts_site_base[-1, :2, 3])
+    assert 0.0 < second.goal.x < goal.x
+    assert (third.goal.x, third.goal.y) == (goal.x, goal.y)
+    acts = decided(live)
+    assert acts[:3] == ["replan", "replan", "go"]
+    assert "look" not in acts
+    told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
+    assert "where the latest search came nearest" in told[1]
 
 
 def test_it_arrives_by_where_images_have_the_rover_though_its_odometry_has_drifted(live, dem, standing):

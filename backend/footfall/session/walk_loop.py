@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import CommandRefused, Conflict, FootFallError
 from footfall.core.value import fields_of
@@ -50,7 +50,7 @@ class LoopSettings:
     """way_on: what is decided by. walk: how walks are planned; one planned anew has the next seed.
 
     terrain: how maps are made of images. pairs: cameras that are asked for images; None: all. farthest: how far ahead a
-    walk is planned at once [m]; after each one that was not found it is half as far.
+    walk is planned at once [m]; after each one that was not found it is half as far, or where that came in its time.
     """
 
     way_on: WayOnSettings = field(default_factory=WayOnSettings)
@@ -221,24 +221,25 @@ class WalkLoop:
         if self._live.state.snapshot == before:
             raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
         self._finish(self._live.build_terrain(self._settings.terrain), "the ground made of the images")
-        return replace(so_far, moved=0, looked=True, refused="")
+        return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
     def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
-        from footfall.planning.walk_execution.stage import stage
+        from footfall.planning.walk_execution.stage import came_nearest, stage
 
         so_far = replace(so_far, anew=so_far.anew + 1)
         dem, live = self._dem, self._live
         farthest = self._settings.farthest / 2 ** (so_far.anew - 1)
-        goal = None if dem is None else stage(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest)
+        goal = so_far.nearest
+        if goal is None and dem is not None:
+            goal = stage(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest)
         if goal is None:
             return None, 0, replace(so_far, refused="no ground is known on the way to the goal")
         live.snapshot_state()
         asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
         self._walk = self._finish(live.plan_walk(goal, asked), "the walk that is planned")
-        found = live.get(self._walk)
-        if not isinstance(found, WalkResult) or found.plan is None:
-            return None, 0, replace(so_far, refused=f"no walk is found: {getattr(found, 'reason', '')}")
-        return found.plan, 0, replace(so_far, refused="")
+        found = cast(WalkResult, live.get(self._walk))
+        refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
+        return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found))
 
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:
         live = self._live

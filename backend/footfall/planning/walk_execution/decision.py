@@ -5,6 +5,7 @@ from enum import Enum
 
 from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.value import Value, value, value_enum
+from footfall.planning.walk.problem import WalkGoal
 
 
 @value_enum
@@ -49,10 +50,12 @@ class WayOn(Value):
 class SoFar:
     """What was done already. moved: foot moves since the latest look. looked: whether it looked since it last moved;
     anew: how often it was planned anew since. refused: why what was decided last can't be done: no walk was found, or
-    the next foot move of the walk can't be commanded; empty where nothing was refused.
+    the next foot move of the walk can't be commanded; empty where nothing was refused. nearest: where a search came
+    that ran out of time, which is gone to first.
     """
 
     moved: int = 0
     looked: bool = False
     anew: int = 0
     refused: str = ""
+    nearest: WalkGoal | None = None

@@ -1,12 +1,13 @@
-"""Where a walk to a far goal is planned to first: as far towards it as the ground is known."""
+"""Where a walk to a far goal is planned to first: as far as the ground is known, or as an earlier search came."""
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.planning.step.problem import Status
 from footfall.planning.walk.footprint import footprint
-from footfall.planning.walk.problem import WalkGoal
+from footfall.planning.walk.problem import WalkGoal, WalkResult
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -17,6 +18,8 @@ STRIDE = 0.1
 """Between two places that are looked at on the way to the goal [m]."""
 BESIDE = 0.6
 """A foot may be put so far from where it would be at ease [m]: farther than the shadow of a wheel reaches."""
+WORTH_IT = 0.2
+"""A search that came no farther than this before its time was over says nothing of where to go [m]."""
 _PLACES = np.array(
     [(r * np.cos(a), r * np.sin(a)) for r in (0.0, 0.25, 0.5, 0.75, 1.0) for a in np.pi / 4 * np.arange(8)]
 )
@@ -41,6 +44,22 @@ def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: 
         if stands_on_known(robot, dem, float(x), float(y), facing):
             return replace(goal, x=float(x), y=float(y), yaw=None, within=within)
     return None
+
+
+def came_nearest(result: WalkResult) -> WalkGoal | None:
+    """Where the chassis was when a search ran out of time: walks that far are known to be, at any heading.
+
+    So that it is not reached already, it is to be met within half of the way there at most. None where the time was not
+    over, or the search came no farther than WORTH_IT.
+    """
+    if result.status is not Status.TIME_LIMIT or result.partial is None:
+        return None
+    way = result.partial.Ts_site_base[:, :2, 3]
+    away = float(np.linalg.norm(way[-1] - way[0]))
+    if away <= WORTH_IT:
+        return None
+    x, y = (float(at) for at in way[-1])
+    return replace(result.goal, x=x, y=y, yaw=None, within=min(result.goal.within, away / 2.0))
 
 
 def stands_on_known(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> bool:

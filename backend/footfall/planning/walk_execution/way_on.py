@@ -51,6 +51,9 @@ def way_on(
         return WayOn(Act.ARRIVED, "the chassis is at the goal")
     if 0 < settings.look_every <= so_far.moved:
         return WayOn(Act.LOOK, f"{so_far.moved} of {settings.look_every} foot moves since the latest look")
+    if so_far.nearest is not None and so_far.anew < settings.most_anew:
+        there = f"({so_far.nearest.x:z.2f}, {so_far.nearest.y:z.2f})"
+        return WayOn(Act.REPLAN, f"first to {there}, where the latest search came nearest: {so_far.refused}")
     if so_far.refused:
         return _look(so_far.refused, so_far, settings)
     if walk is None:
