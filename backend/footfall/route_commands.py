@@ -1,5 +1,6 @@
 """The command ``footfall plan route``: the cheapest way of the chassis over a terrain, or why there is none."""
 
+import math
 import time
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +9,7 @@ import typer
 
 from footfall import terminal
 from footfall.core.value import fields_of
-from footfall.planning.route.problem import RouteSettings
+from footfall.planning.route.problem import Route, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.terminal import AtX, AtY, AtYaw, Json, Pair, RobotName, bar
 
@@ -28,6 +29,9 @@ def plan_route(
     cost: Annotated[
         str, typer.Option(help="What the ground costs by: goodness, or feasible (footfalls within the legs' reach).")
     ] = RouteSettings().cost,
+    turning: Annotated[
+        float, typer.Option(help="What a radian of turning on the spot costs [m]; with --cost feasible.")
+    ] = RouteSettings().turning,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -36,7 +40,7 @@ def plan_route(
     from footfall.io.artifacts import encode
     from footfall.planning.route.plan import plan_route as run
 
-    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost)
+    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost, turning=turning)
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     began = time.monotonic()
     with bar("route") as progress:
@@ -55,7 +59,14 @@ def plan_route(
             typer.echo(
                 f"{route.length:z.2f} m in {parts} straight parts, {mean:z.2f} times the cost of the best ground"
             )
-            for point in route.points:
-                typer.echo(f"  {point[0]:z8.2f} {point[1]:z8.2f}")
+            for number, point in enumerate(route.points):
+                typer.echo(f"  {point[0]:z8.2f} {point[1]:z8.2f}{_facing(route, number)}")
         typer.echo(f"planned in {seconds:z.2f} s")
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
+
+
+def _facing(route: Route, number: int) -> str:
+    """How the chassis faces from a point of a route on, in words; empty at its end, and where that is not told."""
+    if route.headings is None or number == len(route.headings):
+        return ""
+    return f"  facing {math.degrees(route.headings[number]):z.0f}°"

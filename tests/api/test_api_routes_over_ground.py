@@ -38,6 +38,11 @@ def test_a_route_is_ordered_and_read(standing):
     assert routed(standing, order)["digest"] == made["digest"]
 
 
+def test_where_turning_costs_a_route_has_headings(standing):
+    made = routed(standing, {"goal": NEAR, "settings": {"cost": "feasible", "turning": 0.5}})
+    assert len(made["plan"]["headings"]) == len(made["plan"]["points"]) - 1
+
+
 def test_no_route_is_an_answer_that_says_what_is_in_the_way(standing):
     off = routed(standing, {"goal": {"x": 90.0, "y": 0.0}})
     assert (off["status"], off["plan"]) == ("off_map", None)
@@ -64,6 +69,7 @@ def test_no_route_is_an_answer_that_says_what_is_in_the_way(standing):
         ({"goal": {"x": 1.0, "y": 1e300}}, "validation", "y"),
         ({"goal": {**NEAR, "yaw": 1.0}}, "validation", "yaw"),
         ({"goal": NEAR, "settings": {"resolution": 0.0}}, "invalid-input", "resolution"),
+        ({"goal": NEAR, "settings": {"turning": 1.0}}, "invalid-input", "at every heading"),
         ({"goal": NEAR, "settings": {"worst": 1.5}}, "invalid-input", "at most 1"),
         ({"goal": NEAR, "settings": {"no_go": [{"x": 1.0, "y": 1.0}]}}, "validation", "radius"),
         ({"goal": NEAR, "settings": {"no_go": [{"x": 1.0, "y": 1.0, "radius": 0.0}]}}, "invalid-input", "radius"),

@@ -46,6 +46,13 @@ def test_a_route_is_asked_for_recorded_and_replayed_to_the_same_digest(live, sta
     assert [(one.kind, one.verdict) for one in report.products] == [("route", "same")] * 2
 
 
+def test_a_route_with_headings_is_replayed_to_the_same_digest(live):
+    found = routed(live, RouteRequest((0.8, 0.3), RouteSettings(cost="feasible", turning=0.5)))
+    assert len(found.plan.headings) == len(found.plan.points) - 1
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+
+
 def test_a_replay_names_what_another_planner_makes_otherwise(live):
     found = routed(live, NEAR)
 

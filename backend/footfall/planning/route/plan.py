@@ -13,7 +13,8 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import cost_grid, marked_off
-from footfall.planning.route.feasible import FORBIDDEN, feasible_cost_grid, feasible_ground
+from footfall.planning.route.feasible import FORBIDDEN, FeasibleGround, feasible_cost_grid, feasible_ground
+from footfall.planning.route.headings import faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
@@ -32,7 +33,8 @@ def plan_route(
 ) -> RouteResult:
     """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
 
-    What it costs over a cell is that at the cheapest heading. Which footfalls are taken is not said: see ``plan_walk``.
+    What it costs over a cell is that at the cheapest heading; where turning costs, the way found so gets its cheapest
+    headings. Which footfalls are taken is not said: see ``plan_walk``.
     progress: may raise Cancelled. Returns a result; where there is no way it says why. Raises InvalidInput where goal
     or settings make no sense, the state is of another robot, or feasible traversability is asked for a robot that does
     not have six legs evenly around.
@@ -62,7 +64,7 @@ def plan_route(
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
-    grid, why = _costs(robot, dem, settings, part(progress, 0.0, 0.5))
+    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5))
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -87,7 +89,27 @@ def plan_route(
             f"where all ground around is too bad, too high, unknown or no-go; {_TRY}"
         )
         return no(Status.NO_PATH, reason, (x, y))
-    return RouteResult(Status.FOUND, Route(points, cost, provenance), "", there, provenance)
+    headings = None
+    if settings.turning and ground is not None:
+        yaw = math.atan2(state.T_site_base[1, 0], state.T_site_base[0, 0])
+        cut = pieces(grid.geometry, points)
+        found = faced(cut, costs_along(ground, cut.cells), yaw, settings.turning)
+        if isinstance(found, tuple):
+            x, y = found
+            reason = (
+                f"the cheapest way leads on at ({x:z.2f}, {y:z.2f}), {math.dist(there, (x, y)):z.2f} m before the "
+                f"goal, only at headings that the rover can't turn to there; plan without turning to see it, or {_TRY}"
+            )
+            return no(Status.NO_PATH, reason, found)
+        points, headings, cost = found.points, found.headings, found.cost
+    return RouteResult(Status.FOUND, Route(points, cost, provenance, headings), "", there, provenance)
+
+
+def costs_along(ground: FeasibleGround, cells: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Of a metre at each heading, (headings, n), in the cheaper of each pair of cells (n, 2, 2), as row and column."""
+    rows, cols = cells[..., 0], cells[..., 1]
+    half = [np.maximum(ground.costs(k)[rows, cols], 1.0).min(axis=1) for k in range(ground.headings // 2)]
+    return np.array(half * 2)
 
 
 _TRY = "take images of what is not known, allow worse ground, or choose another goal"
@@ -95,14 +117,14 @@ _TRY = "take images of what is not known, allow worse ground, or choose another 
 
 def _costs(
     robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress
-) -> tuple[CostGrid, Callable[[tuple[float, float]], str]]:
-    """The grid that routes are looked for on, and what makes a place x, y [m] of it forbidden, in words."""
+) -> tuple[CostGrid, Callable[[tuple[float, float]], str], FeasibleGround | None]:
+    """The grid that routes are looked for on, what forbids a place x, y [m] of it in words, and costs by heading."""
     if settings.cost != "feasible":
         costs = cost_grid(robot, dem, settings, progress)
-        return costs, lambda place: _why(dem, settings, costs, place)
+        return costs, lambda place: _why(dem, settings, costs, place), None
     found = feasible_ground(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)
-    return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])]
+    return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])], found
 
 
 def _why(dem: Dem, settings: RouteSettings, grid: CostGrid, place: tuple[float, float]) -> str:

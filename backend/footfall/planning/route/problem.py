@@ -5,7 +5,7 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.bounds import require_above_zero
+from footfall.core.bounds import require_above_zero, require_not_negative
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.value import LATER, Provenance, Value, value
@@ -59,7 +59,9 @@ class RouteSettings(Value):
     the mean plane there [m]: more is not stepped over. no_go: what the chassis keeps off. maps: how goodness is judged.
     cost: one of COSTS. "feasible" takes ``worst`` for the trust in the ground, ``maps.slope_limit`` for footfalls, and
     has no use for ``highest``. headings: so many are looked at, 8 or 16 or another multiple of 4. fades: ground seen so
-    long before the newest is trusted half [s]. corridors: where there are any, the chassis keeps to them.
+    long before the newest is trusted half [s]. corridors: where there are any, the chassis keeps to them. turning: what
+    a radian of turning on the spot costs, in metres of the best ground; only with "feasible", and only then a route has
+    headings.
     """
 
     resolution: float = 0.1
@@ -71,6 +73,7 @@ class RouteSettings(Value):
     headings: int = field(default=8, metadata=LATER)
     fades: float = field(default=86400.0, metadata=LATER)
     corridors: tuple[Corridor, ...] = field(default=(), metadata=LATER)
+    turning: float = field(default=0.0, metadata=LATER)
 
     def check(self) -> None:
         require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
@@ -79,6 +82,12 @@ class RouteSettings(Value):
         require_above_zero("s", fades=self.fades)
         if self.cost not in COSTS:
             raise InvalidInput(f"routes cost by {' or '.join(COSTS)}", cost=self.cost)
+        require_not_negative(turning=self.turning)
+        if self.turning and self.cost != "feasible":
+            raise InvalidInput(
+                'turning has a cost only with cost "feasible": by goodness a metre costs the same at every heading',
+                turning=self.turning,
+            )
         if self.headings % 4 or not 4 <= self.headings <= MOST_HEADINGS:
             raise InvalidInput(
                 f"headings are counted in a multiple of 4, at most {MOST_HEADINGS}", headings=self.headings
@@ -107,12 +116,18 @@ class CostGrid(Value):
 class Route(Value):
     """A path of the chassis over a grid of costs. points: (n, 2) x, y [m], straight between.
 
-    cost: of all of it; on the best ground that is its length [m].
+    cost: of all of it, with its turns; on the best ground that is its length [m]. headings: (n − 1,) how the chassis
+    faces along each straight part, from east [rad]; it turns on the spot between them; None where turning is free.
     """
 
     points: NDArray[np.float64]
     cost: float
     provenance: Provenance
+    headings: NDArray[np.float64] | None = field(default=None, metadata=LATER)
+
+    def check(self) -> None:
+        if self.headings is not None and len(self.headings) != len(self.points) - 1:
+            raise InvalidInput("a route of n points has n − 1 headings, or none")
 
     @property
     def length(self) -> float:
