@@ -158,6 +158,7 @@ def test_a_route_has_headings_where_turning_costs_and_only_there(athlete, broken
     assert plain.plan is not None
     assert found.plan is not None
     assert plain.plan.headings is None
+    assert found.plan.headings is not None
     assert len(found.plan.headings) == len(found.plan.points) - 1
     assert found.plan.cost >= plain.plan.cost - 1e-9
     assert found.plan.length == pytest.approx(plain.plan.length)
