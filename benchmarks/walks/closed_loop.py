@@ -28,8 +28,8 @@ from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.sequence.commands import Sequence
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.live import LiveSession
+from footfall.session.loop_settings import LoopSettings
 from footfall.session.registry import Sessions
-from footfall.session.walk_loop import LoopSettings
 from footfall.sim.physics.referee import moved_legs
 from footfall.sim.physics.rover import PhysicalRover
 from footfall.sim.physics.settings import TIME_STEP, PhysicsSettings

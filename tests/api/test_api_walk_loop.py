@@ -46,6 +46,9 @@ def test_without_a_rover_or_a_walk_nothing_begins(client):
     problem(client.post(f"{LOOP}/hold"), 404, "not-found")
     assert "no rover" in problem(client.post(LOOP, json=GOAL), 409, "conflict")["detail"]
     problem(client.post(LOOP, json={**GOAL, "limits": {"foot_moves": 0}}), 422, "invalid-input")
+    problem(client.post(LOOP, json={**GOAL, "route": {"resolution": 0.0}}), 422, "invalid-input")
+    problem(client.post(LOOP, json={**GOAL, "route": {"hurry": 1}}), 422, "validation")
+    assert "no rover" in problem(client.post(LOOP, json={**GOAL, "route": {}}), 409, "conflict")["detail"]
     # of no cameras no images would ever come
     for pairs in ([], [""], ["chassis_0"] * 65):
         problem(client.post(LOOP, json={**GOAL, "pairs": pairs}), 422, "validation")

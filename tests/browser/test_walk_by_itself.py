@@ -30,6 +30,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     assert held(served)["walk_loop"] is None  # a click is not held
 
     page.locator("#loop-look_every").fill("0")  # the sample's ground is seen already
+    page.locator("#loop-route").check()
 
     def begins(one: Request) -> bool:
         return one.method == "POST" and one.url.endswith("/walk-loop")
@@ -39,8 +40,9 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     order = asked.value.post_data_json
     assert order is not None
     assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}
-    assert (order["farthest"], order["walk"]["seed"]) == (3.0, 3)
+    assert (order["farthest"], order["walk"]["seed"], order["route"]) == (3.0, 3, {})
     until(lambda: held(served)["run"], "the first commands")
+    assert held(served)["route"] is not None
     goal = held(served, LOOP)["goal"]
     expect(page.locator("#loop-now")).to_contain_text("Decided: go: the walk fits", timeout=BOUND_MS)
     expect(next_act).to_have_text("Hold the walk", timeout=BOUND_MS)

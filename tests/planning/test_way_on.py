@@ -10,17 +10,20 @@ from shapely.geometry import MultiPoint, Point, Polygon
 
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
+from footfall.core.value import Provenance
+from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.stance.stand import stand
+from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import WalkGoal, WalkSettings
+from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_ground, unknown_ground
 from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED, off_walk
-from footfall.planning.walk_execution.stage import BESIDE, stage
+from footfall.planning.walk_execution.stage import BESIDE, came_nearest, next_goal, stage
 from footfall.planning.walk_execution.way_on import arrived, way_on
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass
@@ -30,6 +33,7 @@ from tests.support.chassis_ground import wavy
 
 GOAL = WalkGoal(0.5, 0.1)
 LIMITS = WayOnSettings()
+NOWHERE = Provenance({}, WalkSettings())
 
 
 @pytest.fixture(scope="module")
@@ -303,3 +307,55 @@ def test_on_known_ground_there_is_always_a_stage_and_the_rover_is_not_there_yet(
     assert np.hypot(found.x, found.y) <= farthest + 1e-9
     assert found.within <= goal.within
     assert not arrived(found, np.eye(4))
+
+
+def test_a_goal_on_a_route_lies_as_far_along_it_and_the_route_goes_where_ground_is_known(athlete, ground):
+    asked, way = [], np.array([(0.0, 0.0), (0.0, 1.0), (2.0, 1.0)])
+
+    def routed(place):
+        asked.append(place)
+        plan = Route(way, 3.0, NOWHERE) if len(asked) > 1 else None
+        return RouteResult(
+            Status.FOUND if plan else Status.GOAL_INVALID, plan, "bad ground", place, NOWHERE, (1.9, 1.0)
+        )
+
+    # of a goal that is not known yet, the route leads near a place that is
+    goal = WalkGoal(50.0, 0.0, within=0.2)
+    found = next_goal(athlete, ground, np.eye(4), goal, 1.5, routed)
+    assert isinstance(found, WalkGoal)
+    assert (found.x, found.y, found.yaw) == (pytest.approx(0.5), pytest.approx(1.0), None)
+    assert asked[1] == (1.9, 1.0)
+    assert asked[0][0] < ground.geometry.bounds[2]
+    beside = transform(np.eye(3), (0.1, 0.8, 0.0))
+    found = next_goal(athlete, ground, beside, goal, 0.6, routed)
+    assert isinstance(found, WalkGoal)
+    # straight to the corner, √0.05 away, then along the second part
+    assert (found.x, found.y) == (pytest.approx(0.6 - np.sqrt(0.05)), pytest.approx(1.0))
+    straight = next_goal(athlete, ground, np.eye(4), goal, 1.5)
+    staged = stage(athlete, ground, np.eye(4), goal, 1.5)
+    assert isinstance(straight, WalkGoal)
+    assert staged is not None
+    assert straight.digest == staged.digest
+
+
+def test_where_a_goal_that_is_known_is_cut_off_no_route_goes_beside_it(athlete, ground):
+    def routed(place):
+        return RouteResult(Status.GOAL_INVALID, None, "bad ground", place, NOWHERE, (1.0, 0.0))
+
+    assert next_goal(athlete, ground, np.eye(4), GOAL, 1.0, routed) == "no route leads on: bad ground"
+
+
+def test_only_a_search_whose_time_was_over_and_that_came_on_says_where_to_go(athlete, ground, walk):
+    far = float(np.hypot(*(walk.Ts_site_base[-1, :2, 3] - walk.Ts_site_base[0, :2, 3])))
+
+    def found(status, partial):
+        return came_nearest(WalkResult(status, None, "", (), GOAL, NOWHERE, partial))
+
+    nearest = found(Status.TIME_LIMIT, walk)
+    assert nearest is not None
+    assert (nearest.x, nearest.y) == pytest.approx(walk.Ts_site_base[-1, :2, 3])
+    assert nearest.within <= far / 2.0
+    assert found(Status.NO_PATH, walk) is None
+    assert found(Status.TIME_LIMIT, None) is None
+    stayed = replace(walk, Ts_site_base=np.repeat(walk.Ts_site_base[:1], len(walk.Ts_site_base), axis=0))
+    assert found(Status.TIME_LIMIT, stayed) is None

@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapely.geometry import LineString, Point
 
 import footfall.session.walking as walking_module
 from footfall.core.errors import CommandRefused, Conflict
 from footfall.core.frames import inverse, rotation, transform
+from footfall.planning.route.problem import NoGo, RouteSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.step.watch import OutOfTime, Watch
 from footfall.planning.walk import plan as planning
@@ -21,10 +23,10 @@ from footfall.sequence.edit import Edit
 from footfall.session.access.identity import Identity, Role
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.local import InlineJobs
-from footfall.session.products.kinds import FOOT_MOVES, WALK
+from footfall.session.loop_settings import LoopSettings
+from footfall.session.products.kinds import FOOT_MOVES, ROUTE, WALK
 from footfall.session.registry import Sessions
 from footfall.session.replay.recompute import replay
-from footfall.session.walk_loop import LoopSettings
 from footfall.telemetry.state import TelemetryFrame
 from tests.support.drifted import looked_twice
 from tests.support.waiting import BOUND, joined, until
@@ -428,6 +430,36 @@ def test_where_a_search_runs_out_of_time_it_goes_first_where_that_came(live, rov
     assert "look" not in acts
     told = [event.payload["reason"] for event in live.events() if event.type == "walk_decided"]
     assert "where the latest search came nearest" in told[1]
+
+
+AROUND = replace(UNSEEN, farthest=0.9, route=RouteSettings(no_go=(NoGo(0.8, 0.0, 0.25),)))
+
+
+def test_it_follows_a_route_piece_by_piece_around_what_is_no_go(live, rover):
+    goal = WalkGoal(1.6, 0.0)
+    loop = live.walk_to(goal, AROUND)
+    assert ended(loop)[0] == "arrived"
+    made = [(one.kind, live.get(digest)) for digest, one in live.state.products.items()]
+    routes = [LineString(found.plan.points) for kind, found in made if kind == ROUTE.name and found.plan is not None]
+    walks = [found.goal for kind, found in made if kind == WALK.name]
+    assert len(walks) > 1
+    assert min(route.distance(Point(0.8, 0.0)) for route in routes) >= 0.25 - 1e-9
+    for piece in walks:
+        assert min(route.distance(Point(piece.x, piece.y)) for route in routes) <= piece.within
+    assert (walks[-1].x, walks[-1].y) == (goal.x, goal.y)
+    assert max(abs(one.y) for one in walks) > 0.1
+    report = replay(live.export_bundle())
+    assert report.ok, report.problems
+
+
+def test_where_no_route_leads_on_it_goes_nowhere_and_says_why(live, rover):
+    ring = tuple(NoGo(1.2 + 0.5 * np.cos(a), 0.5 * np.sin(a), 0.25) for a in np.linspace(0.0, 2.0 * np.pi, 13)[:-1])
+    loop = live.walk_to(WalkGoal(1.2, 0.0), replace(AROUND, route=RouteSettings(no_go=ring)))
+    until(lambda: loop.act == "look", "the look that may help", seen=loop.as_dict)
+    assert loop.reason.startswith("no route leads on: no way leads to the goal: it ends at (")
+    assert rover.sent == []
+    loop.cancel()
+    assert ended(loop)[0] == "cancelled"
 
 
 def test_it_arrives_by_where_images_have_the_rover_though_its_odometry_has_drifted(live, dem, standing):

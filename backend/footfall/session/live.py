@@ -26,12 +26,13 @@ from footfall.session.access.acting import told
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.jobs.requests import ExportRequest, ImportRequest
+from footfall.session.loop_settings import LoopSettings
 from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, IMPORT, SEQUENCE
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import unfit_of
 from footfall.session.recorded import present
 from footfall.session.summary import summary
-from footfall.session.walk_loop import LoopSettings, WalkLoop
+from footfall.session.walk_loop import WalkLoop
 from footfall.session.walking import WalkingSession
 from footfall.telemetry.link import ImageRequestMessage, encode
 from footfall.telemetry.state import RobotState, TelemetryFrame

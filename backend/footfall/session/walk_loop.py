@@ -10,22 +10,26 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 from footfall.core.errors import CommandRefused, Conflict, FootFallError
 from footfall.core.value import fields_of
+from footfall.planning.route.problem import RouteResult, RouteSettings
+from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import parts_count
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult, WalkSettings
+from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
+from footfall.session.jobs.requests import RouteRequest
+from footfall.session.loop_settings import LoopSettings
+from footfall.session.products.kinds import ROUTE
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
-from footfall.terrain.settings import TerrainSettings
 
 if TYPE_CHECKING:
     from footfall.session.live import LiveSession
@@ -45,21 +49,6 @@ MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 """Checks of the gate that another plan may pass."""
 
 
-@dataclass(frozen=True)
-class LoopSettings:
-    """way_on: what is decided by. walk: how walks are planned; one planned anew has the next seed.
-
-    terrain: how maps are made of images. pairs: cameras that are asked for images; None: all. farthest: how far ahead a
-    walk is planned at once [m]; after each one that was not found it is half as far, or where that came in its time.
-    """
-
-    way_on: WayOnSettings = field(default_factory=WayOnSettings)
-    walk: WalkSettings = field(default_factory=WalkSettings)
-    terrain: TerrainSettings = field(default_factory=lambda: TerrainSettings(keep=True))
-    pairs: tuple[str, ...] | None = None
-    farthest: float = 3.0
-
-
 class WalkLoop:
     """One walk to a goal. Every method may be called from any thread; made by :meth:`LiveSession.walk_to`.
 
@@ -74,6 +63,7 @@ class WalkLoop:
         self.part, self.waits_for = "", ""
         self.foot_moves = 0
         self._walk: str | None = None
+        self._route: RouteResult | None = None
         self._seen = -1
         self.decided: Counter[str] = Counter()
         self._news, self._free, self._over = threading.Event(), threading.Event(), threading.Event()
@@ -224,22 +214,32 @@ class WalkLoop:
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
     def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
-        from footfall.planning.walk_execution.stage import came_nearest, stage
+        from footfall.planning.walk_execution.stage import came_nearest, next_goal
 
         so_far = replace(so_far, anew=so_far.anew + 1)
         dem, live = self._dem, self._live
         farthest = self._settings.farthest / 2 ** (so_far.anew - 1)
-        goal = so_far.nearest
-        if goal is None and dem is not None:
-            goal = stage(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest)
-        if goal is None:
-            return None, 0, replace(so_far, refused="no ground is known on the way to the goal")
+        goal: WalkGoal | str = so_far.nearest or "no ground is known yet"
         live.snapshot_state()
+        if so_far.nearest is None and dem is not None:
+            routed = None if self._settings.route is None else self._routed
+            goal = next_goal(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest, routed)
+        if isinstance(goal, str):
+            return None, 0, replace(so_far, refused=goal)
         asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
         self._walk = self._finish(live.plan_walk(goal, asked), "the walk that is planned")
         found = cast(WalkResult, live.get(self._walk))
         refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
         return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found))
+
+    def _routed(self, place: tuple[float, float]) -> RouteResult:
+        """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""
+        request = RouteRequest(place, self._settings.route or RouteSettings())
+        found = cast(RouteResult, self._live.get(self._finish(self._live.ask(ROUTE, request), "a route")))
+        if found.status is Status.START_INVALID and self._route is not None:
+            return self._route
+        self._route = found if found.plan is not None else self._route
+        return found
 
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:
         live = self._live

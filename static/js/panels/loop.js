@@ -55,7 +55,7 @@ const begin = () => attempt(async () => {
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
   const { seed, forbidden } = walkSettings(); // a pinned place is one of the walk that it was pinned in
-  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value) }, once());
+  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value), route: $("loop-route").checked ? {} : null }, once());
   await refresh();
 });
 

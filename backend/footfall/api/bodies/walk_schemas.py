@@ -6,6 +6,7 @@ from annotated_types import Len
 from pydantic import Field
 
 from footfall.api.bodies.execution_schemas import ExecutionSettingsModel
+from footfall.api.bodies.route_schemas import RouteSettingsModel
 from footfall.api.bodies.schemas import Name, Number, TerrainSettingsModel, TetherModel, _examples
 from footfall.api.bodies.settings_models import FromNumber, Strictly, settings_model
 from footfall.planning.gait.problem import GaitSettings
@@ -75,7 +76,8 @@ class WalkLoopOrder(Strictly):
 
     limits: by which it is decided whether to go on; walk: how walks are planned; terrain: how maps are made of images,
     by default merged into the map there is. pairs: cameras that are asked for images, null: all. farthest: how far
-    ahead a walk is planned at once [m].
+    ahead a walk is planned at once [m]. route: how the route is planned that it follows, anew before each walk, {} for
+    what is usual; null: it goes straight on.
     """
 
     model_config = _examples(
@@ -87,6 +89,7 @@ class WalkLoopOrder(Strictly):
     terrain: TerrainSettingsModel | None = None  # type: ignore[valid-type]
     pairs: Annotated[list[Name], Len(1, 64)] | None = None
     farthest: Annotated[Number, Field(gt=0.0, le=50.0)] = 3.0
+    route: RouteSettingsModel | None = None  # type: ignore[valid-type]
 
 
 class WalkingAnswer(TypedDict):

@@ -10,10 +10,11 @@ from footfall.api.bodies.settings_models import settings_value
 from footfall.api.bodies.walk_schemas import WalkLoopOrder
 from footfall.api.routing import Routes
 from footfall.core.errors import NotFound
+from footfall.planning.route.problem import RouteSettings
 from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
 from footfall.session.live import LiveSession
-from footfall.session.walk_loop import LoopSettings
+from footfall.session.loop_settings import LoopSettings
 from footfall.terrain.settings import TerrainSettings
 
 router = Routes(tags=["run"])
@@ -67,6 +68,7 @@ def begin_walk_loop(live: OneSession, order: WalkLoopOrder, who: Actor) -> WalkL
         terrain=settings_value(TerrainSettings, order.terrain) or TerrainSettings(keep=True),
         pairs=None if order.pairs is None else tuple(order.pairs),
         farthest=order.farthest,
+        route=settings_value(RouteSettings, order.route),
     )
     goal = settings_value(WalkGoal, order.goal)
     live.walk_to(cast(WalkGoal, goal), settings, who)

@@ -1,0 +1,25 @@
+"""How a walk in a closed loop looks, plans and decides."""
+
+from dataclasses import dataclass, field
+
+from footfall.planning.route.problem import RouteSettings
+from footfall.planning.walk.problem import WalkSettings
+from footfall.planning.walk_execution.decision import WayOnSettings
+from footfall.terrain.settings import TerrainSettings
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """way_on: what is decided by. walk: how walks are planned; one planned anew has the next seed.
+
+    terrain: how maps are made of images. pairs: cameras that are asked for images; None: all. farthest: how far ahead a
+    walk is planned at once [m]; after each one that was not found it is half as far, or where that came in its time.
+    route: how the route is planned that it follows, anew before each walk; None: it goes straight on.
+    """
+
+    way_on: WayOnSettings = field(default_factory=WayOnSettings)
+    walk: WalkSettings = field(default_factory=WalkSettings)
+    terrain: TerrainSettings = field(default_factory=lambda: TerrainSettings(keep=True))
+    pairs: tuple[str, ...] | None = None
+    farthest: float = 3.0
+    route: RouteSettings | None = None
