@@ -1,8 +1,9 @@
-// Which work areas are in sight: named layouts, each remembered as the operator leaves it.
+// Which work areas are in sight: named layouts, each remembered as the operator leaves it; and which theme is worn.
 
 import { act } from "./acts.js";
 import { $, element } from "./dom.js";
 import { changed } from "./store.js";
+import { THEMES, theme, wear } from "./themes.js";
 
 const KEPT_AS = "footfall.layout";
 const LAYOUTS = {
@@ -42,7 +43,20 @@ export function startLayout() {
   for (const [name, { key }] of Object.entries(LAYOUTS)) act({ key, text: `Layout: ${name}`, run: () => choose(name) });
   act({ text: "Layout as delivered", run: restore });
   act({ key: "F6", text: "Next work area", run: next });
+  startThemes();
   draw();
+}
+
+function startThemes() {
+  $("theme").append(...THEMES.map((name) => element("option", { value: name, textContent: name })));
+  $("theme").addEventListener("change", () => dress($("theme").value));
+  for (const name of THEMES) act({ text: `Theme: ${name}`, run: () => dress(name) });
+  $("theme").value = theme();
+}
+
+function dress(name) {
+  wear(name);
+  $("theme").value = name;
 }
 
 function keep(names) {

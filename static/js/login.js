@@ -4,6 +4,9 @@ import { ROOT } from "./api.js";
 import { $ } from "./dom.js";
 import { asksToStop, hearEverywhere } from "./stopkeys.js";
 import { stopIsConfirmed, stopIsUnconfirmed } from "./stopwish.js";
+import { wearKept } from "./themes.js";
+
+wearKept();
 
 if (stopIsUnconfirmed()) $("why").textContent = "NO STOP WAS SENT: your login has ended. Log in and ask again, or use another way to stop the rover.";
 else if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";

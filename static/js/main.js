@@ -12,6 +12,7 @@ import { startSamples } from "./samples.js";
 import { startScene } from "./scene.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
+import { wearKept } from "./themes.js";
 import * as account from "./panels/account.js";
 import * as age from "./panels/age.js";
 import * as clearances from "./panels/clearances.js";
@@ -51,6 +52,8 @@ import * as whose from "./panels/whose.js";
 import * as work from "./panels/work.js";
 
 const PANELS = [work, ground, images, footfall, suggest, map, whatIf, hand, plan, walk, loop, gait, tether, goal, route, execution, ghost, strip, gauge, age, view, whose, commands, row, conn, run, outcome, clearances, legs, telemetry, timeline, sessions, record, others, next];
+
+wearKept();
 
 async function start() {
   // before anything that waits for the server: stop works, and says so when nothing answers

@@ -8,13 +8,14 @@ import { clock } from "../events.js";
 import { isShown, reveal } from "../layout.js";
 import { channelsOf, heardFrom, QUANTITIES, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
+import { ink } from "../themes.js";
 import { shortName } from "./legs.js";
 
 const STALE_AFTER = 2; // s
 const NEAR = 0.8; // share of a limit from which on a number is marked
 const HEIGHT = 130;
 const PERIOD = 190; // ms; faster than five times a second nobody reads
-const LINES = [["#7cc4ff", []], ["#ffc94d", [8, 4]], ["#58d68d", [2, 3]], ["#ff9bd2", [12, 3, 2, 3]], ["#e8edf3", [5, 2]], ["#c3a6ff", [14, 6]]];
+const LINES = [["line-1", []], ["line-2", [8, 4]], ["line-3", [2, 3]], ["line-4", [12, 3, 2, 3]], ["line-5", [5, 2]], ["line-6", [14, 6]]];
 
 let drawnAt = 0;
 let plot = null;
@@ -97,13 +98,13 @@ function build(quantity, channels) {
   drawnFor = key;
   hidden = new Set();
   plot?.destroy();
-  const axis = { stroke: "#a9b6c6", grid: { stroke: "#33415280", width: 1 }, ticks: { stroke: "#334152" }, font: "11px system-ui, sans-serif" };
+  const axis = { stroke: () => ink("quiet"), grid: { stroke: () => ink("line"), width: 1 }, ticks: { stroke: () => ink("line") }, font: "11px system-ui, sans-serif" };
   plot = new uPlot({
     width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { show: false } },
     scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
     axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
-    series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: LINES[i % LINES.length][0], dash: LINES[i % LINES.length][1], width: 1.5 }))],
+    series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: () => ink(LINES[i % LINES.length][0]), dash: LINES[i % LINES.length][1], width: 1.5 }))],
     hooks: { drawAxes: [hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));
 }
@@ -136,7 +137,7 @@ function hatch(made) {
   // what was before this page heard anything is not known to it, and is left blank
   const heard = [Math.max(newest.start, Math.min(heardFrom(), times[0])), ...times, newest.end];
   inside(made, (pen, { top, height }) => {
-    pen.strokeStyle = "#ffc94d66";
+    pen.strokeStyle = `${ink("warn")}66`;
     pen.lineWidth = 1;
     for (let i = 1; i < heard.length; i += 1) {
       if (heard[i] - heard[i - 1] <= STALE_AFTER) continue;
@@ -163,7 +164,7 @@ function limits(made) {
     pen.lineWidth = 1;
     channels.forEach((channel, i) => {
       if (hidden.has(channel.name)) return;
-      pen.strokeStyle = LINES[i % LINES.length][0];
+      pen.strokeStyle = ink(LINES[i % LINES.length][0]);
       for (const limit of [channel.low, channel.high]) {
         if (limit === null) continue;
         const y = made.valToPos(limit, "y", true);
@@ -180,7 +181,7 @@ function cursor(made) {
   if (moment() === null) return;
   inside(made, (pen, { top, height }) => {
     const x = made.valToPos(moment(), "x", true);
-    pen.strokeStyle = "#ffffff";
+    pen.strokeStyle = ink("strong");
     pen.lineWidth = 2;
     pen.beginPath();
     pen.moveTo(x, top);
@@ -200,7 +201,7 @@ function drawList(channels, data) {
     list.replaceChildren(...channels.map(({ name }, j) => {
       const box = element("input", { type: "checkbox", checked: true, onchange: () => toggle(name, j) });
       const line = element("span", { className: "line", ariaHidden: "true" });
-      line.style.background = LINES[j % LINES.length][0];
+      line.style.background = `var(--${LINES[j % LINES.length][0]})`;
       return element("li", {}, element("label", {}, box, line, element("span", { textContent: `${shortName(name)} ` }), element("b")));
     }));
   }

@@ -7,15 +7,16 @@ import { $, age, attempt, element, fixed } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
 import { KINDS, statusTold } from "../kinds.js";
 import { known } from "../store.js";
+import { WORN, ink } from "../themes.js";
 import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
 
 // kind → sign, colour, height on the line (0 top … 2)
 const SIGNS = {
-  plan: ["◆", "#7cc4ff", 0], execution: ["◇", "#7cc4ff", 0], sequence: ["≡", "#7cc4ff", 0], export: ["⇪", "#7cc4ff", 0],
-  snapshot: ["◉", "#e8edf3", 1], terrain: ["▦", "#e8edf3", 1], maps: ["▩", "#e8edf3", 1], footfall: ["✚", "#e8edf3", 1],
-  command: ["▸", "#58d68d", 2], stop: ["■", "#ff7b6e", 2], fault: ["▲", "#ffc94d", 2], note: ["✎", "#ffc94d", 0],
-  undone: ["↶", "#e8edf3", 1], redone: ["↷", "#e8edf3", 1],
+  plan: ["◆", "accent", 0], execution: ["◇", "accent", 0], sequence: ["≡", "accent", 0], export: ["⇪", "accent", 0],
+  snapshot: ["◉", "text", 1], terrain: ["▦", "text", 1], maps: ["▩", "text", 1], footfall: ["✚", "text", 1],
+  command: ["▸", "good", 2], stop: ["■", "bad", 2], fault: ["▲", "warn", 2], note: ["✎", "warn", 0],
+  undone: ["↶", "text", 1], redone: ["↷", "text", 1],
 };
 const RANGE = 10000; // steps of the slider
 const NEAR = 0.012; // of the line: a click this close to a sign means that event
@@ -39,6 +40,7 @@ export function start() {
   });
   $("note-cancel").addEventListener("click", () => $("note").close());
   subscribeToEvents(() => { lay(); });
+  document.addEventListener(WORN, paint);
   followCursor((time) => { if (time !== null) paint(); });
   new ResizeObserver(paint).observe($("timeline-canvas").parentElement);
 }
@@ -117,21 +119,21 @@ function paint() {
   const pen = canvas.getContext("2d");
   pen.scale(scale, scale);
   const place = (share) => 8 + share * (width - 16); // the slider's thumb has 16 px
-  pen.fillStyle = "#0b0f15";
+  pen.fillStyle = ink("well");
   pen.fillRect(0, 0, width, height);
-  pen.fillStyle = "#52657d";
+  pen.fillStyle = ink("edge");
   pen.font = "11px system-ui, sans-serif";
   pen.textAlign = "center";
   for (const pause of axis.pauses) pen.fillText("//", place(pause), height / 2 + 4);
   events.forEach((event, i) => {
     const sign = signOf(event);
     if (!sign) return;
-    pen.fillStyle = event.payload.status && event.payload.status !== "found" ? "#ff7b6e" : sign[1];
+    pen.fillStyle = ink(event.payload.status && event.payload.status !== "found" ? "bad" : sign[1]);
     pen.fillText(event.payload.status && event.payload.status !== "found" ? "✕" : sign[0], place(axis.placeOfKnot(i)), 12 + sign[2] * 11);
   });
   const shared = moment();
   const x = place(shared === null ? 1 : axis.placeOf(shared));
-  pen.fillStyle = "#ffffff";
+  pen.fillStyle = ink("strong");
   pen.fillRect(x - 1, 0, 2, height);
 }
 
