@@ -1,5 +1,6 @@
 """Robots that others described stand, step and walk; every plan is judged by means it was not made with."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -182,6 +183,38 @@ def test_a_step_goes_where_it_was_asked_to_and_other_feet_stay():
     np.testing.assert_allclose(result.plan.end.soles[1, :2], target, atol=1e-6)
     np.testing.assert_array_equal(np.delete(result.plan.end.soles, 1, axis=0), np.delete(state.soles, 1, axis=0))
     assert judged("A1", dem, result.plan) == []
+
+
+def beside_limit(excess):
+    """A robot that stands with one joint past its limit by ``excess`` [rad], its ground, and that joint."""
+    _, robot = robot_of("A1")
+    dem = ground_for("A1", "smooth")
+    state = stand(robot, dem)
+    joint = robot.slices[1].stop - 1
+    limited, q = copy(robot), state.q[joint]
+    limited.upper = robot.upper.copy()
+    limited.upper[joint] = q - excess
+    return limited, dem, state, joint
+
+
+@pytest.mark.parametrize("excess", [1e-9, -1e-9, 5e-4])
+def test_a_joint_measured_past_its_limit_by_rounding_is_led_back_inside(excess):
+    robot, dem, state, joint = beside_limit(excess)
+    result = plan_step(robot, dem, state, 0, tuple(state.soles[0, :2] + (0.03, 0.0)), settings=UNHURRIED)
+    assert result.plan is not None, result.reason
+    assert (result.plan.waypoints[:, joint] < robot.upper[joint]).all()
+    assert abs(result.plan.waypoints[0, joint] - state.q[joint]) <= 2e-3
+    assert result.provenance.parents["state"] == state.digest
+
+
+def test_a_joint_farther_past_its_limit_is_no_start():
+    robot, dem, state, joint = beside_limit(0.01)
+    for result in (
+        plan_step(robot, dem, state, 0, tuple(state.soles[0, :2]), settings=UNHURRIED),
+        plan_walk(robot, dem, state, (0.2, 0.0), UNHURRIED),
+    ):
+        assert result.status is Status.START_INVALID
+        assert result.reason == f"it can't begin: limits -0.011, {robot.joint_names[joint]}"
 
 
 def test_three_legs_stand_but_cannot_lift_one():

@@ -5,7 +5,7 @@ stays inside. What is commanded is no measurement and has no tolerance.
 """
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,22 @@ JOINT_TOLERANCE = 1e-3
 _S = TypeVar("_S", bound=RobotState)
 
 
-def inside(robot: "Robot", measured: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Measured angles (…, legs × 6) [rad]: those past a limit by what a measurement may be off are at the limit."""
+class Limited(Protocol):
+    """Of a robot: the limits of its joints."""
+
+    @property
+    def lower(self) -> NDArray[np.float64]: ...
+    @property
+    def upper(self) -> NDArray[np.float64]: ...
+
+
+def inside(robot: Limited, measured: NDArray[np.float64], reserve: float = 0.0) -> NDArray[np.float64]:
+    """Measured angles (…, joints) [rad]: those past a limit by what a measurement may be off are at the limit, or by
+    the ``reserve`` that plans keep of it inside.
+    """
     q = np.asarray(measured, float)
-    nearest = np.clip(q, robot.lower, robot.upper)
-    return np.where(np.abs(q - nearest) <= JOINT_TOLERANCE, nearest, q)
+    nearest = np.clip(q, robot.lower + reserve, robot.upper - reserve)
+    return np.where(np.abs(q - nearest) <= JOINT_TOLERANCE + reserve, nearest, q)
 
 
 def state_inside(robot: "Robot", state: _S) -> _S:

@@ -1,5 +1,7 @@
 """One step of a legged robot: the chassis shifts, one foot goes to a chosen place."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from footfall.core.errors import InvalidInput
@@ -9,14 +11,18 @@ from footfall.planning.legged.foot_move import foot_move, plan_of
 from footfall.planning.legged.footing import rest
 from footfall.planning.legged.problem import LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
-from footfall.planning.legged.whole_check import Refusal, Tally
+from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
 from footfall.planning.step.problem import Status
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
+from footfall.robot.tolerance import inside
 from footfall.terrain.dem import Dem
 
 FEET_OFF = 2e-3
 """How far the feet of a state may be from where it says, and from the ground [m]."""
+
+LED_BACK = LIMIT_RESERVE + 1e-9
+"""So far inside its limit a plan starts a joint: rounding must not put it back into the reserve [rad or m]."""
 
 
 def plan_step(
@@ -36,6 +42,11 @@ def plan_step(
     if len(target) != 2 or not np.isfinite(target).all():
         raise InvalidInput("a target needs finite x and y [m]")
     ground = Ground(robot, dem, settings)
+    return of_measured(_plan(ground, begun(ground, state), leg, target), state)
+
+
+def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, float]) -> LeggedResult:
+    robot, dem, settings = ground.robot, ground.dem, ground.settings
     tally = Tally()
     refused = start_refused(ground, state)
     if refused is not None:
@@ -66,10 +77,25 @@ def plan_step(
     )
 
 
+def begun(ground: Ground, measured: LeggedState) -> LeggedState:
+    """Where a plan starts: a joint beside its limit, or past it by what a measurement may be off, is where plans stay.
+
+    Raises InvalidInput for another robot's.
+    """
+    if measured.robot != ground.robot.name or len(measured.soles) != len(ground.robot.legs):
+        raise InvalidInput(f"the state is one of {measured.robot}, not of {ground.robot.name}")
+    q = inside(ground.robot, measured.q, LED_BACK)
+    return measured if np.array_equal(q, measured.q) else replace(measured, q=q)
+
+
+def of_measured(result: LeggedResult, measured: LeggedState) -> LeggedResult:
+    """The answer of a plan from where :func:`begun` has a state, as one that was made from the state itself."""
+    parents = {**result.provenance.parents, "state": measured.digest}
+    return replace(result, provenance=replace(result.provenance, parents=parents))
+
+
 def start_refused(ground: Ground, state: LeggedState) -> LeggedResult | None:
-    """The answer where a state can't be begun from; None where it can. Raises InvalidInput for another robot's."""
-    if state.robot != ground.robot.name or len(state.soles) != len(ground.robot.legs):
-        raise InvalidInput(f"the state is one of {state.robot}, not of {ground.robot.name}")
+    """The answer where a state can't be begun from; None where it can."""
     answer = _feet_off(ground, state) or ground.check.margins(state.q, state.T_site_base, all_standing(state))
     if not isinstance(answer, Refusal):
         return None

@@ -18,7 +18,7 @@ from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, fo
 from footfall.planning.legged.guide import Guide, guide_to, wave
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.step import no_plan, provenance, start_refused, told, unchecked
+from footfall.planning.legged.step import begun, no_plan, of_measured, provenance, start_refused, told, unchecked
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
@@ -75,6 +75,10 @@ def plan_walk(
             raise InvalidInput("a goal needs x and y [m], and yaw [rad] if it matters", given=len(goal))
         goal = WalkGoal(*map(float, goal))
     ground = Ground(robot, dem, settings or LeggedSettings())
+    return of_measured(_plan(ground, begun(ground, state), goal, progress), state)
+
+
+def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress) -> LeggedResult:
     refused = start_refused(ground, state) or _goal_refused(ground, state, goal)
     if refused is not None:
         return refused
