@@ -55,7 +55,8 @@ function onward({ walking, ready, rest }) {
   const left = walking.of - walking.done;
   const parts = rest ? left : 1;
   if (ready === parts) return thing("arm", "Arm", "Look at the ghost first; then there are ten seconds to send.", "sequence");
-  const which = parts > 1 ? `${parts} moves to the goal` : `move ${walking.done + 1} of ${walking.of}`;
+  const mover = walking.leg === null ? "the chassis" : `leg ${walking.leg}`;
+  const which = parts > 1 ? `${parts} moves to the goal` : `move ${walking.done + 1} of ${walking.of}: ${mover}`;
   return thing(rest ? "walk-rest" : "walk-next", `Make commands: ${which}`, "", judge);
 }
 

@@ -65,9 +65,14 @@ def of_page(script: str, module: str, given: list[dict]) -> list:
     return json.loads(done.stdout)
 
 
+LEGS = (4, 1)
+"""Of the foot moves of the walk below; then the chassis goes to the goal."""
+
+
 def walking(done: int, against: str = "") -> dict:
     """A walk of three moves, so many of them done."""
-    return {"of": 3, "done": done, "next": done if done < 3 else None, "against": against}
+    leg = LEGS[done] if done < len(LEGS) else None
+    return {"of": 3, "done": done, "next": done if done < 3 else None, "leg": leg, "against": against}
 
 
 @pytest.fixture(scope="module")
@@ -244,6 +249,14 @@ def test_the_way_of_a_walk_leads_from_images_to_the_goal_and_back_to_images():
     assert old["button"] == "take-images"
     assert (refused["button"], refused["judge"]) == ("walk-to", "walk")
     assert other["button"] == "plan-walk"
+
+
+def test_a_foot_move_is_named_by_its_leg():
+    walk = {"goal": {"x": GOAL[0], "y": GOAL[1]}}
+    found = {**NOTHING, "ground": {"time": 900.0}, "goal": GOAL, "walk": walk, "fits": True, "rest": False}
+    texts = [one["text"] for one in asked([{**found, "walking": walking(done)} for done in range(3)])]
+    movers = ["leg 4", "leg 1", "the chassis"]
+    assert texts == [f"Make commands: move {done + 1} of 3: {mover}" for done, mover in enumerate(movers)]
 
 
 def test_a_walk_to_another_heading_is_planned_anew_and_a_gait_is_called_one():
