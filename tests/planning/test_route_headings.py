@@ -92,6 +92,7 @@ def test_they_cost_what_dijkstra_finds_over_places_and_headings(seed, headings, 
         assert isinstance(found, tuple)
         assert np.linalg.norm(cut.points - found, axis=1).min() == 0.0
     else:
+        assert not isinstance(found, tuple)
         assert found.cost == pytest.approx(least, rel=1e-12)
 
 
@@ -102,6 +103,7 @@ def test_a_way_costs_what_its_parts_and_its_turns_cost(seed, turning):
     yaw, cut = float(rng.uniform(-4.0, 4.0)), pieces(GRID, a_way(rng))
     costs = some_costs(rng, 8, 0.0)
     found = faced(cut, along(costs, cut), yaw, turning)
+    assert not isinstance(found, tuple)
     assert told_cost(found, costs, yaw, turning) == pytest.approx(found.cost, rel=1e-9)
 
 
@@ -123,7 +125,9 @@ def test_the_dearer_a_turn_the_less_is_turned():
     costs = along(some_costs(rng, 8, 0.0), cut)
     turned = []
     for turning in (0.01, 0.1, 1.0, 100.0):
-        headings = np.append(0.1, faced(cut, costs, 0.1, turning).headings)
+        found = faced(cut, costs, 0.1, turning)
+        assert not isinstance(found, tuple)
+        headings = np.append(0.1, found.headings)
         turned.append(sum(abs(math.remainder(turn, 2 * math.pi)) for turn in np.diff(headings)))
     assert turned == sorted(turned, reverse=True)
     assert turned[0] > turned[-1]
@@ -133,6 +137,7 @@ def test_the_dearer_a_turn_the_less_is_turned():
 
 def test_where_it_stands_already_is_no_way():
     found = faced(pieces(GRID, np.array([LOW, LOW])), np.empty((8, 0)), 0.4, 1.0)
+    assert not isinstance(found, tuple)
     assert (found.cost, found.headings.tolist()) == (0.0, [0.4])
 
 
