@@ -13,7 +13,7 @@ from footfall.api.door.in_turn import in_turn
 from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import Conflict, NotFound
-from footfall.io.image_files import claimed_pixels, decode_image, encode_png
+from footfall.io.image_files import MAX_PIXELS, claimed_pixels, decode_image, encode_png
 from footfall.session.live import LiveSession
 from footfall.session.pixels import HeldPixels
 from footfall.session.products.snapshot_age import moved_since, taken_at
@@ -137,7 +137,8 @@ def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded
     digest = live.state.state if live.state.state is not None else live.snapshot_state()
     state = product(live, digest, RobotState)
     packed = [(file.read(), name) for name, file in sides]
-    held.take(sum(claimed_pixels(content) for content, _ in packed))
+    # an image that is too large by itself is refused by its name, before it is unpacked
+    held.take(sum(pixels for content, _ in packed if (pixels := claimed_pixels(content)) <= MAX_PIXELS))
     left, right = (decode_image(content, name) for content, name in packed)
     pose = state.T_site_base if calibration.T_site_base is None else np.array(calibration.T_site_base, float)
     pair = ImagePair(
