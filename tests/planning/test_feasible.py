@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import maximum_filter
 
 import footfall
 from footfall.balance.support import margin
@@ -113,6 +114,56 @@ def test_a_slow_second_method_says_the_same_of_sparse_footings(athlete, places):
         np.testing.assert_array_equal(why, reasons)
         seen |= set(np.unique(why)) | {10 * int(n) for n in np.unique(legs)}
     assert {feasible_kernel.FREE, feasible_kernel.TOO_FEW, feasible_kernel.UNSUPPORTED, 0, 50, 60} <= seen
+
+
+def plain(robot, places, feet, highest, headings):
+    """Legs that find footfalls that support (headings / 2, rows, cols), and how many find any: one place at a time."""
+    rows, cols = highest.shape
+    azimuths = sorted(math.atan2(*leg.T_base_hip[1::-1, 3]) % (2 * math.pi) for leg in robot.description.legs)
+    padded = np.pad(feet, places.radius, constant_values=-np.inf)
+    legs, found = (np.zeros((len(places.count), rows, cols), int) for _ in range(2))
+    for heading in range(len(legs)):
+        # how far beside its azimuth a leg's footfalls are, counter-clockwise: the least and the most [rad]
+        least, most = np.full((LEGS, rows, cols), math.inf), np.full((LEGS, rows, cols), -math.inf)
+        for leg, azimuth in enumerate(azimuths):
+            for k in range(places.count[heading, leg]):
+                r, c = int(places.rows[heading, leg, k]), int(places.cols[heading, leg, k])
+                row, col = places.radius + r, places.radius + c
+                there = highest - padded[row : row + rows, col : col + cols] <= places.strokes[heading, leg, k]
+                off = math.remainder(math.atan2(r, c) - azimuth - 2 * math.pi * heading / headings, 2 * math.pi)
+                least[leg][there] = np.minimum(least[leg][there], off)
+                most[leg][there] = np.maximum(most[leg][there], off)
+        has = most > -math.inf
+        found[heading] = has.sum(axis=0)
+        legs[heading] = np.where(has.all(axis=0), LEGS, 0)
+        for missing in range(LEGS):
+            pairs = (((missing + behind) % LEGS, (missing + behind + 3) % LEGS) for behind in (-2, -1))
+            within = np.all([most[a] >= least[b] - 1e-9 for a, b in pairs], axis=0)
+            legs[heading][(found[heading] == LEGS - 1) & ~has[missing] & within] = LEGS - 1
+    return legs, found
+
+
+@LIGHT
+@given(SEEDS, st.sampled_from([4, 8, 16]), st.sampled_from([0.1, 0.25, 0.6]), st.floats(1.2, 2.2))
+def test_looking_at_one_place_after_the_other_says_the_same(athlete, seed, headings, share, relief):
+    rng = np.random.default_rng(seed)
+    places, asked = leg_places(athlete, CELL, headings), replace(ASKED, headings=headings, worst=1e-6)
+    heights = rng.uniform(0.0, 0.4, rng.integers(1, 40, 2)).astype(np.float32)
+    # footings in patches, so that legs lack them in whole sectors, about as far below what stands high as legs reach
+    bare = np.kron(rng.uniform(size=(14, 14)) < 0.3, np.ones((3, 3), bool))[: heights.shape[0], : heights.shape[1]]
+    high = rng.uniform(size=heights.shape) < 0.02
+    heights[high], bare = relief, bare | high
+    feet = np.where((rng.uniform(size=heights.shape) < share) & ~bare, heights, np.float32(-np.inf))
+    trusted = np.full(heights.shape, 255, np.uint8)
+    _, height, _, legs, why = feasible._layers(places, heights, feet, trusted, asked)
+    disc = np.hypot(*np.indices((2 * places.radius + 1,) * 2) - places.radius) <= places.radius
+    highest = maximum_filter(heights.astype(np.float64), footprint=disc, mode="constant", cval=-np.inf)
+    own, found = plain(athlete, places, feet.astype(np.float64), highest, headings)
+    np.testing.assert_array_equal(legs, own)
+    np.testing.assert_array_equal(why == feasible_kernel.FREE, own.any(axis=0))
+    few = np.isin(why, (feasible_kernel.TOO_FEW, feasible_kernel.NO_FOOTING, feasible_kernel.TOO_HIGH))
+    np.testing.assert_array_equal(few, (found < LEGS - 1).all(axis=0))
+    np.testing.assert_allclose(np.asarray(height, np.float64), highest + places.room, atol=1e-5)
 
 
 def test_legs_reach_their_places_and_no_deeper(athlete):

@@ -205,8 +205,10 @@ def _layers(
         places.rows,
         places.cols,
         places.strokes,
-        places.by_angle,
+        places.clockwise,
         places.count,
+        places.runs,
+        places.first_run,
         legs,
         why,
     )

@@ -128,41 +128,80 @@ def under_rover(
 
 
 @njit()
-def _first(feet, at, high, offsets, strokes, count):
-    """The first of its places that a leg reaches; −1 where there is none."""
-    for k in range(count):
+def _outermost(feet, at, high, offsets, strokes, places):
+    """The first of some places of a leg that it reaches; −1 where there is none."""
+    for k in places:
         if high - np.float64(feet[at + offsets[k]]) <= strokes[k]:
             return k
     return -1
 
 
 @njit()
-def _outermost(feet, at, high, offsets, strokes, by_angle, count, clockwise):
-    """The place farthest clockwise, or counter-clockwise, that a leg reaches, which it does."""
-    for k in range(count):
-        place = by_angle[k] if clockwise else by_angle[count - 1 - k]
-        if high - np.float64(feet[at + offsets[place]]) <= strokes[place]:
-            return place
-    return -1
-
-
-@njit()
-def _five_support(feet, at, high, offsets, strokes, by_angle, count, rows, cols, missing):
+def _five_support(feet, at, high, offsets, strokes, clockwise, count, rows, cols, halves, j, least, most, missing):
     """Whether five legs find footfalls that support the middle conservatively.
 
     Whether any closed half-plane at the middle holds fewer than two feet depends on their directions alone: none does
     where no two feet with one between them are more than a half turn apart. Of legs that keep to sectors of 60° only
-    the pairs around the missing one can be, and these share no leg.
+    the pairs around the missing one can be, and these share no leg. The legs of a pair are on opposite sides: their
+    places have the same directions, turned by a half turn.
+
+    halves: the highest footings of column j, in the clockwise and the counter-clockwise half of each leg's sector.
+    least, most: how deep each leg reaches all over its sector, and somewhere in it.
     """
     legs = count.size
     for behind, ahead in ((missing - 2, missing + 1), (missing - 1, missing + 2)):
         a, b = (behind + legs) % legs, ahead % legs
-        i = _outermost(feet, at, high, offsets[a], strokes[a], by_angle[a], count[a], False)
-        j = _outermost(feet, at, high, offsets[b], strokes[b], by_angle[b], count[b], True)
+        below_a, below_b = high - np.float64(halves[2 * a + 1, j]), high - np.float64(halves[2 * b, j])
+        if below_a <= least[a] and below_b <= least[b]:
+            continue
+        # a half without any footing need not be looked through
+        last = clockwise[a] if below_a > most[a] else count[a]
+        first = clockwise[b] if below_b > most[b] else 0
+        i = _outermost(feet, at, high, offsets[a], strokes[a], range(last - 1, -1, -1))
+        k = _outermost(feet, at, high, offsets[b], strokes[b], range(first, count[b]))
         # the foot behind × the foot ahead: positive up to a half turn, in whole numbers
-        if cols[a, i] * rows[b, j] - rows[a, i] * cols[b, j] < 0:
+        if cols[a, i] * rows[b, k] - rows[a, i] * cols[b, k] < 0:
             return False
     return True
+
+
+@njit()
+def _widen(line: Heights, wide: Heights) -> None:
+    """Write the highest of 1, 2, 4, … cells from each one of a line on, (levels, cells)."""
+    wide[0] = line
+    for level in range(1, len(wide)):
+        half = 1 << (level - 1)
+        near, out = wide[level - 1], wide[level]
+        last = line.size - half
+        for j in range(last):
+            out[j] = max(near[j], near[j + half])
+        out[last:] = near[last:]
+
+
+@njit()
+def _highest_of(wide: Heights, i: int, west: int, margin: int, runs: Whole, best: Heights) -> None:
+    """Write the highest footing in half a leg's sector around the cells of row i from column ``west`` on.
+
+    wide: of ``_widen``, the rows around row i, one after the other in a ring. runs: of that half, see LegPlaces.
+    """
+    best[:] = -np.inf
+    for run in range(len(runs)):
+        around = wide[(i + margin + runs[run, 0]) % len(wide), runs[run, 1]]
+        first, last = around[west + margin + runs[run, 2] :], around[west + margin + runs[run, 3] :]
+        for j in range(best.size):
+            best[j] = max(best[j], max(first[j], last[j]))
+
+
+@njit()
+def _depths(strokes: Array, count: Whole) -> tuple[Array, Array]:
+    """How deep a leg reaches wherever in its sector, and where it reaches deepest, each (headings, legs) [m]."""
+    least, most = np.full(count.shape, np.inf), np.full(count.shape, -np.inf)
+    for heading in range(count.shape[0]):
+        for leg in range(count.shape[1]):
+            for k in range(count[heading, leg]):
+                least[heading, leg] = min(least[heading, leg], strokes[heading, leg, k])
+                most[heading, leg] = max(most[heading, leg], strokes[heading, leg, k])
+    return least, most
 
 
 @njit()
@@ -181,8 +220,10 @@ def find_footfalls(
     rows: Whole,
     cols: Whole,
     strokes: Array,
-    by_angle: Whole,
+    clockwise: Whole,
     count: Whole,
+    runs: Whole,
+    first_run: Whole,
     legs: Codes,
     why: Codes,
 ) -> None:
@@ -190,52 +231,78 @@ def find_footfalls(
 
     feet: with ``margin`` cells of −inf all around. highest … footed: (rows, cols), of ``under_rover``. all_cells: of
     the disc. Where each of these has a footing within ``stroke`` of the highest ground all legs find one, and nothing
-    is searched, unless ``search_all``. rows … count: of LegPlaces.
+    is searched, unless ``search_all``. rows … first_run: of LegPlaces.
+
+    Row by row: the highest footing in each half of a leg's sector, of windows that all headings, legs and rows share,
+    says of nearly every cell whether that leg finds one. Where it does not, place by place is looked at.
     """
     headings, leg_count = count.shape
-    width = feet.shape[1]
+    width, side = feet.shape[1], 2 * margin + 1
     flat, offsets = feet.ravel(), rows * width + cols
-    deepest = -np.inf
-    for heading in range(headings):
-        for leg in range(leg_count):
-            for k in range(count[heading, leg]):
-                deepest = max(deepest, strokes[heading, leg, k])
+    least, most = _depths(strokes, count)
+    deepest = most.max()
+    wide = np.empty((side, runs[:, 1].max() + 1, width), np.float32)
+    for row in range(side - 1):
+        _widen(feet[row], wide[row])
+    searched = np.empty(highest.shape[1], np.bool_)
+    halves = np.empty((2 * leg_count, highest.shape[1]), np.float32)
     for i in range(highest.shape[0]):
+        _widen(feet[i + side - 1], wide[(i + side - 1) % side])
+        west, east = highest.shape[1], 0
         for j in range(highest.shape[1]):
             high = np.float64(highest[i, j])
             legs[:, i, j] = 0
+            searched[j] = False
             if trusted[i, j] < least_trusted:
                 why[i, j] = UNKNOWN
-                continue
-            if not search_all and footed[i, j] == all_cells and high - np.float64(lowest[i, j]) <= stroke:
+            elif not search_all and footed[i, j] == all_cells and high - np.float64(lowest[i, j]) <= stroke:
                 legs[:, i, j] = leg_count
                 why[i, j] = FREE
-                continue
-            if footed[i, j] == 0:
+            elif footed[i, j] == 0:
                 why[i, j] = NO_FOOTING
-                continue
-            if high - np.float64(best[i, j]) > deepest:
+            elif high - np.float64(best[i, j]) > deepest:
                 why[i, j] = TOO_HIGH
-                continue
-            at = (i + margin) * width + j + margin
-            reason = np.uint8(TOO_FEW)
-            for h in range(headings):
+            else:
+                why[i, j], searched[j] = TOO_FEW, True
+                west, east = min(west, j), j + 1
+        for h in range(headings if west < east else 0):
+            for half in range(2 * leg_count):
+                own = runs[first_run[h, half] : first_run[h, half + 1]]
+                _highest_of(wide, i, west, margin, own, halves[half, west:east])
+            for j in range(west, east):
+                if not searched[j]:
+                    continue
+                high, at = np.float64(highest[i, j]), (i + margin) * width + j + margin
                 missing, lacking = -1, 0
                 for leg in range(leg_count):
-                    if _first(flat, at, high, offsets[h, leg], strokes[h, leg], count[h, leg]) < 0:
+                    below = high - np.float64(max(halves[2 * leg, j], halves[2 * leg + 1, j]))
+                    if below <= least[h, leg]:
+                        continue
+                    every = range(count[h, leg])
+                    if below > most[h, leg] or _outermost(flat, at, high, offsets[h, leg], strokes[h, leg], every) < 0:
                         missing = leg
                         lacking += 1
-                        if leg_count - lacking < LEAST_LEGS:
-                            break
                 if lacking == 0:
                     legs[h, i, j] = leg_count
                 elif leg_count - lacking >= LEAST_LEGS:
                     if _five_support(
-                        flat, at, high, offsets[h], strokes[h], by_angle[h], count[h], rows[h], cols[h], missing
+                        flat,
+                        at,
+                        high,
+                        offsets[h],
+                        strokes[h],
+                        clockwise[h],
+                        count[h],
+                        rows[h],
+                        cols[h],
+                        halves,
+                        j,
+                        least[h],
+                        most[h],
+                        missing,
                     ):
                         legs[h, i, j] = leg_count - lacking
-                    elif reason != FREE:
-                        reason = np.uint8(UNSUPPORTED)
+                    elif why[i, j] != FREE:
+                        why[i, j] = UNSUPPORTED
                 if legs[h, i, j] > 0:
-                    reason = np.uint8(FREE)
-            why[i, j] = reason
+                    why[i, j] = FREE

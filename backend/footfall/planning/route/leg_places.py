@@ -25,7 +25,6 @@ LEGS = 6
 FINE = 0.02
 """Distances and depths at which a leg is tried [m]."""
 _EVEN = 1e-6
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +34,10 @@ class LegPlaces:
     Of each heading below a half turn and each leg, counter-clockwise (the other half turn has the same places):
     rows, cols: (headings / 2, LEGS, most) int32 how far a footfall is from the chassis [cells]. strokes: how far below
     the highest ground the wheel reaches there [m].
-    by_angle: its numbers counter-clockwise. count: (headings / 2, LEGS) how many there are.
+    count: (headings / 2, LEGS) how many there are. clockwise: so many, the first ones, are clockwise of its azimuth.
+    runs: (n, 4) int32 the same cells as runs along a row: its row; level, first and second column of two windows of
+    2^level cells that together are the run. first_run: (headings / 2, 2 LEGS + 1) number of the first run of each leg's
+    clockwise half, and of its counter-clockwise one.
     """
 
     radius: int
@@ -43,8 +45,10 @@ class LegPlaces:
     rows: NDArray[np.int32]
     cols: NDArray[np.int32]
     strokes: Array
-    by_angle: NDArray[np.int32]
     count: NDArray[np.int32]
+    clockwise: NDArray[np.int32]
+    runs: NDArray[np.int32]
+    first_run: NDArray[np.int32]
 
     @property
     def stroke(self) -> float:
@@ -78,8 +82,7 @@ def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:
             kept = (np.abs(angle) < math.pi / LEGS - _EVEN) & (x > hip) & (stroke > 0.0)
             if not kept.any():
                 raise InvalidInput(f"cells of {resolution:g} m are too coarse for the footfalls of {robot.name}")
-            # one after the other far apart: where one is no footing its neighbours mostly are none either
-            order = np.argsort(angle[kept], kind="stable")[np.argsort(np.arange(kept.sum()) * _GOLDEN % 1.0)]
+            order = np.argsort(angle[kept], kind="stable")
             legs.append(tuple(layer[kept][order] for layer in (row, col, stroke, angle)))
         # the opposite legs, and headings a quarter turn on, are the same cells turned: to the last one
         found.append(legs + [(-r, -c, stroke, angle) for r, c, stroke, angle in legs])
@@ -90,13 +93,31 @@ def leg_places(robot: Robot, resolution: float, headings: int) -> LegPlaces:
 def _stacked(found: list[list[tuple[Array, ...]]], radius: int, room: float) -> LegPlaces:
     count = np.array([[len(places[0]) for places in legs] for legs in found], np.int32)
     shape = (*count.shape, int(count.max()))
-    rows, cols, by_angle = (np.zeros(shape, np.int32) for _ in range(3))
+    rows, cols = (np.zeros(shape, np.int32) for _ in range(2))
     strokes = np.zeros(shape)
     for heading, legs in enumerate(found):
-        for leg, (r, c, stroke, angle) in enumerate(legs):
+        for leg, (r, c, stroke, _) in enumerate(legs):
             at = (heading, leg, slice(len(r)))
-            rows[at], cols[at], strokes[at], by_angle[at] = r, c, stroke, np.argsort(angle, kind="stable")
-    return LegPlaces(radius, room, rows, cols, strokes, by_angle, count)
+            rows[at], cols[at], strokes[at] = r, c, stroke
+    clockwise = np.array([[np.sum(angle < 0) for *_, angle in legs] for legs in found], np.int32)
+    halves = [[_runs(r[own], c[own]) for r, c, _, angle in legs for own in (angle < 0, angle >= 0)] for legs in found]
+    ends = np.cumsum([[len(own) for own in legs] for legs in halves]).reshape(len(found), -1)
+    first_run = np.column_stack([np.append(0, ends[:-1, -1]), ends]).astype(np.int32)
+    every = np.concatenate([own for legs in halves for own in legs])
+    return LegPlaces(radius, room, rows, cols, strokes, count, clockwise, every, first_run)
+
+
+def _runs(rows: Array, cols: Array) -> NDArray[np.int32]:
+    """Runs of neighbours along a row, as LegPlaces has them."""
+    if not len(rows):
+        return np.empty((0, 4), np.int32)
+    order = np.lexsort((cols, rows))
+    row, col = rows[order], cols[order]
+    ends = np.flatnonzero((np.diff(row) != 0) | (np.diff(col) != 1))
+    first, last = np.append(0, ends + 1), np.append(ends, len(row) - 1)
+    length = last - first + 1
+    level = np.frexp(length)[1] - 1
+    return np.column_stack([row[first], level, col[first], col[last] + 1 - (1 << level)]).astype(np.int32)
 
 
 def _azimuths(robot: Robot) -> Array:
