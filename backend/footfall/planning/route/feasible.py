@@ -49,6 +49,8 @@ RELIEF = 1.0
 """What a metre costs more where relief is the legs' whole stroke."""
 KNOWN = 255
 """Trust in a cell that was just seen; half as much in one seen ``fades`` earlier, 0 in an unknown one."""
+MOST_KEPT = 1 << 22
+"""Cells of a map of which feasible traversability is kept for the next route: some 100 MB."""
 _TILE = 64
 """Side of the parts of a map that are computed anew [cells]."""
 
@@ -125,10 +127,12 @@ def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress =
     places = leg_places(robot, geometry.resolution, settings.headings)
     changed = (trusted != before.trusted) | ~((ground == before.ground) | (np.isnan(ground) & np.isnan(before.ground)))
     halo = places.radius + _beside(robot, geometry)
+    strips = _strips(changed, halo)
+    if sum((north - south + 2 * halo) * (east - west + 2 * halo) for south, north, west, east in strips) > ground.size:
+        return feasible_ground(robot, dem, settings, progress)
     layers = tuple(
         layer.copy() for layer in (before.relief, before.height, before.trust, before.legs, before.forbidden)
     )
-    strips = _strips(changed, halo)
     for done, (south, north, west, east) in enumerate(strips, start=1):
         low, left = max(south - halo, 0), max(west - halo, 0)
         around = np.s_[low : north + halo, left : east + halo]
@@ -140,6 +144,23 @@ def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress =
             layer[..., south:north, west:east] = part[here]
         progress(done / len(strips), "footfalls looked for again")
     return _told(layers, places, geometry, ground, trusted, dem, robot, settings)
+
+
+_latest: dict[tuple[str, str], FeasibleGround] = {}
+"""By robot and settings: of the map that a route was last looked for on in this process."""
+
+
+def feasible_ground_again(
+    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress = no_progress
+) -> FeasibleGround:
+    """As ``feasible_ground``, to the digest; only what changed since it was last asked, where that is little."""
+    key = (robot.digest, settings.digest)
+    before = _latest.get(key)
+    found = feasible_ground(robot, dem, settings, progress) if before is None else updated(robot, dem, before, progress)
+    _latest.clear()
+    if found.forbidden.size <= MOST_KEPT:
+        _latest[key] = found
+    return found
 
 
 def feasible_cost_grid(found: FeasibleGround) -> CostGrid:

@@ -13,7 +13,7 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import cost_grid, marked_off
-from footfall.planning.route.feasible import FORBIDDEN, FeasibleGround, feasible_cost_grid, feasible_ground
+from footfall.planning.route.feasible import FORBIDDEN, FeasibleGround, feasible_cost_grid, feasible_ground_again
 from footfall.planning.route.headings import faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
@@ -122,7 +122,7 @@ def _costs(
     if settings.cost != "feasible":
         costs = cost_grid(robot, dem, settings, progress)
         return costs, lambda place: _why(dem, settings, costs, place), None
-    found = feasible_ground(robot, dem, settings, progress)
+    found = feasible_ground_again(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)
     return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])], found
 
