@@ -18,6 +18,8 @@ from benchmarks.timing import SEED, Figure
 from footfall.core.grid import GridGeometry
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.field import CostField
+from footfall.planning.route.headings import Faced, faced, pieces
+from footfall.planning.route.turns import way_with_turns
 
 Array = NDArray[np.float64]
 
@@ -48,6 +50,9 @@ def figures(quick: bool) -> Iterator[Figure]:
     cost, seconds = _against_eight(512, 2 if quick else 5)
     yield Figure("route/cost_over_8_directions", cost, "", 1.0)
     yield Figure("route/time_over_dijkstra", seconds, "")
+    seconds, share = _together(512, 2 if quick else 5)
+    yield Figure("route/together_512", seconds, "s")
+    yield Figure("route/together_over_way_alone", share, "")
     yield from feasible.figures(quick)
     if not quick:
         geometry, costs = rough(4000, SEED)
@@ -131,6 +136,28 @@ def _against_eight(size: int, count: int) -> tuple[tuple[float, ...], tuple[floa
         time_over.append(took / (time.process_time() - began))
         costs_over.append(own / float(from_goal[5 * size + 5]))
     return tuple(costs_over), tuple(time_over)
+
+
+def _together(size: int, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Time of a search of way and headings together, 8 headings that differ; its cost over that of the way alone."""
+    times, shares = [], []
+    turning, begin, goal = 5.0, (5.0, 5.0), (size - 6.0, size - 6.0)
+    for seed in range(count):
+        geometry = rough(size, SEED)[0]
+        metre = np.array([rough(size, SEED + 10 * seed + heading)[1] for heading in range(4)])
+        alone, _ = CostField(geometry, metre.min(axis=0), goal).plan(begin)
+        began = time.process_time()
+        way, _ = way_with_turns(geometry, metre, begin, goal, 0.0, turning)
+        times.append(time.process_time() - began)
+        costs = []
+        for points in (alone, way):
+            cut = pieces(geometry, points)
+            along = np.tile(metre[:, cut.cells[..., 0], cut.cells[..., 1]].min(axis=2), (2, 1))
+            found = faced(cut, along, 0.0, turning)
+            costs.append(found.cost if isinstance(found, Faced) else math.inf)
+        # of both the cheaper one is taken
+        shares.append(min(costs) / costs[0])
+    return tuple(times), tuple(shares)
 
 
 def _eight(costs: Array) -> csr_array:

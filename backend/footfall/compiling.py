@@ -95,6 +95,8 @@ def _route(robot: Robot, ground: Dem, state: RobotState) -> None:
     costs.plan((5.0, 6.0))
     for cost in COSTS:
         footfall.plan_route(robot, ground, state, (0.5, 0.5), settings=RouteSettings(cost=cost))
+    together = RouteSettings(cost="feasible", turning=0.5, together=True)
+    footfall.plan_route(robot, ground, state, (0.5, 0.5), settings=together)
 
 
 def _gait(robot: Robot, ground: Dem, state: RobotState) -> None:

@@ -32,6 +32,9 @@ def plan_route(
     turning: Annotated[
         float, typer.Option(help="What a radian of turning on the spot costs [m]; with --cost feasible.")
     ] = RouteSettings().turning,
+    together: Annotated[
+        bool, typer.Option("--together", help="Search way and headings together: turns decide which way is taken.")
+    ] = RouteSettings().together,
     out: Annotated[Path | None, typer.Option(help="Write the answer as .npz.")] = None,
     robot: RobotName = "athlete",
     as_json: Json = False,
@@ -40,7 +43,7 @@ def plan_route(
     from footfall.io.artifacts import encode
     from footfall.planning.route.plan import plan_route as run
 
-    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost, turning=turning)
+    settings = RouteSettings(worst=worst, resolution=resolution, cost=cost, turning=turning, together=together)
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     began = time.monotonic()
     with bar("route") as progress:

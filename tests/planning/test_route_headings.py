@@ -9,14 +9,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import coo_array, csgraph
 
 import footfall
-from footfall.core.errors import InvalidInput
+from footfall.core.errors import Cancelled, InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.planning.route import plan as planning
+from footfall.planning.route import turns
 from footfall.planning.route.field import CostField
 from footfall.planning.route.headings import faced, pieces
 from footfall.planning.route.problem import RouteSettings
+from footfall.planning.route.turns import way_with_turns
 from footfall.planning.step.problem import Status
 from footfall.terrain.from_arrays import from_heights
 
@@ -141,6 +144,86 @@ def test_where_it_stands_already_is_no_way():
     assert (found.cost, found.headings.tolist()) == (0.0, [0.4])
 
 
+def over_places_and_headings(costs, begin, goal, yaw, turning):
+    """The least cost over the middles of cells in eight directions, at all headings: Dijkstra (scipy)."""
+    headings, rows, cols = costs.shape
+    number = np.arange(costs.size).reshape(costs.shape)
+    links = []
+    for dr, dc in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        a = np.s_[:, : rows - dr, max(0, -dc) : cols - max(dc, 0)]
+        b = np.s_[:, dr:, max(0, dc) : cols + min(dc, 0)]
+        links.append((number[a], number[b], 0.5 * GRID.resolution * math.hypot(dr, dc) * (costs[a] + costs[b])))
+    step = np.where(np.isinf(costs) | np.isinf(np.roll(costs, -1, 0)), math.inf, turning * 2 * math.pi / headings)
+    links.append((number, np.roll(number, -1, 0), step))
+    ends, away = [], []
+    for place in (begin, goal):
+        row, col = (int(at) for at in GRID.cell(*place))
+        ends.append((row, col))
+        away.append(math.dist(place, (GRID.xs[col], GRID.ys[row])))
+    angles = 2 * math.pi * np.arange(headings) / headings
+    turned = turning * np.abs([math.remainder(angle - yaw, 2 * math.pi) for angle in angles])
+    (r0, c0), (r1, c1) = ends
+    # dijkstra takes a cost of 0 for no link at all
+    links.append((np.full(headings, costs.size), number[:, r0, c0], 1e-12 + turned + costs[:, r0, c0] * away[0]))
+    links.append((number[:, r1, c1], np.full(headings, costs.size + 1), 1e-12 + costs[:, r1, c1] * away[1]))
+    i, j, cost = (np.concatenate([np.ravel(one[k]) for one in links]) for k in range(3))
+    free = np.isfinite(cost)
+    graph = coo_array((cost[free], (i[free], j[free])), shape=(costs.size + 2,) * 2)
+    return float(csgraph.dijkstra(graph.tocsr(), directed=False, indices=costs.size)[-1])
+
+
+@LIGHT
+@given(SEEDS, st.sampled_from([4, 8, 12]), TURNING, st.sampled_from([0.0, 0.2, 0.5]))
+def test_searched_together_a_way_costs_what_dijkstra_finds_over_places_and_headings(seed, headings, turning, closed):
+    rng = np.random.default_rng(seed)
+    yaw, (begin, goal) = float(rng.uniform(-4.0, 4.0)), LOW + rng.uniform(size=(2, 2)) * (HIGH - LOW)
+    costs = np.tile(some_costs(rng, headings // 2, closed), (2, 1, 1))
+    way, cost = way_with_turns(GRID, costs[: headings // 2], begin, goal, yaw, turning)
+    least = over_places_and_headings(costs, begin, goal, yaw, turning)
+    assert cost == pytest.approx(least, rel=1e-9)
+    if math.isinf(least):
+        assert not len(way)
+        return
+    np.testing.assert_allclose([way[0], way[-1]], [begin, goal], atol=1e-9)
+    # cut short, and with its own cheapest headings, it costs no more
+    cut = pieces(GRID, way)
+    found = faced(cut, along(costs, cut), yaw, turning)
+    assert not isinstance(found, tuple)
+    assert found.cost <= least + 1e-9
+    if not closed:
+        assert told_cost(found, costs, yaw, turning) == pytest.approx(found.cost, rel=1e-9)
+
+
+def test_turns_decide_which_way_is_taken():
+    """A wall with two gates: through the near one the rover faces otherwise than now, through the far one as now."""
+    costs = np.ones((2, *GRID.shape))
+    costs[:, :, 7] = math.inf
+    costs[1, 5, 7] = costs[0, 0, 7] = 1.0
+    begin, goal = (GRID.xs[1], GRID.ys[5]), (GRID.xs[13], GRID.ys[5])
+    rows = []
+    for turning in (0.01, 10.0):
+        way, _ = way_with_turns(GRID, costs, begin, goal, 0.0, turning)
+        at_gate = np.interp(GRID.xs[7], way[:, 0], way[:, 1])
+        rows.append(int(GRID.cell(GRID.xs[7], at_gate)[0]))
+    assert rows == [5, 0]
+
+
+def test_more_states_than_are_searched_together_are_refused_with_both_numbers(monkeypatch):
+    monkeypatch.setattr(turns, "MOST_STATES", 100)
+    with pytest.raises(InvalidInput, match=r"at most 100 .* these are 720: take coarser cells"):
+        way_with_turns(GRID, np.ones((4, *GRID.shape)), (0.0, 3.0), (1.0, 4.0), 0.0, 1.0)
+
+
+def test_looking_for_way_and_headings_can_be_cancelled(monkeypatch):
+    monkeypatch.setattr(turns, "AT_ONCE", 5)
+
+    def stop(fraction, text):
+        raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        way_with_turns(GRID, np.ones((4, *GRID.shape)), (-0.9, 2.1), (2.0, 4.5), 0.0, 1.0, stop)
+
+
 ASKED = RouteSettings(resolution=0.2, cost="feasible", turning=0.5)
 SIDE = GridGeometry(-5.0, -5.0, 0.2, 51, 71)
 GOAL = (5.0, 0.5)
@@ -185,7 +268,19 @@ def test_where_no_heading_goes_on_it_says_where_and_what_to_try(athlete, broken,
     assert -0.1 < found.cut_off[0] < GOAL[0]
 
 
+def test_a_route_whose_way_is_searched_with_its_headings_is_no_dearer(athlete, broken):
+    stood = footfall.stand(athlete, broken)
+    alone = footfall.plan_route(athlete, broken, stood, GOAL, ASKED)
+    found = footfall.plan_route(athlete, broken, stood, GOAL, replace(ASKED, together=True))
+    assert alone.plan is not None
+    assert found.plan is not None
+    assert found.plan.cost <= alone.plan.cost
+    assert ASKED.digest == replace(ASKED, together=False).digest != replace(ASKED, together=True).digest
+
+
 def test_turning_that_means_nothing_is_refused():
+    with pytest.raises(InvalidInput, match="give turning"):
+        RouteSettings(cost="feasible", together=True)
     with pytest.raises(InvalidInput, match="at every heading"):
         RouteSettings(turning=1.0)
     for turning in (-0.1, math.nan, math.inf):

@@ -15,7 +15,8 @@ from footfall.planning.route import spread_kernel as spreading
 from footfall.planning.route.corners_kernel import LEAST_RISE, NONE, steps_of, unknown_corners
 from footfall.planning.route.field_kernel import COLS, LOOKED_AT, RISE, SHIFT, WAITING, change, look, take_over
 from footfall.planning.route.follow_kernel import follow
-from footfall.planning.route.line_kernel import line_costs, settle_points, shortcuts
+from footfall.planning.route.line_kernel import line_costs
+from footfall.planning.route.straighten import straightened
 
 Array = NDArray[np.float64]
 
@@ -28,14 +29,8 @@ AT_ONCE = 200_000
 _BORDER = 1
 _BEYOND = 3.0
 """Corners are looked at as far as those around the rover cost, and so many times the least cost of an edge more."""
-_ROUNDS = 2
-"""Times that a way is cut short and its corners are moved."""
-_WORTH_A_ROUND = 1e-3
-"""Share of the cost; where the last round saved less, another one saves next to nothing."""
 _NEAR = 1e-9
 """A point so near to an edge is on it [edges]."""
-_STEP = 0.5
-"""A corner is moved by so much at first [edges]."""
 
 
 class CostField:
@@ -138,14 +133,7 @@ class CostField:
         way = follow(self._costs, self._g, here, self._goal, 4 * sum(self._g.shape))
         if not np.array_equal(way[-1], self._goal):
             return np.empty((0, 2)), math.inf
-        own = line_costs(self._costs, way)
-        for _ in range(_ROUNDS):
-            before = own.sum()
-            way = way[shortcuts(self._costs, way, own)]
-            own = line_costs(self._costs, way)
-            settle_points(self._costs, way, own, _STEP)
-            if own.sum() > before * (1.0 - _WORTH_A_ROUND):
-                break
+        way, own = straightened(self._costs, way)
         x0, y0, size = self.geometry.x0, self.geometry.y0, self.geometry.resolution
         places = np.column_stack([x0, y0]) + size * (way[:, ::-1] - _BORDER - 0.5)
         return places, size * float(own.sum())

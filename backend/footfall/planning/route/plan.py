@@ -14,8 +14,9 @@ from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import cost_grid, marked_off
 from footfall.planning.route.feasible import FORBIDDEN, FeasibleGround, feasible_cost_grid, feasible_ground_again
-from footfall.planning.route.headings import faced, pieces
+from footfall.planning.route.headings import Faced, faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
+from footfall.planning.route.turns import way_with_turns
 from footfall.planning.step.problem import Status
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -33,8 +34,9 @@ def plan_route(
 ) -> RouteResult:
     """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
 
-    What it costs over a cell is that at the cheapest heading; where turning costs, the way found so gets its cheapest
-    headings. Which footfalls are taken is not said: see ``plan_walk``.
+    What it costs over a cell is that at the cheapest heading. Where turning costs, the way found so gets its cheapest
+    headings; searched ``together``, it is another way where that is cheaper with its turns. Which footfalls are taken
+    is not said: see ``plan_walk``.
     progress: may raise Cancelled. Returns a result; where there is no way it says why. Raises InvalidInput where goal
     or settings make no sense, the state is of another robot, or feasible traversability is asked for a robot that does
     not have six legs evenly around.
@@ -92,17 +94,38 @@ def plan_route(
     headings = None
     if settings.turning and ground is not None:
         yaw = math.atan2(state.T_site_base[1, 0], state.T_site_base[0, 0])
-        cut = pieces(grid.geometry, points)
-        found = faced(cut, costs_along(ground, cut.cells), yaw, settings.turning)
+        found = _with_headings(ground, points, (here, there), yaw, settings, part(progress, 0.5, 1.0))
         if isinstance(found, tuple):
             x, y = found
+            otherwise = "" if settings.together else "search way and headings together, as another way may go on, "
             reason = (
                 f"the cheapest way leads on at ({x:z.2f}, {y:z.2f}), {math.dist(there, (x, y)):z.2f} m before the "
-                f"goal, only at headings that the rover can't turn to there; plan without turning to see it, or {_TRY}"
+                f"goal, only at headings that the rover can't turn to there; {otherwise}plan without turning to see "
+                f"it, or {_TRY}"
             )
             return no(Status.NO_PATH, reason, found)
         points, headings, cost = found.points, found.headings, found.cost
     return RouteResult(Status.FOUND, Route(points, cost, provenance, headings), "", there, provenance)
+
+
+def _with_headings(
+    ground: FeasibleGround,
+    points: NDArray[np.float64],
+    ends: tuple[tuple[float, float], tuple[float, float]],
+    yaw: float,
+    settings: RouteSettings,
+    progress: Progress,
+) -> Faced | tuple[float, float]:
+    """The cheapest headings along the way of free turns, or along a cheaper one; or where the first does not go on."""
+    ways = [points]
+    if settings.together:
+        metre = np.array([np.maximum(ground.costs(k), 1.0) for k in range(ground.headings // 2)])
+        way, _ = way_with_turns(ground.geometry, metre, *ends, yaw, settings.turning, progress)
+        ways += [way] if len(way) else []
+    cuts = [pieces(ground.geometry, way) for way in ways]
+    found = [faced(cut, costs_along(ground, cut.cells), yaw, settings.turning) for cut in cuts]
+    good = [one for one in found if isinstance(one, Faced)]
+    return min(good, key=lambda one: one.cost) if good else found[0]
 
 
 def costs_along(ground: FeasibleGround, cells: NDArray[np.int64]) -> NDArray[np.float64]:

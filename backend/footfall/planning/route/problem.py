@@ -61,7 +61,8 @@ class RouteSettings(Value):
     has no use for ``highest``. headings: so many are looked at, 8 or 16 or another multiple of 4. fades: ground seen so
     long before the newest is trusted half [s]. corridors: where there are any, the chassis keeps to them. turning: what
     a radian of turning on the spot costs, in metres of the best ground; only with "feasible", and only then a route has
-    headings.
+    headings. together: way and headings are searched together, so that turns decide which way is taken; else the way is
+    that of free turns.
     """
 
     resolution: float = 0.1
@@ -74,6 +75,7 @@ class RouteSettings(Value):
     fades: float = field(default=86400.0, metadata=LATER)
     corridors: tuple[Corridor, ...] = field(default=(), metadata=LATER)
     turning: float = field(default=0.0, metadata=LATER)
+    together: bool = field(default=False, metadata=LATER)
 
     def check(self) -> None:
         require_above_zero(resolution=self.resolution, worst=self.worst, highest=self.highest)
@@ -88,6 +90,8 @@ class RouteSettings(Value):
                 'turning has a cost only with cost "feasible": by goodness a metre costs the same at every heading',
                 turning=self.turning,
             )
+        if self.together and not self.turning:
+            raise InvalidInput("way and headings are searched together where turning costs something: give turning")
         if self.headings % 4 or not 4 <= self.headings <= MOST_HEADINGS:
             raise InvalidInput(
                 f"headings are counted in a multiple of 4, at most {MOST_HEADINGS}", headings=self.headings
