@@ -113,6 +113,8 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     from footfall.balance.settings import BalanceSettings
     from footfall.planning.scene.rover_kernel import rovers_are_clear
     from footfall.planning.scene.rover_tables import rover_tables
+    from footfall.planning.stance.whole_body import WholeBody
+    from footfall.planning.step.ground import Nearby
 
     qs, Ts_site_base = np.array([state.posture]), np.array([state.T_site_base])
     standing = np.ones((1, robot.leg_count), bool)
@@ -122,6 +124,10 @@ def _whole_rover(robot: Robot, ground: Dem, state: RobotState) -> None:
     poses, Ts, contacts, unit, down = placed_postures(robot, qs, Ts_site_base, standing, normals)
     held_at_once(poses[0], Ts[0], contacts[0], unit[0], down[0], held_tables(robot, settings), 1.0)
     rovers_are_clear(qs, Ts_site_base, standing, 0.0, rover_tables(robot, ground.heights, ground.geometry))
+    body = WholeBody(robot, Nearby(ground, np.zeros(ground.heights.shape, bool)))
+    links = body.poses(qs)
+    body.own_gap(links)
+    body.ground_gap(Ts_site_base[:, None] @ links, body.links, touching=robot.legs)
 
 
 def _limb(robot: Robot, ground: Dem, state: RobotState) -> None:

@@ -1,14 +1,13 @@
 """How near the parts of a moving rover come to each other and to the ground, over many postures at once.
 
-The least distance over n postures and many pairs is found best first: every pair in every posture has a lower
-bound, at first from bounding spheres or from the highest ground beneath; the lowest bound is replaced by the exact
-distance, and since no point of a body moves farther from one posture to another than its outermost vertex does, this
-distance also bounds those of the same pair in all other postures (Mirtich, "Timewarp rigid body simulation", 2000,
-uses the same bound in time). The search ends when the lowest bound is exact.
+The least distance over n postures and many pairs is found best first (least.py): every pair in every posture has a
+lower bound from bounding spheres or from the highest ground beneath, and a finer one that is compiled
+(nearest_kernel.py); the lowest bound is replaced by the exact distance of the meshes, and no point of a body moves
+farther from one posture to another than its outermost vertex does. Mostly one or two distances are asked for.
 """
 
 import itertools
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import coal
@@ -17,15 +16,17 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import apply, inverse, transform
 from footfall.core.grid import GridGeometry
-from footfall.core.value import Provenance
+from footfall.planning.stance.ground_piece import GroundPiece
+from footfall.planning.stance.least import EQUAL, least
+from footfall.planning.stance.nearest_kernel import ground_bounds, near_triangles, own_bounds
 from footfall.planning.step.ground import Nearby
+from footfall.planning.step.leg_over_ground import with_ground
 from footfall.planning.step.solids import FAR, Gap, part_poses
 from footfall.robot.bvh import PAYLOAD, TOUCHING_WHEEL, bvh, robot_meshes
 from footfall.robot.description import PARTS, link_name
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
-from footfall.terrain.ground.triangulate import triangulate
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,9 @@ PIECE = 0.25
 """Pieces of ground begin and end on multiples of this [m]."""
 NOTHING = "nothing is nearer"
 _CUT = 1e-9
+_ON_GROUND = (-2, -1)
+"""Rows of the table of hulls that stand for ground, and of the touching wheel."""
+_SUNK = -3
 
 
 @dataclass(frozen=True)
@@ -47,13 +51,12 @@ class Nearest:
 
 @dataclass(frozen=True)
 class _Body:
-    """corners: (8, 3), of the box around the vertices; radius: of the ball about the middle of that box."""
+    """corners: (8, 3), of the box around the vertices; hull: its row of the table of hulls."""
 
     vertices: Array
     corners: Array
     shape: coal.BVHModelOBBRSS
-    middle: Array
-    radius: float
+    hull: int
 
 
 class WholeBody:
@@ -64,18 +67,25 @@ class WholeBody:
 
     def __init__(self, robot: Robot, ground: Nearby, clearance: float = 0.0) -> None:
         self.robot, self.ground, self.clearance = robot, ground, clearance
-        self._surfaces: dict[tuple[int, int, int, int], coal.BVHModelOBBRSS] = {}
+        self._pieces: dict[tuple[int, int, int, int], GroundPiece] = {}
         deltas = robot.description.clearances
         meshes = robot_meshes(robot.description)
-        bodies = {part: _body(np.asarray(mesh.vertices), bvh(mesh)) for part, mesh in meshes.items()}
         chassis = ["base", PAYLOAD] if PAYLOAD in meshes else ["base"]
+        shapes = [*chassis, *PARTS, TOUCHING_WHEEL]
+        self._hulls, self._points = with_ground([meshes[name] for name in shapes])
+        bodies = {
+            name: _body(np.asarray(meshes[name].vertices), bvh(meshes[name]), hull) for hull, name in enumerate(shapes)
+        }
         self.links = (*chassis, *(link_name(leg, part) for leg in robot.legs for part in PARTS))
         self._number = {link: i for i, link in enumerate(self.links)}
         self._bodies = [bodies[part] for part in (*chassis, *(part for _ in robot.legs for part in PARTS))]
         self._touching = bodies[TOUCHING_WHEEL]
         self._ground_delta = dict.fromkeys(chassis, deltas.chassis_terrain)
         self._ground_delta |= {link_name(leg, part): d for leg in robot.legs for part, d in deltas.terrain.items()}
-        self._pairs = self._own_pairs(chassis)
+        self._pairs, self._deltas = self._own_pairs(chassis)
+        grid = ground.dem.geometry
+        heights = np.array(ground.dem.heights, np.float32, order="C")
+        self._ground = heights, np.array([grid.x0, grid.y0]), grid.resolution
 
     def poses(self, postures: Array) -> Array:
         """T_base_link, (n, links, 4, 4), for postures (n, legs × 6)."""
@@ -92,31 +102,27 @@ class WholeBody:
 
         moving: only pairs with one of these links.
         """
-        pairs = [p for p in self._pairs if moving is None or p[0] in moving or p[1] in moving]
-        a = np.array([self._number[p[0]] for p in pairs])
-        b = np.array([self._number[p[1]] for p in pairs])
-        deltas = np.array([p[2] for p in pairs])
-        middles = np.einsum("nlij,lj->nli", Ts_base_link[:, :, :3, :3], np.array([x.middle for x in self._bodies]))
-        middles += Ts_base_link[:, :, :3, 3]
-        radii = np.array([x.radius for x in self._bodies])
-        bounds = np.linalg.norm(middles[:, a] - middles[:, b], axis=2) - radii[a] - radii[b] - deltas
-        near = np.flatnonzero(bounds.min(axis=0) < FAR)
+        Ts, pairs, deltas = np.ascontiguousarray(Ts_base_link), self._pairs, self._deltas
+        if moving is not None:
+            chosen = np.isin(pairs, [self._number[link] for link in moving]).any(axis=1)
+            pairs, deltas = pairs[chosen], deltas[chosen]
+        hulls = self._hulls[[body.hull for body in self._bodies]]
+        bounds, finer = own_bounds(hulls, self._points, Ts, pairs, deltas, FAR)
 
         def exact(at: int, column: int) -> float:
-            p = near[column]
-            first, second = Ts_base_link[at, a[p]], Ts_base_link[at, b[p]]
-            distance = _distance(self._bodies[a[p]].shape, first, self._bodies[b[p]].shape, second)
-            delta = float(deltas[p])
-            return distance - delta if distance > 0 else -max(delta, _CUT)
+            a, b = pairs[column]
+            distance = _distance(self._bodies[a].shape, Ts[at, a], self._bodies[b].shape, Ts[at, b])
+            return _spare(distance, float(deltas[column]))
 
         def moved(at: int, column: int) -> Array:
-            p = near[column]
-            return _farthest(inverse(Ts_base_link[:, a[p]]) @ Ts_base_link[:, b[p]], self._bodies[b[p]].corners, at)
+            a, b = pairs[column]
+            return _farthest(inverse(Ts[:, a]) @ Ts[:, b], self._bodies[b].corners, at)
 
-        spare, at, column = _least(bounds[:, near], exact, moved, FAR)
+        spare, at, column = least(bounds, finer, exact, moved, FAR)
         if column < 0:
             return Nearest(Gap(spare, NOTHING), 0)
-        return Nearest(Gap(spare, f"{pairs[near[column]][0]} and {pairs[near[column]][1]}"), at)
+        a, b = pairs[column]
+        return Nearest(Gap(spare, f"{self.links[a]} and {self.links[b]}"), at)
 
     def ground_gap(
         self,
@@ -131,48 +137,44 @@ class WholeBody:
         the ground is negative by its depth.
         """
         bodies = [self._on_ground(link, touching) for link in links]
-        numbers = [self._number[link] for link in links]
-        beside = GROUND_FAR + max(delta for _, delta in bodies)
-        above = [
-            _above(self.ground.dem, body.vertices, Ts_site_link[:, number], raised, beside)
-            for (body, _), number in zip(bodies, numbers, strict=True)
-        ]
-        deltas = np.array([delta for _, delta in bodies])
-        bounds = np.array([bound for bound, _ in above]).T - deltas
-        boxes = np.array([box for (_, box), least in zip(above, bounds.min(axis=0), strict=True) if least < GROUND_FAR])
+        Ts = np.ascontiguousarray(Ts_site_link[:, [self._number[link] for link in links]])
+        hulls = self._hulls[[*(body.hull for body, _ in bodies), *_ON_GROUND]]
+        deltas, T_ground = np.array([delta for _, delta in bodies]), transform(translation=(0.0, 0.0, raised))
+        beside = GROUND_FAR + float(deltas.max())
+        bounds, finer, boxes = ground_bounds(hulls, self._points, Ts, deltas, raised, *self._ground, beside, GROUND_FAR)
+        boxes = boxes[bounds.min(axis=0) < GROUND_FAR]
         if not len(boxes):
             return Nearest(Gap(GROUND_FAR, NOTHING), 0)
-        surface = self._surface(boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0))
-        T_ground = transform(translation=(0.0, 0.0, raised))
+        piece = self._piece(boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0))
 
         def exact(at: int, column: int) -> float:
-            (body, delta), T = bodies[column], Ts_site_link[at, numbers[column]]
+            (body, delta), T = bodies[column], Ts[at, column]
+            within = finer[at, column] + delta + EQUAL
+            if within > -np.inf:
+                # all of it is above the ground, and mostly as near as its bound says
+                own = hulls[[column, *_ON_GROUND]]
+                few = near_triangles(own, self._points, T[None], within, raised, *self._ground)
+                if len(few) and 0 < (distance := _distance(body.shape, T, piece.few(few), T_ground)) < within:
+                    return _spare(distance, delta)
             depth = _depth(self.ground.dem, body.vertices, T, raised)
-            if depth > 0:
-                return -depth
-            distance = _distance(body.shape, T, surface, T_ground)
-            return distance - delta if distance > 0 else -max(delta, _CUT)
+            return -depth if depth > 0 else _spare(_distance(body.shape, T, piece.shape, T_ground), delta)
 
         def moved(at: int, column: int) -> Array:
-            return _farthest(Ts_site_link[:, numbers[column]], bodies[column][0].corners, at)
+            return _farthest(Ts[:, column], bodies[column][0].corners, at)
 
-        spare, at, column = _least(bounds, exact, moved, GROUND_FAR)
+        spare, at, column = least(bounds, finer, exact, moved, GROUND_FAR)
         if column < 0:
             return Nearest(Gap(spare, NOTHING), 0)
         return Nearest(Gap(spare, f"{links[column]} and the terrain"), at)
 
-    def _surface(self, low: Array, high: Array) -> coal.BVHModelOBBRSS:
-        """The ground in a box, (2,) each, or a little more of it; those already built serve again."""
-        dem = self.ground.dem
+    def _piece(self, low: Array, high: Array) -> GroundPiece:
+        """The ground in a box, (2,) each, or a little more of it; those already made serve again."""
         # on a coarse lattice, so that postures near each other ask for the same piece
-        rows, cols = _window(dem.geometry, PIECE * np.floor(low / PIECE), PIECE * np.ceil(high / PIECE))
+        rows, cols = _window(self.ground.dem.geometry, PIECE * np.floor(low / PIECE), PIECE * np.ceil(high / PIECE))
         key = rows.start, rows.stop, cols.start, cols.stop
-        if key not in self._surfaces:
-            grid, heights = dem.geometry, dem.heights[rows, cols]
-            x0, y0 = grid.x0 + cols.start * grid.resolution, grid.y0 + rows.start * grid.resolution
-            geometry = GridGeometry(x0, y0, grid.resolution, *heights.shape)
-            self._surfaces[key] = bvh(triangulate(Dem(heights, geometry, dem.name, Provenance({}))))
-        return self._surfaces[key]
+        if key not in self._pieces:
+            self._pieces[key] = GroundPiece(self.ground.dem, rows, cols)
+        return self._pieces[key]
 
     def _on_ground(self, link: str, touching: Collection[int]) -> tuple[_Body, float]:
         for leg in touching:
@@ -180,8 +182,8 @@ class WholeBody:
                 return self._touching, 0.0
         return self._bodies[self._number[link]], self._ground_delta[link] + self.clearance
 
-    def _own_pairs(self, chassis: Sequence[str]) -> list[tuple[str, str, float]]:
-        """(link, link, δ): what collision.py checks, one by one."""
+    def _own_pairs(self, chassis: Sequence[str]) -> tuple[NDArray[np.int64], Array]:
+        """Numbers of links (k, 2) and δ (k,): what collision.py checks, one by one."""
         deltas, legs = self.robot.description.clearances, self.robot.legs
         pairs: list[tuple[str, str, float]] = []
         for leg in legs:
@@ -191,57 +193,24 @@ class WholeBody:
             pairs += [(link_name(leg, p.part_a), link_name(leg, p.part_b), p.distance) for p in deltas.own_leg]
         for one, other in itertools.combinations(legs, 2):
             pairs += [(link_name(one, a), link_name(other, b), deltas.other_leg) for a in PARTS for b in PARTS]
-        return [(a, b, delta + self.clearance) for a, b, delta in pairs]
+        numbers = np.array([(self._number[a], self._number[b]) for a, b, _ in pairs], np.int64)
+        return numbers, np.array([delta + self.clearance for *_, delta in pairs])
 
 
-def _least(
-    bounds: Array, exact: Callable[[int, int], float], moved: Callable[[int, int], Array], far: float
-) -> tuple[float, int, int]:
-    """Least exact value, its row and column; (far, 0, −1) where all are at least far. See the module docstring.
-
-    bounds: (n, k), lower; exact, moved: of a row and a column; moved: (n,) from that row to every other.
-    """
-    bounds = bounds.copy()
-    known = np.zeros(bounds.shape, bool)
-    while bounds.size:
-        at, column = (int(i) for i in np.unravel_index(int(np.argmin(bounds)), bounds.shape))
-        if bounds[at, column] >= far:
-            break
-        if known[at, column]:
-            return float(bounds[at, column]), at, column
-        value = exact(at, column)
-        raised = np.maximum(bounds[:, column], value - moved(at, column))
-        bounds[:, column] = np.where(known[:, column], bounds[:, column], raised)
-        bounds[at, column] = value
-        known[at, column] = True
-    return far, 0, -1
-
-
-def _body(vertices: Array, shape: coal.BVHModelOBBRSS) -> _Body:
+def _body(vertices: Array, shape: coal.BVHModelOBBRSS, hull: int) -> _Body:
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
-    middle = 0.5 * (low + high)
-    return _Body(vertices, corners, shape, middle, float(np.linalg.norm(vertices - middle, axis=1).max()))
+    return _Body(vertices, np.array(list(itertools.product(*zip(low, high, strict=True)))), shape, hull)
+
+
+def _spare(distance: float, delta: float) -> float:
+    """What a distance [m], 0 where surfaces intersect, leaves beyond δ."""
+    return distance - delta if distance > 0 else -max(delta, _CUT)
 
 
 def _farthest(Ts: Array, corners: Array, at: int) -> Array:
     """How far the corner that moves most is from where it is at one of n poses, (n,) [m]."""
     moved = (Ts[:, :3] - Ts[at, :3]) @ np.column_stack([corners, np.ones(len(corners))]).T
     return np.sqrt(np.square(moved).sum(axis=1).max(axis=1))
-
-
-def _above(dem: Dem, vertices: Array, Ts_site_link: Array, raised: float, beside: float) -> tuple[Array, Array]:
-    """Lower bounds (n,) on a convex body's distance to the ground, and the box (2, 2) of ground that they look at.
-
-    The body is at least as far from the ground as its lowest vertex is above the highest ground within ``beside`` of
-    the box around its whole way; ground farther off is at least ``beside`` away.
-    """
-    points = Ts_site_link[:, :3] @ np.column_stack([vertices, np.ones(len(vertices))]).T
-    box = np.array([points[:, :2].min(axis=(0, 2)) - beside, points[:, :2].max(axis=(0, 2)) + beside])
-    heights = dem.heights[_window(dem.geometry, *box)]
-    highest = float(heights.max()) + raised if heights.size else -np.inf
-    # 1 mm: heights are stored as float32
-    return np.minimum(points[:, 2].min(axis=1) - highest - 0.001, beside), box
 
 
 def _window(grid: GridGeometry, low: Array, high: Array) -> tuple[slice, slice]:

@@ -14,7 +14,7 @@ from footfall.core.frames import transform
 from footfall.core.mesh import Mesh
 from footfall.planning.step.edges import Array
 from footfall.planning.step.ground import Nearby
-from footfall.planning.step.nearness_kernel import ground_bounds, ground_depths
+from footfall.planning.step.ground_nearness_kernel import ground_bounds, ground_depths
 from footfall.planning.step.solids import TOLERANCE, Gap, Solid, distance, leg_poses, measured, part_poses, solid, touch
 from footfall.robot.collision import TERRAIN, Collision
 from footfall.robot.description import PARTS, RobotDescription, link_name
@@ -40,7 +40,7 @@ class LegOverGround:
         )
         self._touching = solid(sunk)
         # by whether the wheel touches
-        self._shells = _with_ground(links), _with_ground([*links[:-1], sunk])
+        self._shells = with_ground(links), with_ground([*links[:-1], sunk])
 
     def collision(self, qs: Array, raise_terrain: float, touching: bool, more: float = 0.0) -> tuple[int, str] | None:
         """The first of n postures in which a link is too close to the ground raised by so much [m], and which.
@@ -155,7 +155,7 @@ class LegOverGround:
                 yield part, self._moving[part], Ts, deltas[part] + self._clearance
 
 
-def _with_ground(links: list[Mesh]) -> tuple[Array, Array]:
+def with_ground(links: list[Mesh]) -> tuple[Array, Array]:
     """Shells of links, and two more that stand for a box and a triangle of ground in turn."""
     table, points = point_shells(links)
     more = np.zeros((2, table.shape[1]))
