@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from footfall.io.imports import read_sequence
     from footfall.io.scripting import make_sequence
     from footfall.io.terrain_files import read_terrain
-    from footfall.planning.any_robot import plan_step, plan_walk, stand
+    from footfall.planning.any_robot import compute_maps, plan_step, plan_walk, stand
     from footfall.planning.execution.plan import plan_execution
     from footfall.planning.gait.plan import plan_gait
     from footfall.planning.route.plan import plan_route
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from footfall.planning.stance.body_shift import BodyShift
     from footfall.planning.stance.find_shift import find_shift
     from footfall.planning.stance.shift import shifted_state
-    from footfall.planning.step.leg_maps import compute_maps
     from footfall.session.replay.recompute import replay
 
 # Compiled loops share the machine with other processes: threads that wait must sleep, not spin.
@@ -36,7 +35,7 @@ _where = {
     "shifted_state": "footfall.planning.stance.shift",
     "plan_body_move": "footfall.planning.stance.body_move",
     "find_shift": "footfall.planning.stance.find_shift",
-    "compute_maps": "footfall.planning.step.leg_maps",
+    "compute_maps": "footfall.planning.any_robot",
     "plan_step": "footfall.planning.any_robot",
     "plan_gait": "footfall.planning.gait.plan",
     "plan_walk": "footfall.planning.any_robot",

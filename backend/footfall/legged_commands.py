@@ -1,23 +1,27 @@
-"""``footfall plan walk`` with a robot that others described: a stance, a walk, its checks."""
+"""``footfall plan walk`` and ``footfall map`` with a robot that others described."""
 
 import time
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
 from footfall.core.value import fields_of
+from footfall.maps.refusals import NOTHING, REFUSALS
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
-from footfall.robot.legged.legged_robot import LeggedRobot
+
+if TYPE_CHECKING:
+    from footfall.robot.legged.legged_robot import LeggedRobot
 
 
 def plan_legged_walk(
-    robot: LeggedRobot,
+    robot: "LeggedRobot",
     terrain: Path,
     goal: WalkGoal,
     at: tuple[float, float, float],
@@ -35,9 +39,7 @@ def plan_legged_walk(
     from footfall.planning.legged.stand import stand
     from footfall.planning.legged.walk import plan_walk
 
-    given = [option for option, was_given in others.items() if was_given]
-    if given:
-        raise InvalidInput(f"{', '.join(given)} can't be planned with {robot.name}: only with ATHLETE's legs")
+    _refuse_given(others, f"be planned with {robot.name}")
     dem = read_terrain(terrain)
     state = stand(robot, dem, *at, settings=settings)
     began = time.monotonic()
@@ -48,6 +50,63 @@ def plan_legged_walk(
         out.write_bytes(encode(result))
     _show(result, seconds, as_json)
     raise typer.Exit(0 if result.status is Status.FOUND else 1)
+
+
+def make_legged_map(
+    path: str,
+    terrain: Path,
+    leg: int,
+    at: tuple[float, float, float],
+    conservative: bool,
+    out: Path | None,
+    layer: str | None,
+    as_json: bool,
+    others: Mapping[str, bool],
+) -> None:
+    """Map, write and show. at: x, y [m] and yaw [rad] of the stance; layer: for files that take one.
+
+    others: as in :func:`plan_legged_walk`.
+    """
+    from footfall.io.any_robot import load_legged
+    from footfall.io.map_files import write_maps
+    from footfall.io.terrain_files import read_terrain
+    from footfall.planning.legged.leg_maps import compute_maps
+    from footfall.planning.legged.stand import stand
+    from footfall.planning.legged.step import unchecked
+
+    robot = load_legged(path)
+    _refuse_given(others, f"be had in maps of {robot.name}")
+    robot.require_leg(leg)
+    dem, settings = read_terrain(terrain), LeggedSettings(conservative=conservative)
+    state = stand(robot, dem, *at, settings=settings)
+    with terminal.bar("maps") as progress:
+        stack = compute_maps(robot, dem, state, leg, settings, progress)
+    if out is not None:
+        write_maps(stack, out, layer)
+    counts = Counter(stack.layers["refused_by"].ravel().tolist())
+    cell = stack.geometry.resolution**2
+    area = {REFUSALS[code].name: counts[code] * cell for code in sorted(counts)}
+    if as_json:
+        told = {"digest": stack.digest, "leg": leg, "leg_name": robot.leg_names[leg], "layers": list(stack.layers)}
+        written = None if out is None else str(out)
+        told |= {"area_m2": area, "not_lifted": stack.not_lifted, "unchecked": unchecked(robot), "written": written}
+        terminal.show(told)
+        return
+    typer.echo(f"leg {robot.leg_names[leg]}: a step leads to {area.get(REFUSALS[NOTHING].name, 0.0):z.3f} m²")
+    for code in sorted(set(counts) - {NOTHING}):
+        typer.echo(f"  {area[REFUSALS[code].name]:z.3f} m² {REFUSALS[code].name}: {REFUSALS[code].text}")
+    if stack.not_lifted:
+        typer.echo(f"⊘ leg {robot.leg_names[leg]} can't step anywhere: {stack.not_lifted}")
+    for text in unchecked(robot):
+        typer.echo(f"  not checked: {text}")
+    if out is not None:
+        typer.echo(f"written to {out}")
+
+
+def _refuse_given(others: Mapping[str, bool], what: str) -> None:
+    given = [option for option, was_given in others.items() if was_given]
+    if given:
+        raise InvalidInput(f"{', '.join(given)} can't {what}: only with ATHLETE's legs")
 
 
 def _show(result: LeggedResult, seconds: float, as_json: bool) -> None:

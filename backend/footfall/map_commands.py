@@ -8,6 +8,7 @@ import typer
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
+from footfall.legged_commands import make_legged_map
 from footfall.maps.layers import REACHABLE_STABLE, REACHABLE_UNSTABLE, MapStack
 from footfall.maps.quality_settings import MOST
 from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, RobotName, bar
@@ -15,6 +16,7 @@ from footfall.terminal import AtX, AtY, AtYaw, Conservative, Json, LegNumber, Ro
 if TYPE_CHECKING:
     from footfall.maps.suggest import Suggestions
 
+EARTH = "earth"
 PICTURED = "footing"
 """The layer that a picture or an array shows unless another is named."""
 
@@ -39,7 +41,7 @@ def make_map(
     friction: Annotated[
         float | None, typer.Option(help="Coefficient between wheel and ground; asks for those layers, too.")
     ] = None,
-    gravity: Annotated[str, typer.Option(help="earth, moon, mars, or a number [m/s²].")] = "earth",
+    gravity: Annotated[str, typer.Option(help="earth, moon, mars, or a number [m/s²].")] = EARTH,
     count: Annotated[
         int, typer.Option("--suggest", min=0, max=MOST, help="Name so many of the best footfalls, with reasons.")
     ] = 0,
@@ -48,6 +50,7 @@ def make_map(
 ) -> None:
     """Map where one leg could stand, from a stance on a terrain."""
     from footfall.balance.settings import BalanceSettings
+    from footfall.io.any_robot import is_legged
     from footfall.io.map_files import ONE, require_map_file, write_maps
     from footfall.maps.choice import stack_quality
     from footfall.maps.layers import MapSettings
@@ -60,6 +63,15 @@ def make_map(
         require_map_file(out, layer)
     elif layer is not None:
         raise InvalidInput("--layer needs --out, the file that it goes into")
+    if is_legged(robot):
+        others = {
+            "--friction-aware": friction_aware,
+            "--friction": friction is not None,
+            "--gravity": gravity != EARTH,
+            "--suggest": count > 0,
+        }
+        make_legged_map(robot, terrain, leg, (x, y, yaw), conservative, out, layer, as_json, others)
+        return
     balance = BalanceSettings(gravity=_gravity(gravity))
     if friction is not None:
         balance = replace(balance, friction=friction)

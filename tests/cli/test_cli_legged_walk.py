@@ -1,13 +1,18 @@
-"""`footfall plan walk --robot robot.toml`: a robot that others described, from its URDF to a walk."""
+"""`footfall plan walk` and `footfall map` with `--robot robot.toml`: from its URDF to a walk, and to maps."""
 
 import json
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import footfall
 from footfall.io.any_robot import is_legged, load_legged
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import write_terrain
+from footfall.maps.colors import REFUSED
+from footfall.maps.layers import REACHABLE_STABLE
+from footfall.maps.refusals import REFUSALS
 from footfall.planning.legged.problem import LeggedResult
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
@@ -66,3 +71,25 @@ def test_what_robot_toml_says_is_what_the_robot_keeps(described):
     assert robot.clearances["ground"] == 0.03
     assert robot.clearances["base"] == pytest.approx(0.0112)
     assert set(robot.postures) == {"stand"}
+
+
+def test_a_robot_of_your_own_is_mapped_into_the_files_of_maps(described, tmp_path):
+    known = ["map", described / "level.tif", "--robot", described / "robot.toml", "--leg", 2]
+    told = json.loads(run(*known, "--out", tmp_path / "maps.npz", "--json").stdout)
+    assert (told["leg_name"], told["not_lifted"]) == (load_legged(described / "robot.toml").leg_names[2], "")
+    with np.load(tmp_path / "maps.npz") as arrays:
+        assert set(told["layers"]) == set(arrays.files) - {"x0", "y0", "resolution", "leg", "stability"}
+        for name, area in told["area_m2"].items():
+            code = next(code for code, one in REFUSALS.items() if one.name == name)
+            assert area == pytest.approx((arrays["refused_by"] == code).sum() * 0.01)
+        green = arrays["footing"] == REACHABLE_STABLE
+        assert green.sum() * 0.01 == pytest.approx(told["area_m2"]["nothing"])
+        assert green.any()
+    lines = run(*known, "--layer", "refused_by", "--out", tmp_path / "why.png").stdout.splitlines()
+    assert lines[0] == f"leg {told['leg_name']}: a step leads to {told['area_m2']['nothing']:.3f} m²"
+    with Image.open(tmp_path / "why.png") as picture:
+        colors = {color for _, color in picture.convert("RGB").getcolors()}
+    assert colors == {REFUSED[code][1] for code, one in REFUSALS.items() if one.name in told["area_m2"]}
+    said = run(*known, "--suggest", 3, "--friction-aware", code=2).stderr
+    assert "--friction-aware, --suggest can't be had in maps of ring: only with ATHLETE's legs" in said
+    assert "ring has legs 0 to 5" in run(*known[:-1], 6, code=2).stderr

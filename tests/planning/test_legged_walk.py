@@ -20,30 +20,17 @@ from footfall.planning.step.problem import Status
 from footfall.robot.legged.find_legs import legged_model
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
-from footfall.robot.legged.touching import touching
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, slope
 from footfall.terrain.ground.surface import height_at
+from tests.support.described import robot_of
 from tests.support.legged_recheck import Recheck, faults
-from tests.support.robot_data import described
 from tests.support.walkers import ring
 
 REAL = ["A1", "Go2", "HyQ", "ANYmal B", "Solo-12"]
 UNHURRIED = LeggedSettings(time_limit=1e6)
 EVERY = 30
-
-
-@cache
-def robot_of(name: str | int) -> tuple[Path, LeggedRobot]:
-    """A real robot by its name, or a made one by the number of its legs."""
-    if isinstance(name, int):
-        path = Path(mkdtemp()) / "robot.urdf"
-        path.write_text(ring(name), encoding="utf-8")
-    else:
-        path = described(name)
-    model = legged_model(read_urdf(path))
-    return path, LeggedRobot(model, always=touching(model.tree, 40).always)
 
 
 @cache

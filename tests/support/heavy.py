@@ -19,6 +19,7 @@ HEAVY = {
     "planning/test_find_shift.py",
     "planning/test_heuristics.py",
     "planning/test_leg_maps.py",
+    "planning/test_legged_maps.py",
     "planning/test_legged_walk.py",
     "planning/test_nearest_place.py",
     "planning/test_problem_set.py",

@@ -13,7 +13,7 @@ from footfall.core.errors import InvalidInput, NotFound
 from footfall.io.image_files import encode_png
 from footfall.io.terrain_geotiff import SITE_CRS, north_up
 from footfall.maps.colors import HATCH_RGB, UNKNOWN_RGB, hatched, layer_rgb
-from footfall.maps.layers import LAYERS, MapStack
+from footfall.maps.layers import ALL_LAYERS, MapStack
 
 ALL, ONE = (".tif", ".tiff", ".npz"), (".png", ".npy")
 
@@ -40,7 +40,9 @@ def maps_geotiff(stack: MapStack) -> bytes:
         with memory.open(**profile) as target:
             for band, (name, cells) in enumerate(stack.layers.items(), 1):
                 target.write(cells[::-1].astype(np.float32), band)
-                target.set_band_description(band, f"{name} [{LAYERS[name].unit}]" if LAYERS[name].unit else name)
+                target.set_band_description(
+                    band, f"{name} [{ALL_LAYERS[name].unit}]" if ALL_LAYERS[name].unit else name
+                )
             target.update_tags(FOOTFALL=json.dumps(about))
         return bytes(memory.read())
 
@@ -84,8 +86,8 @@ def require_map_file(path: Path, layer: str | None) -> None:
         raise InvalidInput(f"say which layer goes into {path.name}")
     if ending in ALL and layer is not None:
         raise InvalidInput(f"{path.name} takes all layers; leave out the layer, or write {' or '.join(ONE)}")
-    if layer is not None and layer not in LAYERS:
-        raise NotFound(f"there is no layer {layer!r}; there are {', '.join(LAYERS)}", layer=layer)
+    if layer is not None and layer not in ALL_LAYERS:
+        raise NotFound(f"there is no layer {layer!r}; there are {', '.join(ALL_LAYERS)}", layer=layer)
 
 
 def write_maps(stack: MapStack, path: Path, layer: str | None = None) -> None:

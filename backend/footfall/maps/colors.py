@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import NotFound
-from footfall.maps import binding, reach_classes
+from footfall.maps import binding, reach_classes, refusals
 from footfall.maps.layers import (
+    ALL_LAYERS,
     BALANCE,
     COLLISION,
     FOOTFALL,
@@ -108,7 +109,27 @@ def hindrance_colors(codes: Iterable[int]) -> dict[int, tuple[str, Rgb]]:
     return table
 
 
-CLASSES = {"footing": FOOTING, "footing_friction": FOOTING, "reach_class": REACH}
+REFUSED: dict[int, tuple[str, Rgb]] = {
+    refusals.NOTHING: ("● a step leads there", (64, 176, 84)),
+    refusals.GROUND: ("■ a body too near the ground", COLLISION_RGB),
+    refusals.FOOT: ("◪ the foot in the ground", (176, 92, 158)),
+    refusals.SELF: ("◫ two bodies too near", (206, 140, 196)),
+    refusals.SUPPORT: ("▲ the weight leaves the feet", (250, 160, 30)),
+    refusals.EFFORT: ("△ too much effort", (252, 200, 110)),
+    refusals.LIMITS: ("⟂ past a joint limit", (232, 96, 60)),
+    refusals.DISC: ("⦸ a disc leans", (214, 120, 92)),
+    refusals.NOT_REACHED: ("✕ not reached", NO_SOLUTION_RGB),
+    refusals.STEEP: ("╱ too steep", (150, 60, 40)),
+    refusals.EDGE: ("∟ on an edge", (196, 156, 148)),
+    refusals.ROUGH: ("≈ too rough", (219, 219, 141)),
+    refusals.NOT_LIFTED: ("⊘ the leg can't be lifted from where it stands", NOT_LIFTED_RGB),
+    refusals.NOT_PROVEN: ("◌ not proven", UNSURE_RGB),
+    refusals.OUT_OF_RANGE: ("· out of reach", OUT_OF_RANGE_RGB),
+    refusals.UNKNOWN: ("? unknown ground", UNKNOWN_RGB),
+}
+"""Class of the layer "refused_by" → text with its mark, colour."""
+
+CLASSES = {"footing": FOOTING, "footing_friction": FOOTING, "reach_class": REACH, "refused_by": REFUSED}
 BINDING_LAYERS = ("binding", "binding_lost")
 CLASS_LAYERS = (*CLASSES, "hindrance", *BINDING_LAYERS)
 
@@ -174,7 +195,7 @@ def scale(stack: MapStack, layer: str) -> Scale:
         "torque_ratio": (0.0, 1.0),
         "quality": (0.0, 1.0),
     }.get(layer, (-1.0, 1.0))
-    return Scale(low, high, PURPLE_GREEN if layer in _SIGNED else VIRIDIS, LAYERS[layer].unit)
+    return Scale(low, high, PURPLE_GREEN if layer in _SIGNED else VIRIDIS, ALL_LAYERS[layer].unit)
 
 
 def _oldest(stack: MapStack) -> float:

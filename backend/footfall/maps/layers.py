@@ -101,6 +101,13 @@ LAYERS: Mapping[str, LayerInfo] = {
     "quality": LayerInfo("", "Footfall quality", "weighted quality 0…1 of what is acceptable (Ambler)", FOOTFALL),
 }
 
+LEGGED_LAYERS: Mapping[str, LayerInfo] = {
+    "refused_by": LayerInfo("class", "What refuses a step there", "the check that refused most tries of a step", LEG),
+}
+"""What maps of robots that others described have, and ATHLETE's have not."""
+
+ALL_LAYERS: Mapping[str, LayerInfo] = {**LAYERS, **LEGGED_LAYERS}
+
 
 @value
 class MapSettings(Value):
@@ -158,7 +165,7 @@ class MapStack(Value):
 
     def check(self) -> None:
         for name, layer in self.layers.items():
-            if name not in LAYERS or layer.shape != self.geometry.shape:
+            if name not in ALL_LAYERS or layer.shape != self.geometry.shape:
                 raise InvalidInput(f"layer {name!r} is unknown or does not fit the grid {self.geometry.shape}")
 
     @property

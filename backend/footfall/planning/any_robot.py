@@ -1,12 +1,14 @@
-"""Stances, steps and walks of any robot: which planner is asked follows from the class of the robot, here alone."""
+"""Stances, maps, steps and walks of any robot: its class says which planner is asked, here alone."""
 
 from collections.abc import Callable
 from functools import update_wrapper
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
+from footfall.planning.legged.leg_maps import compute_maps as compute_legged_maps
 from footfall.planning.legged.stand import stand as stand_legged
 from footfall.planning.legged.step import plan_step as plan_legged_step
 from footfall.planning.legged.walk import plan_walk as plan_legged_walk
+from footfall.planning.step.leg_maps import compute_maps as compute_rover_maps
 from footfall.planning.step.plan import plan_step as plan_rover_step
 from footfall.planning.walk.plan import plan_walk as plan_rover_walk
 from footfall.planning.walk.stand import stand as stand_rover
@@ -40,5 +42,6 @@ class ByRobot(Generic[OfRover, ForRover, OfLegged, ForLegged]):
 
 
 stand = ByRobot(stand_rover, stand_legged)
+compute_maps = ByRobot(compute_rover_maps, compute_legged_maps)
 plan_step = ByRobot(plan_rover_step, plan_legged_step)
 plan_walk = ByRobot(plan_rover_walk, plan_legged_walk)

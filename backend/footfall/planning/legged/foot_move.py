@@ -13,7 +13,7 @@ from footfall.planning.legged.footing import Rest, rest_heights
 from footfall.planning.legged.problem import LeggedPlan, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
 from footfall.planning.legged.whole_check import Feet, Refusal, Tally
-from footfall.robot.legged.posture import legs_to, placed
+from footfall.robot.legged.posture import leg_to, legs_to, placed
 
 Array = NDArray[np.float64]
 
@@ -45,36 +45,58 @@ def foot_move(
 
     tally: takes the refusals.
     """
-    robot, standing = ground.robot, [one for one in ground.robot.legs if one != leg]
+    standing = [one for one in ground.robot.legs if one != leg]
     for T in poses(ground, state.soles, state.contacts, standing, x, y, yaw, state.q):
-        own = Tally()
-        began = _judged(ground, Sample(legs_to(robot, T, state.soles, state.q), T, "body", -1), state, leg, own)
-        if isinstance(began, Refusal):
-            tally.refuse(began)
-            continue
-        way = _swing(ground, state, leg, target, began, own)
-        if isinstance(way, Refusal):
-            tally.refuse(way)
-            continue
-        ahead = chassis_way(ground, state, T, own)
-        if isinstance(ahead, Refusal):
-            tally.refuse(ahead)
-            continue
-        # step by step the legs may have come to other angles than at once
-        apart = _leaps(ahead[-1].q, began.q)
-        if apart is not None:
-            tally.refuse(apart)
-            continue
-        soles, contacts, normals = (part.copy() for part in (state.soles, state.contacts, state.normals))
-        soles[leg], contacts[leg], normals[leg] = target
-        end = ground.state(way[-1].q, T, soles, contacts, normals)
-        settled = ground.check.margins(end.q, T, all_standing(end))
-        if isinstance(settled, Refusal):
-            tally.refuse(settled)
-            continue
-        own.take(settled, f"leg {robot.leg_names[leg]} down")
-        return FootMove([*ahead, *way], end, own)
+        found = _move_at(ground, state, leg, target, T)
+        if isinstance(found, FootMove):
+            return found
+        tally.refuse(found)
     return None
+
+
+def _move_at(ground: Ground, state: LeggedState, leg: int, target: Rest, T: Array) -> FootMove | Refusal:
+    """The foot move with the chassis at a pose, or what refuses it."""
+    own = Tally()
+    began = foot_free(ground, state, leg, T, own)
+    if isinstance(began, Refusal):
+        return began
+    way: list[Sample] = []
+    for sample in foot_way(ground, leg, target, began):
+        held = sample if isinstance(sample, Refusal) else judged(ground, sample, state, leg, own)
+        if isinstance(held, Refusal):
+            return held
+        way.append(held)
+    ahead = way_ahead(ground, state, began, own)
+    if isinstance(ahead, Refusal):
+        return ahead
+    end = set_down(ground, state, leg, target, way[-1])
+    settled = ground.check.margins(end.q, T, all_standing(end))
+    if isinstance(settled, Refusal):
+        return settled
+    own.take(settled, f"leg {ground.robot.leg_names[leg]} down")
+    return FootMove([*ahead, *way], end, own)
+
+
+def foot_free(ground: Ground, state: LeggedState, leg: int, T_site_base: Array, tally: Tally) -> Sample | Refusal:
+    """The chassis at a pose over all feet, that leg bearing nothing any more."""
+    q = legs_to(ground.robot, T_site_base, state.soles, state.q)
+    return judged(ground, Sample(q, T_site_base, "body", -1), state, leg, tally)
+
+
+def way_ahead(ground: Ground, state: LeggedState, began: Sample, tally: Tally) -> list[Sample] | Refusal:
+    """The chassis' way to where a foot move begins, which must come to the same angles of the legs."""
+    ahead = chassis_way(ground, state, began.T_site_base, tally)
+    if isinstance(ahead, Refusal):
+        return ahead
+    # step by step the legs may have come to other angles than at once
+    return _leaps(ahead[-1].q, began.q) or ahead
+
+
+def set_down(ground: Ground, state: LeggedState, leg: int, target: Rest, last: Sample) -> LeggedState:
+    """The state with the leg's foot at its target, after the last sample of its way."""
+    soles, contacts, normals = (part.copy() for part in (state.soles, state.contacts, state.normals))
+    soles[leg], contacts[leg], normals[leg] = target
+    return ground.state(last.q, last.T_site_base, soles, contacts, normals)
 
 
 def chassis_way(ground: Ground, state: LeggedState, T_site_base: Array, tally: Tally) -> list[Sample] | Refusal:
@@ -111,7 +133,7 @@ def plan_of(samples: list[Sample], moves: list[int], start: LeggedState, end: Le
     )
 
 
-def _judged(ground: Ground, sample: Sample, state: LeggedState, leg: int, tally: Tally) -> Sample | Refusal:
+def judged(ground: Ground, sample: Sample, state: LeggedState, leg: int, tally: Tally) -> Sample | Refusal:
     """The sample, where the robot holds without that foot."""
     standing = [one for one in ground.robot.legs if one != leg]
     answer = ground.check.margins(sample.q, sample.T_site_base, Feet(standing, state.contacts, state.normals))
@@ -121,23 +143,23 @@ def _judged(ground: Ground, sample: Sample, state: LeggedState, leg: int, tally:
     return sample
 
 
-def _swing(
-    ground: Ground, state: LeggedState, leg: int, target: Rest, began: Sample, tally: Tally
-) -> list[Sample] | Refusal:
-    """Samples of the foot's way up, over and down, each checked, the chassis still."""
-    samples, T, q = [], began.T_site_base, began.q
+def foot_way(ground: Ground, leg: int, target: Rest, began: Sample) -> Iterator[Sample | Refusal]:
+    """Samples of the foot's way up, over and down, the chassis still; none is judged.
+
+    It ends where the leg would jump, and where it does not reach: there its angles are NaN.
+    """
+    T, q = began.T_site_base, began.q
     for phase, center in _over(ground, leg, apply(T, placed(ground.robot, q).soles[leg]), target.center):
-        soles = state.soles.copy()
-        soles[leg] = center
         there = q.copy()
-        part = ground.robot.slices[leg]
-        there[part] = legs_to(ground.robot, T, soles, q)[part]
-        judged = _leaps(q, there) or _judged(ground, Sample(there, T, phase, leg), state, leg, tally)
-        if isinstance(judged, Refusal):
-            return judged
-        samples.append(judged)
+        there[ground.robot.slices[leg]] = leg_to(ground.robot, leg, T, center, q)
+        leap = _leaps(q, there)
+        if leap is not None:
+            yield leap
+            return
+        yield Sample(there, T, phase, leg)
+        if not np.isfinite(there).all():
+            return
         q = there
-    return samples
 
 
 def _over(ground: Ground, leg: int, start: Array, end: Array) -> Iterator[tuple[str, Array]]:

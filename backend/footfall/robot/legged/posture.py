@@ -44,13 +44,17 @@ def legs_to(robot: LeggedRobot, T_site_base: Array, soles: ArrayLike, near: Arra
 
     Each leg goes there the way from ``near`` (joints,) leads; where it leads nowhere its angles are NaN.
     """
-    points = (np.asarray(soles, float) - T_site_base[:3, 3]) @ T_site_base[:3, :3]
-    q = np.full_like(near, np.nan)
-    for leg in robot.legs:
-        part = robot.slices[leg]
-        if np.isfinite(near[part]).all():
-            q[part] = robot.limbs[leg].solve_from(points[leg][None], near[part][None])[0]
-    return q
+    targets = np.asarray(soles, float)
+    return np.concatenate([leg_to(robot, leg, T_site_base, targets[leg], near) for leg in robot.legs])
+
+
+def leg_to(robot: LeggedRobot, leg: int, T_site_base: Array, sole: Array, near: Array) -> Array:
+    """The leg's own joints in :func:`legs_to`; sole: (3,) in site [m]."""
+    own = near[robot.slices[leg]]
+    if not np.isfinite(own).all():
+        return np.full_like(own, np.nan)
+    point = (sole - T_site_base[:3, 3]) @ T_site_base[:3, :3]
+    return robot.limbs[leg].solve_from(point[None], own[None])[0]
 
 
 def chassis_pose(x: float, y: float, z: float, yaw: float, up: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
