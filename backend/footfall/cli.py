@@ -17,6 +17,7 @@ from footfall.core.collector import none_while_loading
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.gait_commands import plan_gait as run_plan_gait
+from footfall.legged_commands import SERVED, require_served
 from footfall.map_commands import make_map
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
@@ -132,15 +133,16 @@ def serve(
             metavar="PORT",
         ),
     ] = None,
+    robot: RobotName = SERVED,
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
+    require_served(robot)
     with none_while_loading():
         from footfall.logs import start_logging
         from footfall.session.rover.light_time import LightTime
         from footfall_ui.app import serve as run
         from footfall_ui.listening import Tls
 
-    light_time = LightTime(telemetry=telemetry_delay, commands=command_delay)
     start_logging(data.expanduser())
     if store is not None:
         from footfall.session.storage.databases import bind
@@ -171,7 +173,7 @@ def serve(
         tls=Tls.of(tls_cert, tls_key),
         behind_tls_proxy=behind_tls_proxy,
         public_url=public_url,
-        light_time=light_time,
+        light_time=LightTime(telemetry=telemetry_delay, commands=command_delay),
         foxglove=foxglove,
         workers=workers,
         worker_beside=worker_beside,

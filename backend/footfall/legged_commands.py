@@ -19,6 +19,22 @@ from footfall.planning.walk.problem import WalkGoal
 if TYPE_CHECKING:
     from footfall.robot.legged.legged_robot import LeggedRobot
 
+SERVED = "athlete"
+
+
+def require_served(robot: str) -> None:
+    """Raises InvalidInput, saying what works instead, for any robot but the one that sessions are of."""
+    from footfall.io.any_robot import is_legged
+    from footfall.io.robot_files import WORKS_WITH_OWN
+
+    if is_legged(robot):
+        raise InvalidInput(
+            f"page, link and simulated rover take ATHLETE's legs alone, not {Path(robot).name}; "
+            f"with such a robot work {WORKS_WITH_OWN}"
+        )
+    if robot != SERVED:
+        raise InvalidInput(f"a server has the robot of its session, not {robot}; leave out --robot")
+
 
 def plan_legged_walk(
     robot: "LeggedRobot",

@@ -7,6 +7,7 @@ import pytest
 from PIL import Image
 
 import footfall
+from footfall.core.errors import InvalidInput
 from footfall.io.any_robot import is_legged, load_legged
 from footfall.io.artifacts import decode
 from footfall.io.terrain_files import write_terrain
@@ -93,3 +94,37 @@ def test_a_robot_of_your_own_is_mapped_into_the_files_of_maps(described, tmp_pat
     said = run(*known, "--suggest", 3, "--friction-aware", code=2).stderr
     assert "--friction-aware, --suggest can't be had in maps of ring: only with ATHLETE's legs" in said
     assert "ring has legs 0 to 5" in run(*known[:-1], 6, code=2).stderr
+
+
+LEVEL = "level.tif"
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("serve",),
+        ("sim", LEVEL),
+        ("plan", "step", LEVEL, "--leg", 0, "--target", 0.1, 0.1),
+        ("plan", "route", LEVEL, "--goal", 1, 0),
+        ("plan", "gait", LEVEL, "--goal", 1, 0),
+    ],
+)
+def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
+    given = [described / one if one == LEVEL else one for one in asked]
+    (line,) = run(*given, "--robot", described / "robot.toml", code=2).stderr.strip().splitlines()
+    assert "ATHLETE's legs alone" in line
+    assert "with such a robot work footfall robot check, map, plan walk and export" in line
+
+
+def test_a_server_has_the_robot_of_its_session(described):
+    assert (
+        "a server has the robot of its session, not other; leave out --robot"
+        in run("serve", "--robot", "other", code=2).stderr
+    )
+
+
+def test_a_route_names_the_postures_that_there_are(described):
+    robot = footfall.load_robot(described / "robot.toml")
+    dem = plane(4.0, 0.1)
+    with pytest.raises(InvalidInput, match=r"not for ring \(its postures: neutral\); plan_walk takes it"):
+        footfall.plan_route(robot, dem, footfall.stand(robot, dem), (1.0, 0.0))

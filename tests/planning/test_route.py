@@ -17,6 +17,7 @@ from footfall.planning.route.cost import _rise_under, cost_grid, reach
 from footfall.planning.route.field import CostField
 from footfall.planning.route.problem import Corridor, NoGo, RouteSettings
 from footfall.planning.step.problem import Status
+from footfall.robot.model import Robot
 from footfall.terrain.from_arrays import from_heights
 
 GRID = GridGeometry(-5.0, -8.0, 0.1, 161, 201)
@@ -214,3 +215,10 @@ def test_the_same_question_has_the_same_answer(athlete, start):
     dem = ground(wall=1.0)
     first, again = (footfall.plan_route(athlete, dem, start, GOAL) for _ in range(2))
     assert first.digest == again.digest
+
+
+def test_a_robot_that_has_no_posture_to_stand_in_names_those_it_has(athlete, start):
+    postures = {name: q for name, q in athlete.description.postures.items() if name != "stand"}
+    other = Robot(replace(athlete.description, postures=postures))
+    with pytest.raises(InvalidInput, match=f"has no such posture; it has {', '.join(postures)}: name one"):
+        footfall.plan_route(other, ground(), start, GOAL)

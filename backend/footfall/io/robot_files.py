@@ -10,6 +10,11 @@ from footfall.robot.build import describe
 from footfall.robot.description import RobotDescription
 from footfall.robot.model import Robot
 
+WORKS_WITH_OWN = (
+    "footfall robot check, map, plan walk and export; in Python stand, compute_maps, plan_step, plan_walk and export"
+)
+"""What takes robots that others described (io.any_robot)."""
+
 
 def robot_names() -> list[str]:
     """Names of the robots that ship with FootFall."""
@@ -43,4 +48,10 @@ def read_description(path: str | Path) -> RobotDescription:
         raw = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
         raise InvalidRobot(f"{path.name} is not readable TOML{place_of(err)}", path=str(path)) from err
+    if "urdf" in raw:
+        raise InvalidRobot(
+            f"{path.name} describes a robot of your own, and this takes ATHLETE's legs alone; "
+            f"with such a robot work {WORKS_WITH_OWN}",
+            path=str(path),
+        )
     return describe(raw)

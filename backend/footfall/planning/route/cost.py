@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter1d
 
+from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.core.progress import Progress, no_progress
 from footfall.core.value import Provenance
@@ -20,6 +21,9 @@ from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
 
 Array = NDArray[np.float64]
+
+STANDING = "stand"
+"""Name of the posture whose feet a route keeps on known ground."""
 
 
 def cost_grid(
@@ -46,8 +50,17 @@ def cost_grid(
 
 
 def reach(robot: Robot) -> float:
-    """How far from the middle of the chassis the wheels of a standing rover are, at most [m]."""
-    posture = robot.posture("stand")
+    """How far from the middle of the chassis the wheels of a standing rover are, at most [m].
+
+    Raises InvalidInput for a robot without a posture STANDING, naming those that it has.
+    """
+    if STANDING not in robot.description.postures:
+        known = ", ".join(robot.description.postures) or "none"
+        raise InvalidInput(
+            f"a route is as wide as the feet of the posture {STANDING!r}, and {robot.name} has no such posture; "
+            f"it has {known}: name one of them {STANDING!r} in its description"
+        )
+    posture = robot.posture(STANDING)
     feet = np.array([contact_point(robot, posture, leg, np.eye(4)) for leg in robot.legs])
     return float(np.hypot(feet[:, 0], feet[:, 1]).max())
 

@@ -18,6 +18,7 @@ from footfall.planning.route.headings import Faced, faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.route.turns import way_with_turns
 from footfall.planning.step.problem import Status
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -38,9 +39,15 @@ def plan_route(
     headings; searched ``together``, it is another way where that is cheaper with its turns. Which footfalls are taken
     is not said: see ``plan_walk``.
     progress: may raise Cancelled. Returns a result; where there is no way it says why. Raises InvalidInput where goal
-    or settings make no sense, the state is of another robot, or feasible traversability is asked for a robot that does
-    not have six legs evenly around.
+    or settings make no sense, the state is of another robot, the robot is one that others described or has no posture
+    "stand", or feasible traversability is asked for a robot that does not have six legs evenly around.
     """
+    if isinstance(robot, LeggedRobot):
+        known = ", ".join(robot.postures) or "none"
+        raise InvalidInput(
+            f"routes are planned for ATHLETE's legs alone, not for {robot.name} (its postures: {known}); "
+            "plan_walk takes it to a goal in a straight line"
+        )
     settings = settings or RouteSettings()
     if not isinstance(settings, RouteSettings):
         raise InvalidInput("a route takes RouteSettings")
