@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import footfall
 from footfall.core.errors import InvalidSequence
@@ -23,6 +25,7 @@ from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
 from footfall.robot.legged.touching import touching
 from footfall.sequence.commands import Command, Sequence, by_leg, leg_lower, posture_move, wait
+from footfall.sequence.of_legged import RAMP, ramped
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.generate import fractal
 from tests.io.test_export_fprime import require_compiles
@@ -99,10 +102,47 @@ def test_another_judge_finds_nothing_wrong_with_where_they_lead(made, urdf):
 def test_no_joint_is_faster_than_its_share_of_the_limit_and_statics_allow(made, share, fastest):
     robot, dem, _, plan, _ = made
     step = footfall.make_sequence(plan, robot, dem, SequenceSettings(speed_fraction=share, sample=0.02))
-    before = step.start
+    before, speeds = step.start, []
     for command, after in zip(step.commands, step.predicted, strict=True):
-        assert np.abs(after - before).max() == pytest.approx(fastest * command.duration)
+        speeds.append(np.abs(after - before).max() / command.duration)
         before = after
+    assert max(speeds) <= fastest * (1 + 1e-9)
+    assert max(speeds) > 0.5 * fastest, "long motions come near their full speed"
+
+
+def test_every_motion_begins_and_ends_slowly(made):
+    _, _, _, plan, step = made
+    before, needed = step.start, []
+    for after in step.predicted:
+        needed.append(np.abs(after - before).max() / 0.5)
+        before = after
+    kinds = [(command.leg, command.phase) for command in step.commands]
+    motions = [[k for k, kind in enumerate(kinds) if kind == one] for one in dict.fromkeys(kinds)]
+    assert len(motions) == 4
+    assert len(plan.moves) == 1
+    for rows in motions:
+        durations = np.array([step.commands[row].duration for row in rows])
+        np.testing.assert_allclose(durations, ramped(np.array(needed)[rows], RAMP), rtol=1e-6)
+        for end in (rows[0], rows[-1]):
+            share = needed[end] / step.commands[end].duration
+            assert share <= step.commands[end].duration / (2 * RAMP) + 1e-6
+
+
+@given(st.lists(st.floats(0.001, 1.0), min_size=1, max_size=12), st.floats(0.05, 2.0))
+def test_a_ramp_changes_speed_no_faster_than_it_says(needed, ramp):
+    needed = np.array(needed)
+    took = ramped(needed, ramp)
+    speed = needed / took
+    assert (speed <= 1 + 1e-9).all()
+    between = (took[1:] + took[:-1]) / 2
+    assert (np.abs(np.diff(speed)) <= between / ramp + 1e-6).all()
+    assert speed[0] <= took[0] / (2 * ramp) + 1e-6
+    assert speed[-1] <= took[-1] / (2 * ramp) + 1e-6
+    # the way under a trapezoid, or under a triangle, added up in small steps of time
+    total = took.sum()
+    t = (np.arange(20000) + 0.5) * total / 20000
+    under = np.minimum(np.minimum(t, total - t) / ramp, 1.0).sum() * total / 20000
+    assert under == pytest.approx(needed.sum(), rel=1e-4)
 
 
 @pytest.mark.parametrize("format", FORMATS)

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 FASTEST_TURN, FASTEST_SLIDE = 0.5, 0.05
 """How fast joints go at most [rad/s, m/s], also where no limit is said: walks are planned for statics, and the speed
 limits of motors are not made for them."""
+RAMP = 0.5
+"""In so many seconds a motion comes to its full speed, and at its end to rest [s]: a chassis that starts or stops at
+once takes feet off the ground."""
 
 
 def make_legged_sequence(
@@ -27,8 +30,8 @@ def make_legged_sequence(
 ) -> Sequence:
     """One command for each waypoint after the first: a LEG_MOVE where a foot is in the air, else a POSTURE_MOVE.
 
-    Each takes as long as ``speed_fraction`` of the speed limits, and FASTEST_TURN and FASTEST_SLIDE, need. Raises
-    InvalidSequence for another robot's plan and one that goes nowhere.
+    Each takes as long as ``speed_fraction`` of the speed limits, and FASTEST_TURN and FASTEST_SLIDE, need, longer where
+    its motion begins and ends (RAMP). Raises InvalidSequence for another robot's plan and one that goes nowhere.
     """
     joints = len(robot.joint_names)
     if plan.start.robot != robot.name or plan.waypoints.shape[1:] != (joints,):
@@ -39,9 +42,12 @@ def make_legged_sequence(
     sliding = np.isin(robot.joint_names, robot.layout.sliding)
     fastest = np.where(sliding, FASTEST_SLIDE, FASTEST_TURN)
     speeds = np.minimum(settings.speed_fraction * robot.speeds, fastest)
+    durations = _durations(plan, speeds)
     commands = tuple(
-        _command(robot, int(leg), phase, before, target, speeds)
-        for (before, target), leg, phase in zip(pairwise(plan.waypoints), plan.legs[1:], plan.phases[1:], strict=True)
+        _command(robot, int(leg), phase, target, float(duration))
+        for target, leg, phase, duration in zip(
+            plan.waypoints[1:], plan.legs[1:], plan.phases[1:], durations, strict=True
+        )
     )
     parents = {"plan": plan.digest, "robot": robot.digest, "dem": dem.digest}
     return legged_sequence(robot, commands, plan.waypoints[0], plan.start.T_site_base, dem, settings, parents)
@@ -71,8 +77,30 @@ def legged_sequence(
     )
 
 
-def _command(robot: LeggedRobot, leg: int, phase: str, before: Array, target: Array, speeds: Array) -> Command:
+def _durations(plan: LeggedPlan, speeds: Array) -> Array:
+    """Seconds of each command; what one leg, or the chassis, does in one phase is a motion from rest to rest."""
+    needed = np.array([needed_duration(after - before, speeds) for before, after in pairwise(plan.waypoints)])
+    kinds = list(zip(plan.legs[1:].tolist(), plan.phases[1:], strict=True))
+    begins = [k for k, kind in enumerate(kinds) if k == 0 or kind != kinds[k - 1]]
+    return np.concatenate([ramped(part, RAMP) for part in np.split(needed, begins[1:])])
+
+
+def ramped(needed: Array, ramp: float) -> Array:
+    """Seconds of the parts of a motion that comes to full speed in ``ramp`` seconds, and to rest again in as many.
+
+    needed: (n,) seconds of each part at full speed. A motion that is over before comes to less than full speed.
+    """
+    done = np.concatenate([[0.0], np.cumsum(needed)])
+    half = done[-1] / 2
+
+    def since_rest(way: Array) -> Array:
+        return np.where(way < ramp / 2, np.sqrt(2 * ramp * np.minimum(way, ramp / 2)), way + ramp / 2)
+
+    whole = 2 * since_rest(np.array(half))
+    return np.diff(np.where(done <= half, since_rest(done), whole - since_rest(np.maximum(done[-1] - done, 0.0))))
+
+
+def _command(robot: LeggedRobot, leg: int, phase: str, target: Array, duration: float) -> Command:
     if leg < 0:
-        return posture_move(target, needed_duration(target - before, speeds), "shift")
-    own = robot.slices[leg]
-    return leg_move(leg, target[own], needed_duration(target[own] - before[own], speeds[own]), phase)
+        return posture_move(target, duration, "shift")
+    return leg_move(leg, target[robot.slices[leg]], duration, phase)
