@@ -11,10 +11,9 @@ from footfall.maps.over_imagery import LINE, darkened, grain, grid_lines
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.lattice import laid_onto
 from footfall.terrain.ground.shading import DARKEST, relief
-from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene.drawable import drawable, picked
 from footfall_ui.scene.drawn import Drawn
-from footfall_ui.scene.glb import unlit_glb
+from footfall_ui.scene.ground_glb import ground_glb
 
 GREY = 190
 """Of ground without an image."""
@@ -51,12 +50,9 @@ def glb(dem: Dem, rgb: NDArray[np.uint8], cells: GridGeometry, brightness: NDArr
 
     brightness: of each cell of the terrain, 0…1; lines of the ground grid are darker still.
     """
-    mesh = triangulate(dem)
-    u = ((mesh.vertices[:, 0] - cells.x0) / cells.resolution + 0.5) / cells.cols
-    v = ((mesh.vertices[:, 1] - cells.y0) / cells.resolution + 0.5) / cells.rows
     every = round(cells.resolution / dem.geometry.resolution)
     lit = np.where(grid_lines(cells), LINE, 1.0) * brightness[::every, ::every]
-    return unlit_glb(mesh, np.column_stack([u, v]), darkened(rgb, lit))
+    return ground_glb(dem, darkened(rgb, lit), cells)
 
 
 class TerrainDrawing:

@@ -1,6 +1,5 @@
 """What is around rover and ground: sky, compass, scale bar, shadow; and labels that are arranged."""
 
-import io
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -8,7 +7,6 @@ from typing import cast
 import cv2
 import numpy as np
 import pytest
-import trimesh
 import viser
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,14 +23,7 @@ from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, labels_of, 
 from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
 from footfall_ui.scene.sky import LEAST, MOST, TEXELS, ball, gradient, place
 from tests.support.chassis_ground import lifted, wavy
-
-
-def loaded(content):
-    """The one mesh of a binary glTF where it stands, as another library reads it."""
-    scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
-    (mesh,) = scene.geometry.values()
-    mesh.apply_transform(scene.graph.get(scene.graph.nodes_geometry[0])[0])
-    return mesh
+from tests.support.glb import loaded
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 
 import ast
 import io
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +20,14 @@ from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.shading import relief
 from footfall.terrain.ground.triangulate import triangulate
 from footfall_ui.scene import drawable as drawable_ground
+from footfall_ui.scene import ground_glb as ground_glb_module
 from footfall_ui.scene.bearings import bearings_of
 from footfall_ui.scene.drawable import drawable, every, picked
+from footfall_ui.scene.ground_glb import ground_glb
 from footfall_ui.scene.near import near
 from footfall_ui.scene.terrain import TerrainDrawing, blended, glb, held_rgb
 from footfall_ui.scene.unknown import TEXELS, pattern, unknown_glb
+from tests.support.glb import Seen, loaded, read_glb
 
 ROWS, COLS = 9, 13
 
@@ -43,46 +44,99 @@ def colors():
     return np.random.default_rng(20081).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)
 
 
-def described(content):
-    """The JSON part of a binary glTF."""
-    length = struct.unpack("<I", content[12:16])[0]
-    return json.loads(content[20 : 20 + length])
-
-
-def loaded(content):
-    """Its one mesh where it stands, as another library reads it."""
-    scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
-    (mesh,) = scene.geometry.values()
-    mesh.apply_transform(scene.graph.get(scene.graph.nodes_geometry[0])[0])
-    return mesh
-
-
 def test_level_ground_has_each_cell_s_colour_and_nothing_of_the_scene_s_lights(colors):
     dem = from_heights(np.zeros((ROWS, COLS), np.float32), 0.05, 3.0, -7.0, "level")
     content = glb(dem, colors, dem.geometry, np.full(dem.heights.shape, 0.8))
-    tree = described(content)
-    assert "KHR_materials_unlit" in tree["extensionsUsed"]
-    assert [material["extensions"] for material in tree["materials"]] == [{"KHR_materials_unlit": {}}]
-    mesh = loaded(content)
-    x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
+    seen = read_glb(content)
+    assert "KHR_materials_unlit" in seen.tree["extensionsUsed"]
+    assert [material["extensions"] for material in seen.tree["materials"]] == [{"KHR_materials_unlit": {}}]
+    x, y = seen.vertices[:, 0], seen.vertices[:, 1]
     cell = colors[np.rint((y + 7.0) / 0.05).astype(int), np.rint((x - 3.0) / 0.05).astype(int)]
     assert len(cell) == ROWS * COLS
-    shown = mesh.visual.material.baseColorTexture
-    at = np.floor(mesh.visual.uv * [COLS, ROWS]).astype(int)
-    texels = np.asarray(shown.convert("RGB"))[::-1][at[:, 1], at[:, 0]]
+    at = np.floor(seen.uv * [COLS, ROWS]).astype(int)
+    texels = seen.picture[at[:, 1], at[:, 0]]
+    assert seen.uv * [COLS, ROWS] - at == pytest.approx(0.5, abs=1e-6)
     on_line = grid_lines(dem.geometry)[np.rint((y + 7.0) / 0.05).astype(int), np.rint((x - 3.0) / 0.05).astype(int)]
     assert 0 < on_line.sum() < len(on_line) / 2
     brightness = np.where(on_line, 0.8 * LINE, 0.8)[:, None]
     assert np.abs(texels - brightness * cell).max() <= 0.51
 
 
-def test_its_triangles_are_those_of_picking_and_collisions(colors):
-    heights = np.random.default_rng(20082).normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
-    heights[3, 4] = heights[7, 0] = np.nan
+def test_a_coarser_picture_lies_on_its_places(colors):
+    """Maps may have every n-th cell of the terrain."""
+    coarse = GridGeometry(3.0, -7.0, 0.05, ROWS, COLS)
+    dem = from_heights(np.zeros((2 * ROWS - 1, 2 * COLS - 1), np.float32), 0.025, 3.0, -7.0, "fine")
+    seen = read_glb(ground_glb(dem, colors, coarse))
+    on_cell = (np.abs((seen.vertices[:, :2] - [3.0, -7.0]) / 0.05 % 1.0 - 0.5) > 0.49).all(axis=1)
+    assert on_cell.sum() == ROWS * COLS
+    at = np.floor(seen.uv[on_cell] * [COLS, ROWS]).astype(int)
+    row, col = (np.rint((seen.vertices[on_cell, i] - (3.0, -7.0)[i]) / 0.05).astype(int) for i in (1, 0))
+    assert np.array_equal(seen.picture[at[:, 1], at[:, 0]], colors[row, col])
+
+
+@pytest.mark.parametrize("vertices", [ground_glb_module.SHORT, 4 * COLS, 2 * COLS])
+@pytest.mark.parametrize("holes", [0.0, 0.15, 0.5])
+def test_its_triangles_are_those_of_picking_and_collisions(colors, vertices, holes, monkeypatch):
+    """However many vertices are drawn at once; their heights to half a step."""
+    monkeypatch.setattr(ground_glb_module, "SHORT", vertices)
+    rng = np.random.default_rng(20082)
+    heights = rng.normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
+    heights[rng.random((ROWS, COLS)) < holes] = np.nan
     dem = from_heights(heights, 0.05, 3.0, -7.0, "holes")
-    drawn, whole = loaded(glb(dem, colors, dem.geometry, relief(dem))), triangulate(dem)
-    assert np.abs(drawn.vertices - whole.vertices).max() < 1e-6
-    assert np.array_equal(drawn.faces, whole.triangles)
+    monkeypatch.setattr(ground_glb_module, "COARSEST", 1.0)
+    drawn, whole = read_glb(glb(dem, colors, dem.geometry, relief(dem))), triangulate(dem)
+    expected = Seen({}, whole.vertices, whole.triangles.astype(int), np.zeros((0, 2)), np.zeros((0, 0, 3), np.uint8))
+    assert len(drawn.triangles) == len(whole.triangles) > 0
+    off = np.abs(drawn.corners() - expected.corners())
+    assert off[..., :2].max() < 1e-6
+    assert off[..., 2].max() <= 0.51 * np.nanmax(heights - np.nanmin(heights)) / vertices
+    assert (len(drawn.tree["meshes"][0]["primitives"]) > 1) == (vertices < ROWS * COLS)
+
+
+def test_another_library_reads_the_same_ground(colors):
+    """trimesh, which knows nothing of how it is packed."""
+    heights = np.random.default_rng(20086).normal(0.0, 0.1, (ROWS, COLS)).astype(np.float32)
+    heights[2, 3] = heights[5, 9] = heights[6, 9] = np.nan
+    dem = from_heights(heights, 0.05, 3.0, -7.0, "holes")
+    mesh, whole = loaded(glb(dem, colors, dem.geometry, relief(dem))), triangulate(dem)
+    assert np.abs(mesh.vertices - whole.vertices).max() < 1e-5
+    sized = mesh.faces[mesh.area_faces > 0]
+    assert np.array_equal(
+        np.unique(np.sort(sized, axis=1), axis=0), np.unique(np.sort(whole.triangles, axis=1), axis=0)
+    )
+    assert (np.cross(*np.diff(mesh.vertices[sized], axis=1).transpose(1, 0, 2))[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("case", ["high", "long"])
+def test_ground_that_does_not_fit_in_sixteen_bits_is_drawn_as_it_is(case):
+    """A step of heights would be seen, or there are more columns than numbers for them."""
+    heights = np.zeros((2, 40_000 if case == "long" else 5), np.float32)
+    heights[1, 3] = 900.0 if case == "high" else 0.1
+    dem = from_heights(heights, 0.05, 3.0, -7.0, case)
+    drawn, whole = (
+        read_glb(glb(dem, np.zeros((*heights.shape, 3), np.uint8), dem.geometry, np.ones(heights.shape))),
+        triangulate(dem),
+    )
+    assert "extensionsRequired" not in drawn.tree
+    assert np.array_equal(drawn.triangles, whole.triangles)
+    assert np.abs(drawn.vertices - whole.vertices).max() < 1e-3
+
+
+def test_a_cell_takes_twelve_bytes():
+    """And its picture. Strips have two more numbers where a row begins."""
+    heights = np.random.default_rng(20087).normal(0.0, 0.1, (300, 400)).astype(np.float32)
+    dem = from_heights(heights, 0.05)
+    content = ground_glb(dem, np.zeros((300, 400, 3), np.uint8), dem.geometry)
+    assert len(read_glb(content).triangles) == 2 * 299 * 399
+    assert 12 * heights.size < len(content) < 12.2 * heights.size
+
+
+def test_ground_without_any_triangle_is_nothing_to_draw():
+    heights = np.full((4, 5), np.nan, np.float32)
+    heights[1, 1] = 0.0
+    dem = from_heights(heights, 0.1)
+    content = ground_glb(dem, np.zeros((4, 5, 3), np.uint8), dem.geometry)
+    assert not trimesh.load_scene(io.BytesIO(content), file_type="glb").geometry
 
 
 def test_of_a_large_map_every_nth_cell_is_drawn_where_it_is(colors, monkeypatch):
@@ -119,8 +173,7 @@ def test_ground_far_from_the_origin_keeps_every_cell_and_triangle(colors):
     (sent,) = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False).geometry.values()
     assert len(np.unique(sent.vertices[:, 1].astype(np.float32))) == ROWS
     assert len(np.unique(sent.vertices[:, 0].astype(np.float32))) == COLS
-    assert (trimesh.Trimesh(sent.vertices, sent.faces, process=False).area_faces > 0.004).all()
-    assert np.abs(loaded(content).vertices - triangulate(dem).vertices).max() < 1e-6
+    assert np.abs(read_glb(content).vertices - triangulate(dem).vertices).max() < 1e-5
 
 
 def test_lines_and_arrows_far_from_the_origin_are_sent_about_their_middle():
@@ -211,7 +264,7 @@ def test_holes_are_striped_in_the_legend_s_colour_of_unknown_ground():
     heights[20:60, 30:70] = np.nan
     content = unknown_glb(from_heights(heights, 0.02, 3.0, -7.0))
     assert content is not None
-    assert "KHR_materials_unlit" in described(content)["extensionsUsed"]
+    assert "KHR_materials_unlit" in read_glb(content).tree["extensionsUsed"]
     # its squares are those of the ground grid: at every whole metre of the site a picture begins
     mesh = loaded(content)
     apart = mesh.visual.uv - mesh.vertices[:, :2]
