@@ -4,9 +4,10 @@ import asyncio
 import contextlib
 from collections.abc import AsyncIterator
 from html import escape
+from typing import Annotated
 
 import httpx
-from fastapi import APIRouter, Depends, Request, Response, WebSocket
+from fastapi import APIRouter, Body, Depends, Request, Response, WebSocket
 from starlette.responses import HTMLResponse, RedirectResponse, StreamingResponse
 from starlette.websockets import WebSocketDisconnect
 from viser._messages import Message, ViewerCameraMessage
@@ -15,11 +16,13 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.typing import Subprotocol
 
 from footfall.api.auth.roles import authorise
-from footfall.api.auth.who import identity_of, paged
+from footfall.api.auth.who import PAGE_HEADER, identity_of, paged
+from footfall.core.errors import InvalidInput
 from footfall.session.access.identity import Role
 from footfall_ui.scene_policy import scene_policy
 from footfall_ui.scene_server import SceneServer
 from footfall_ui.viser_door import SECRET_HEADER, SceneDoor, closed_door
+from footfall_ui.visitors import THEMES
 
 _PASSED_UP = ("accept", "accept-encoding", "if-none-match")
 _PASSED_DOWN = ("content-type", "content-encoding", "content-length", "etag")
@@ -36,6 +39,7 @@ class SceneProxy:
         self.router = APIRouter(include_in_schema=False, dependencies=[Depends(authorise)])
         self.router.add_api_route("/scene", self._to_folder)
         self.router.add_api_route("/scene/{path:path}", self._page)
+        self.router.add_api_route("/scene/theme", self._wear, methods=["PUT"], status_code=204)
         # viser's page connects to its own address without the last slash
         self.router.add_api_websocket_route("/scene", self._messages)
         self.router.add_api_websocket_route("/scene/", self._messages)
@@ -69,6 +73,13 @@ class SceneProxy:
         passed = {name: answer.headers[name] for name in _PASSED_DOWN if name in answer.headers}
         passed["content-security-policy"] = self._policy
         return StreamingResponse(_body(answer), answer.status_code, passed)
+
+    async def _wear(self, theme: Annotated[str, Body(embed=True)], request: Request) -> None:
+        """The page's sky from now on; where there is no scene, nothing wears it."""
+        if theme not in THEMES:
+            raise InvalidInput(f"the page has no theme of that name; it has {', '.join(THEMES)}", themes=THEMES)
+        who = paged(identity_of(request), request.headers.get(PAGE_HEADER, ""))
+        self.door.visitors.dress(who, theme)
 
     async def _messages(self, socket: WebSocket) -> None:
         door = self.door

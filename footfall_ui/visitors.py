@@ -1,6 +1,8 @@
-"""Who sits at which of viser's pages: the proxy knows who asks, viser only numbers its connections."""
+"""Who sits at which of viser's pages, in which theme: the proxy knows who asks, viser only numbers its connections."""
 
-from collections.abc import Iterator
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -12,11 +14,47 @@ PAGE = "scene"
 """What a scene is called where acts name their page, and it does not say which page it is in."""
 
 
+THEMES = ("dark", "light", "sunlight")
+"""Of the page (static/js/themes.js); the first is worn where none was named."""
+MOST_THEMES = 200
+"""Pages whose theme is kept; of more, the one that was dressed longest ago is forgotten."""
+
+
 class Visitors:
-    """Identities by the port that the proxy's connection to viser comes from."""
+    """Identities by the port that the proxy's connection to viser comes from; themes by seat. Thread-safe."""
 
     def __init__(self) -> None:
         self._by_port: dict[int, Identity] = {}
+        self._lock = threading.Lock()
+        self._themes: OrderedDict[str, str] = OrderedDict()
+        self._heard: list[Callable[[str], None]] = []
+
+    def dress(self, who: Identity, theme: str) -> None:
+        """A page wears this theme from now on."""
+        with self._lock:
+            self._themes[who.seat] = theme
+            self._themes.move_to_end(who.seat)
+            if len(self._themes) > MOST_THEMES:
+                self._themes.popitem(last=False)
+            heard = tuple(self._heard)
+        for tell in heard:
+            tell(who.seat)
+
+    def theme_of(self, who: Identity | None) -> str:
+        """The theme of a page; the first one of a page that named none, or of nobody in particular."""
+        with self._lock:
+            return THEMES[0] if who is None else self._themes.get(who.seat, THEMES[0])
+
+    def listen(self, heard: Callable[[str], None]) -> Callable[[], None]:
+        """Hear of each page that is dressed, by its seat; call what is returned to hear no more."""
+        with self._lock:
+            self._heard.append(heard)
+
+        def unlisten() -> None:
+            with self._lock:
+                self._heard = [one for one in self._heard if one is not heard]
+
+        return unlisten
 
     @contextmanager
     def entered(self, port: int, who: Identity) -> Iterator[None]:

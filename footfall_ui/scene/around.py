@@ -1,5 +1,7 @@
 """What is around the known ground: what nobody saw, how large and which way things are, and the sky."""
 
+from collections.abc import Callable
+
 import viser
 
 from footfall.session.live import LiveSession
@@ -11,13 +13,16 @@ from footfall_ui.scene.unknown import UnknownDrawing
 
 
 class AroundDrawing:
-    """All of it follows the terrain alone."""
+    """All of it follows the terrain; the sky, the page's theme too."""
 
-    def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
-        self._drawings = (UnknownDrawing(server), BearingsDrawing(server), SkyDrawing(server))
+    def __init__(self, server: viser.ViserServer | viser.ClientHandle, theme: Callable[[], str]) -> None:
+        """theme: what the page wears, a key of SKIES."""
+        self._drawings = (UnknownDrawing(server), BearingsDrawing(server))
+        self._sky, self._theme = SkyDrawing(server), theme
 
     def draw(self, live: LiveSession) -> None:
         """As the session's terrain has it."""
         dem = read(live, live.state.dem, Dem) if live.state.dem else None
         for drawing in self._drawings:
             drawing.show(dem)
+        self._sky.show(dem, self._theme())

@@ -109,7 +109,7 @@ class Scene:
             "contours": ContoursDrawing(server).draw,
             "tracks": TracksDrawing(server).draw,
             "shadow": ShadowDrawing(server).draw,
-            "around": AroundDrawing(server).draw,
+            "around": AroundDrawing(server, lambda: self._visitors.theme_of(self._who)).draw,
             "torques": self._draw_torques,
             "forces": self._draw_forces,
             "support": self._draw_support,
@@ -135,6 +135,7 @@ class Scene:
         }
         self._redrawing = Redrawing({name: self._of_session(draw) for name, draw in parts.items()})
         labels_of(server).follow(server, lambda: self._redrawing.mark("labels"))
+        self._undress = self._visitors.listen(lambda _: self._redrawing.mark("around"))
 
     def follow(self, live: LiveSession) -> None:
         """Draw this session from now on."""
@@ -146,6 +147,7 @@ class Scene:
     def close(self) -> None:
         """Stop drawing."""
         self._unlisten()
+        self._undress()
         self._hand.close()
         self._redrawing.close()
 

@@ -1,7 +1,10 @@
-"""Sky and far ground: a ball around everything, dim, with haze at its level horizon.
+"""Sky and far ground: a ball around everything, in the colours of the page's theme, with haze at its level horizon.
 
-It tells up from down and where the known ground ends; nothing on it is measured.
+The haze tells far from near and where the known ground ends. It lies on nothing that is known: colours of layers mean
+something, and none of this is measured.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -11,11 +14,27 @@ from footfall.core.mesh import Mesh
 from footfall.terrain.dem import Dem
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.glb import unlit_glb
+from footfall_ui.visitors import THEMES
 
-ZENITH, HAZE = (34, 42, 60), (112, 124, 146)
-"""Colours of the sky overhead and at the horizon: dark enough for light labels."""
-FAR_GROUND, BELOW = (84, 84, 86), (54, 54, 57)
-"""Colours of the ground at the horizon and under the rover."""
+Color = tuple[int, int, int]
+
+
+class Sky(NamedTuple):
+    """Colours overhead, at the horizon, and of the ground under the rover."""
+
+    zenith: Color
+    haze: Color
+    ground: Color
+
+
+SKIES = {
+    "dark": Sky((34, 42, 60), (112, 124, 146), (54, 54, 57)),
+    "light": Sky((112, 142, 184), (188, 199, 212), (98, 97, 96)),
+    "sunlight": Sky((96, 138, 194), (206, 216, 228), (110, 108, 105)),
+}
+"""Of the themes. White lines and a white rover are seen before all ground."""
+FADES = 20.0
+"""Ground at so many times the height of the eye has lost 63 % of its own colour: Koschmieder's law."""
 LEAST, MOST = 300.0, 900.0
 """Radius [m]; the pages draw nothing that is farther than a kilometre."""
 STEP = 50.0
@@ -24,12 +43,14 @@ TEXELS, RINGS, SIDES = 256, 24, 32
 NAME = "/sky"
 
 
-def gradient() -> NDArray[np.uint8]:
-    """From straight down to straight up, (TEXELS, 1, 3): a sharp horizon in the middle, and haze over it."""
-    elevation = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
-    share = np.abs(elevation)[:, None] ** 0.5
-    near, far = (np.where(elevation[:, None] < 0, *pair) for pair in ((FAR_GROUND, HAZE), (BELOW, ZENITH)))
-    return np.rint(near + share * (far - near)).astype(np.uint8)[:, None, :]
+def gradient(theme: str = THEMES[0]) -> NDArray[np.uint8]:
+    """From straight down to straight up, (TEXELS, 1, 3): haze is thickest at the horizon, in the middle."""
+    sky = SKIES[theme]
+    elevation = (np.arange(TEXELS) + 0.5) / TEXELS * np.pi - np.pi / 2
+    away = 1.0 / np.tan(np.abs(elevation))  # of the ground seen there, over the height of the eye
+    clear = np.where(elevation < 0, np.exp(-away / FADES), np.abs(elevation / (np.pi / 2)) ** 0.5)[:, None]
+    beyond = np.where(elevation[:, None] < 0, sky.ground, sky.zenith)
+    return np.rint(sky.haze + clear * (beyond - np.array(sky.haze))).astype(np.uint8)[:, None, :]
 
 
 def ball(radius: float, middle: tuple[float, float, float]) -> tuple[Mesh, NDArray[np.float64]]:
@@ -57,19 +78,19 @@ def place(dem: Dem | None) -> tuple[float, tuple[float, float, float]]:
 
 
 class SkyDrawing:
-    """Sent again only where the map has moved or grown far."""
+    """Sent again only where the map has moved or grown far, or the page wears another theme."""
 
     def __init__(self, server: viser.ViserServer | viser.ClientHandle) -> None:
         self._server = server
         self._drawn = Drawn(server)
-        self._at: tuple[float, tuple[float, float, float]] | None = None
+        self._as: tuple[str, float, tuple[float, float, float]] | None = None
 
-    def show(self, dem: Dem | None) -> None:
-        """None: there is no terrain yet."""
-        at = place(dem)
-        if at == self._at:
+    def show(self, dem: Dem | None, theme: str = THEMES[0]) -> None:
+        """dem: None: there is no terrain yet."""
+        radius, middle = place(dem)
+        if (theme, radius, middle) == self._as:
             return
-        self._at = None
-        content = unlit_glb(*ball(*at), gradient())
+        self._as = None
+        content = unlit_glb(*ball(radius, middle), gradient(theme))
         self._drawn.add(self._server.scene.add_glb, NAME, content, cast_shadow=False, receive_shadow=False)
-        self._at = at
+        self._as = theme, radius, middle

@@ -5,6 +5,7 @@ import { PAGE, get } from "./api.js";
 import { $, age, element } from "./dom.js";
 import { clock } from "./events.js";
 import { alive, silent, subscribe } from "./store.js";
+import { WORN, theme } from "./themes.js";
 
 // What goes on without the scene goes on only while the server does.
 const goesOn = () => (alive() ? "Commands, telemetry and stop go on without it." : silence());
@@ -28,6 +29,7 @@ export function startScene() {
   frame.addEventListener("load", loaded);
   act({ text: "Load the scene again", button: "scene-again", run: load, refusal: () => (wanted ? "" : "The page was opened with ?scene=off.") });
   subscribe(() => { draw(); look(); });
+  document.addEventListener(WORN, dress);
   if (wanted) load();
   else note("The scene is off (?scene=off).", false, true);
 }
@@ -37,7 +39,16 @@ async function load() {
   const reason = await unavailable();
   gone = Boolean(reason);
   if (gone) note(`The scene can't be shown: ${reason}.`, true);
-  else $("scene").src = `/scene/?${options()}`;
+  else {
+    await dress();
+    $("scene").src = `/scene/?${options()}`;
+  }
+}
+
+// Its sky, as the page. Without an answer it keeps the one it has: nothing is told by it.
+async function dress() {
+  const headers = { "Content-Type": "application/json", "FootFall-Page": PAGE };
+  if (wanted) await fetch("/scene/theme", { method: "PUT", headers, body: JSON.stringify({ theme: theme() }) }).catch(() => {});
 }
 
 // As viser reads them from its address: those of this page (?fixedDpr=0.5 keeps software rendering bearable), and where

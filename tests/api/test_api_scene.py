@@ -88,6 +88,34 @@ def test_a_scene_that_fails_does_not_take_the_server_with_it(tmp_path, monkeypat
         assert "no more ports" in httpx.get(running.url + "/scene/", trust_env=False).text
 
 
+def test_a_page_that_is_dressed_has_another_sky_and_no_other_page_has(tmp_path, monkeypatch):
+    drawing = Drawing()
+    monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)
+
+    def skies():
+        pages = [page.scene.get_handle_by_name("/sky") for page in drawing.servers[0].get_clients().values()]
+        return [one.glb_data for one in pages if isinstance(one, viser.GlbHandle)]
+
+    def dress(client, theme):
+        return client.put(f"{running.url}/scene/theme", json={"theme": theme}, headers={"FootFall-Page": "one"})
+
+    with (
+        running_server(tmp_path, scene=True, prepare=lambda s: s.open_sample("rock-step")) as running,
+        scene_page(running.url, "one"),
+        scene_page(running.url, "other"),
+        running.client() as client,
+    ):
+        before = until(lambda: skies() if len(skies()) == 2 else None, "two skies")
+        assert before[0] == before[1]
+        assert dress(client, "light").status_code == 204
+        until(lambda: skies()[0] != before[0] or skies()[1] != before[1], "the sky of its theme")
+        assert len(set(skies())) == 2
+        assert before[0] in skies()
+        refused = dress(client, "plaid")
+        assert refused.status_code == 422
+        assert "dark, light, sunlight" in refused.json()["detail"]
+
+
 def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch):
     drawing = Drawing()
     monkeypatch.setattr(footfall_ui.scene_server, "open_viser", drawing.open)

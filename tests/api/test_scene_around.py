@@ -1,5 +1,6 @@
 """What is around rover and ground: sky, compass, scale bar, shadow; and labels that are arranged."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 
 import footfall
 from footfall.core.frames import apply, inverse, quat_wxyz, rotation, transform
+from footfall.resources import static_folder
 from footfall.robot.kinematics import wheel_centers
+from footfall.session.access.identity import LOCAL
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.ground.surface import height_at
@@ -21,7 +24,8 @@ from footfall_ui.scene.bearings import bearings_of
 from footfall_ui.scene.drawn import Drawn
 from footfall_ui.scene.labels import ANCHORS, Page, arranged, boxes, labels_of, sizes_of
 from footfall_ui.scene.shadow import MARGIN, OVER, opacity, shadow_glb
-from footfall_ui.scene.sky import LEAST, MOST, TEXELS, ball, gradient, place
+from footfall_ui.scene.sky import FADES, LEAST, MOST, SKIES, TEXELS, ball, gradient, place
+from footfall_ui.visitors import MOST_THEMES, THEMES, Visitors
 from tests.support.chassis_ground import lifted, wavy
 from tests.support.glb import loaded
 
@@ -40,20 +44,62 @@ def luminance(rgb):
     return rgb.astype(float) @ [0.2126, 0.7152, 0.0722]
 
 
-def test_the_horizon_is_level_and_sharp_and_the_sky_darkens_upward():
+def test_the_sky_lies_on_its_ball_by_elevation_alone():
     mesh, uv = ball(300.0, (10.0, -20.0, 3.0))
     away = mesh.vertices - [10.0, -20.0, 3.0]
     assert np.linalg.norm(away, axis=1) == pytest.approx(300.0)
     inside = (uv[:, 1] > 1 / TEXELS) & (uv[:, 1] < 1 - 1 / TEXELS)
     elevation = np.arcsin(away[:, 2] / 300.0)
     assert uv[inside, 1] == pytest.approx(0.5 + elevation[inside] / np.pi)
-    brightness = luminance(gradient()[:, 0])
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_far_ground_fades_into_the_horizon_s_colour_from_which_the_sky_darkens(theme):
+    colors = gradient(theme)[:, 0].astype(float)
+    brightness = luminance(colors)
     sky, ground = brightness[TEXELS // 2 :], brightness[: TEXELS // 2]
     assert (np.diff(sky) <= 0).all()
     assert (np.diff(ground) >= 0).all()
-    assert np.abs(np.diff(brightness)).argmax() == TEXELS // 2 - 1
-    # light labels are read before all of it
-    assert brightness.max() < 128
+    # no edge at the horizon; it stands out from both sides all the same
+    assert np.abs(colors[TEXELS // 2] - colors[TEXELS // 2 - 1]).max() <= 0.1 * np.ptp(brightness)
+    assert brightness[TEXELS // 2] - brightness[TEXELS // 2 + TEXELS // 6] > 20
+    assert brightness[TEXELS // 2] - brightness[TEXELS // 2 - TEXELS // 6] > 40
+    # ground near the rover has its own colour: white lines and the rover are seen before it
+    assert np.abs(colors[: TEXELS // 6] - SKIES[theme].ground).max() < 0.1 * np.ptp(brightness)
+    assert brightness[: TEXELS // 6].max() < 120
+
+
+def test_ground_keeps_the_share_of_its_colour_that_haze_leaves_at_its_distance():
+    """A ray is followed to level ground; the texture has a row for each 0.7°, of which the middle is taken."""
+    colors, sky = gradient("light")[:, 0].astype(float), SKIES["light"]
+    for row in range(20, TEXELS // 2):
+        down = np.pi / 2 - (row + 0.5) * np.pi / TEXELS
+        ray = np.array([np.cos(down), -np.sin(down)])
+        share = np.exp(-abs(ray[0] / ray[1]) / FADES)
+        expected = share * np.array(sky.ground) + (1 - share) * np.array(sky.haze)
+        assert np.abs(colors[row] - expected).max() <= 0.51
+
+
+def test_the_page_has_these_themes():
+    text = (static_folder() / "js" / "themes.js").read_text()
+    named = re.search(r"THEMES = \[(.*?)\]", text)
+    assert named is not None
+    assert tuple(re.findall(r'"(\w+)"', named[1])) == THEMES
+    assert set(SKIES) == set(THEMES)
+
+
+def test_each_page_has_the_sky_of_its_theme():
+    visitors, heard = Visitors(), []
+    unlisten = visitors.listen(heard.append)
+    one, other = (replace(LOCAL, page=page) for page in ("one", "other"))
+    visitors.dress(one, "light")
+    assert (visitors.theme_of(one), visitors.theme_of(other), visitors.theme_of(None)) == ("light", "dark", "dark")
+    assert heard == [one.seat]
+    unlisten()
+    for i in range(MOST_THEMES):
+        visitors.dress(replace(LOCAL, page=f"more-{i}"), "sunlight")
+    assert visitors.theme_of(one) == "dark"
+    assert heard == [one.seat]
 
 
 @given(x=st.floats(-1e6, 1e6), y=st.floats(-1e6, 1e6), z=st.floats(-3000, 3000), size=st.sampled_from([3, 40, 300]))

@@ -39,8 +39,9 @@ class Seen:
         return turned[np.lexsort(np.round(turned, 4).reshape(len(at), -1).T[::-1])]
 
 
-def loaded(content: bytes) -> trimesh.Trimesh:
-    """The one mesh of a binary glTF where it stands, as another library reads it."""
+def loaded(content: bytes | None) -> Any:
+    """The one mesh of a binary glTF where it stands, as trimesh reads it, whose types say too little."""
+    assert content is not None
     scene = trimesh.load_scene(io.BytesIO(content), file_type="glb", process=False)
     (mesh,) = scene.geometry.values()
     mesh.apply_transform(scene.graph.get(scene.graph.nodes_geometry[0])[0])

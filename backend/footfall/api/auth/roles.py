@@ -40,6 +40,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
         "WS /sessions/{session}/events/line",
         "WS /scene",
         "WS /scene/",
+        "PUT /scene/theme",
         # questions, which change nothing
         "POST /sessions/{session}/pick",
         "POST /sessions/{session}/suggestions",
