@@ -2,6 +2,8 @@
 // behind them; WebSockets don't count among those. What the line can't bring goes as an ordinary request.
 
 import { PAGE, ROOT, request } from "./api.js";
+import * as texts from "./texts/link.js";
+import * as shared from "./texts/shared.js";
 
 const RETRY = 1000; // ms
 
@@ -14,7 +16,7 @@ export function keepLineOpen() {
   socket.addEventListener("message", (message) => waiting.shift()?.(JSON.parse(message.data)));
   socket.addEventListener("close", () => {
     if (line === socket) line = null;
-    for (const answer of waiting.splice(0)) answer({ fault: "The line to the server broke." });
+    for (const answer of waiting.splice(0)) answer({ fault: texts.lineBroke });
     setTimeout(keepLineOpen, RETRY);
   });
 }
@@ -26,7 +28,7 @@ export async function askToStop(patience) {
   const answer = await new Promise((resolve) => {
     waiting.push(resolve);
     socket.send(JSON.stringify({ page: PAGE }));
-    setTimeout(() => resolve({ fault: "The server does not answer." }), patience);
+    setTimeout(() => resolve({ fault: shared.notAnswering }), patience);
   });
   if (!answer.fault) return answer;
   if (line === socket) line = null; // the next request takes the other way

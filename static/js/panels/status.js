@@ -2,10 +2,12 @@
 
 import { act } from "../acts.js";
 import { post } from "../api.js";
-import { $, age, attempt, signed, toast } from "../dom.js";
+import { $, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe } from "../store.js";
+import * as texts from "../texts/link.js";
+import * as shared from "../texts/shared.js";
 import { verdictOf } from "./outcome.js";
 import { toldApart } from "./sessions.js";
 
@@ -34,7 +36,7 @@ export async function stop() {
       await askToStop(STOP_PATIENCE);
       confirmed = meant;
     } catch (error) {
-      if (sent !== "failed") toast(`The stop request is not confirmed: ${error.message} Use another way to stop the rover.`);
+      if (sent !== "failed") toast(texts.notConfirmed(error.message));
       sent = "failed";
       draw();
       await new Promise((resolve) => setTimeout(resolve, STOP_AGAIN));
@@ -49,7 +51,7 @@ export async function stop() {
 export function start() {
   keepLineOpen();
   $("stop").addEventListener("click", stop);
-  act({ text: "Clear the stop", button: "stop-clear", run: clearStop, refusal: () => (standsStopped(known) ? "" : "No stop is in force.") });
+  act({ text: texts.clearStop, button: "stop-clear", run: clearStop, refusal: () => (standsStopped(known) ? "" : texts.noStop) });
   subscribe(draw);
   if (stopIsUnconfirmed()) stop(); // asked for before this page was loaded again
 }
@@ -70,12 +72,12 @@ function mark(id, state, text) {
 
 function draw() {
   const { summary, frame } = known;
-  mark("status-server", alive() ? "good" : "bad", alive() ? "connected" : `silent for ${age(silent())}`);
+  mark("status-server", alive() ? "good" : "bad", alive() ? texts.connected : texts.silentFor(silent()));
   if (!summary) {
     if (sent) $("stop-state").textContent = STOP_TEXT[sent];
     return;
   }
-  if (alive() && summary.unrecorded) mark("status-server", "bad", `connected, ${summary.unrecorded} events NOT WRITTEN`);
+  if (alive() && summary.unrecorded) mark("status-server", "bad", texts.notWritten(summary.unrecorded));
   $("status-session").textContent = toldApart(summary);
   $("status-session").title = `${summary.name}, ${summary.id}`;
   drawLink(summary, frame);
@@ -86,28 +88,28 @@ function draw() {
 function drawLink(summary, frame) {
   const { link } = summary;
   const old = frame ? telemetryAge(frame) : link.age_s === null ? null : link.age_s + silent();
-  const light = link.light_time.telemetry_s ? ` + ${age(link.light_time.telemetry_s)} on the way` : "";
+  const light = link.light_time.telemetry_s ? texts.onTheWay(link.light_time.telemetry_s) : "";
   if (!link.connected && frame && old <= STALE_AFTER) {
-    mark("status-link", "warn", `telemetry only, can't be commanded, ${age(old)} old${light}`);
+    mark("status-link", "warn", texts.telemetryOnly(old, light));
   } else if (!link.connected) {
-    mark("status-link", "bad", old === null ? "no rover" : `LOST, last heard ${age(old)} ago`);
+    mark("status-link", "bad", old === null ? texts.noRoverYet : texts.lost(old));
   } else if (!frame) {
-    mark("status-link", "warn", "no telemetry yet");
+    mark("status-link", "warn", texts.noTelemetryYet);
   } else {
-    const counted = ["gaps", "late", "restarts", "faults"].filter((one) => link[one]).map((one) => `, ${link[one]} ${link[one] === 1 ? one.replace(/s$/, "") : one}`);
-    mark("status-link", old > STALE_AFTER ? "stale" : "good", `${old > STALE_AFTER ? "STALE " : ""}${age(old)} old${light}${counted.join("")}`);
+    const counted = ["gaps", "late", "restarts", "faults"].filter((one) => link[one]).map((one) => texts.counted(link[one], one));
+    mark("status-link", old > STALE_AFTER ? "stale" : "good", texts.heard(old > STALE_AFTER ? texts.stale : "", old, light, counted.join("")));
   }
   $("status-link").title = linkDetails(link);
   // what the rover was when it was last heard is not what it is
   const fresh = frame && isFresh(summary, frame);
   const mode = fresh ? steadyMode(summary, frame) : frame?.mode;
-  mark("status-mode", !frame ? "none" : fresh ? MODES[mode] ?? "none" : "stale", !frame ? "–" : fresh ? mode : `was ${mode}`);
+  mark("status-mode", !frame ? "none" : fresh ? MODES[mode] ?? "none" : "stale", !frame ? "–" : fresh ? mode : texts.was(mode));
 }
 
 function linkDetails({ fault, faults, faults_by_kind: kinds, light_time: light }) {
   const lines = [];
-  if (light.round_trip_s) lines.push(`Light time: telemetry ${light.telemetry_s} s, commands ${light.commands_s} s.`);
-  if (fault) lines.push(`${faults} faults (${Object.entries(kinds).map(([kind, count]) => `${kind}: ${count}`).join(", ")}), the latest: ${fault}`);
+  if (light.round_trip_s) lines.push(texts.lightTime(light.telemetry_s, light.commands_s));
+  if (fault) lines.push(texts.faults(faults, Object.entries(kinds).map(([kind, count]) => texts.kindOfFaults(kind, count)).join(", "), fault));
   return lines.join("\n");
 }
 
@@ -117,8 +119,7 @@ function onItsWay(summary, type) {
   const message = summary.link.on_the_way.findLast((one) => one.type === type);
   if (!message || message.answer_in_s <= passed) return null;
   const arrives = message.arrives_in_s - passed;
-  return `${arrives > 0 ? `reaches the rover in ${age(arrives)}, ` : "should be there, "}`
-    + `acknowledgement in ${age(message.answer_in_s - passed)} at the earliest`;
+  return (arrives > 0 ? texts.arrivesIn(arrives) : texts.shouldBeThere) + texts.answerIn(message.answer_in_s - passed);
 }
 
 const MODES = { moving: "busy", stopped: "bad", fault: "bad" };
@@ -141,14 +142,14 @@ export function telemetryAge(frame) {
 
 function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;
-  if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", "no plan");
-  else if (!alive()) mark("status-match", "stale", `not known for ${age(silent())}`);
+  if (summary.plan.status !== "found" && !summary.sequence) mark("status-match", "none", shared.noPlanShort);
+  else if (!alive()) mark("status-match", "stale", texts.notKnownFor(silent()));
   else if (summary.gate.state === "sending") drawRun(summary);
-  else if (summary.plan.digest && summary.plan.status !== "found" && summary.commands_of_another_plan) mark("status-match", "warn", "the plan was refused");
-  else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", "not known");
-  else if (match.ok && match.older_ground) mark("status-match", "warn", "planned on older ground");
+  else if (summary.plan.digest && summary.plan.status !== "found" && summary.commands_of_another_plan) mark("status-match", "warn", shared.planRefused);
+  else if (match.ok === null || !frame || !isFresh(summary, frame)) mark("status-match", "warn", shared.notKnown);
+  else if (match.ok && match.older_ground) mark("status-match", "warn", texts.onOlderGround);
   else if (match.ok) {
-    mark("status-match", "good", match.reason ? "plan starts near enough to the rover" : "plan starts where the rover is");
+    mark("status-match", "good", match.reason ? texts.nearEnough : texts.startsHere);
     if (match.reason) $("status-match").title = match.reason; // colours may be out of date all the same
   }
   else if (carriedOut(summary)) mark("status-match", ...verdictOf(summary.run.compared));
@@ -163,14 +164,14 @@ function off({ joint, difference, reason }) {
   if (!reason.startsWith(joint)) return reason;
   const [, leg, name] = /^leg(\d+)_(.*?)(?:_joint)?$/.exec(joint) ?? [null, "", joint];
   const degrees = (difference * 180) / Math.PI;
-  return `leg ${leg} ${name.replaceAll("_", " ")} off ${signed(degrees, 1)}°`;
+  return texts.jointOff(leg, name.replaceAll("_", " "), degrees);
 }
 
 // What is meant to happen is no warning; what waits for somebody is one.
 function drawRun(summary) {
   const { waiting, row } = summary.gate;
-  const of = summary.run ? ` of ${summary.run.rows.length}` : "";
-  mark("status-match", waiting ? "warn" : "busy", `${waiting ? "waiting before" : "executing"} row ${(row ?? 0) + 1}${of}${wayOf(summary)}`);
+  const of = summary.run ? texts.ofRows(summary.run.rows.length) : "";
+  mark("status-match", waiting ? "warn" : "busy", texts.atRow(waiting ? texts.waitingBefore : texts.executing, (row ?? 0) + 1, of, wayOf(summary)));
 }
 
 const carriedOut = ({ run, sequence, commands_of_another_plan: other }) => !other && sequence !== null && run?.sequence === sequence && run.rows.length > 0 && run.rows.every((row) => row.state === "done");
@@ -181,8 +182,8 @@ function wayOf(summary) {
 }
 
 const STOP_TEXT = {
-  sending: "Stop request is being sent…",
-  failed: "STOP NOT CONFIRMED: no answer, still asking. Use another way to stop the rover.",
+  sending: texts.stopSending,
+  failed: texts.stopFailed,
 };
 
 function drawStop(summary, frame) {
@@ -198,13 +199,13 @@ function drawStop(summary, frame) {
 
 function stopText(summary, latched, acknowledged, standing) {
   if (!latched) {
-    return standing ? "The rover is STOPPED; clear the stop to move it." : "Stop request. Not a safety-rated stop.";
+    return standing ? texts.standsStopped : texts.noSafetyStop;
   }
-  if (!alive()) return `Stop in force ${age(silent())} ago${acknowledged ? ", acknowledged by the rover" : ", NOT YET ACKNOWLEDGED"}; the server is silent since.`;
-  if (acknowledged) return "STOPPED, acknowledged by the rover.";
+  if (!alive()) return texts.stopBefore(silent(), acknowledged ? texts.acknowledgedBefore : texts.notAcknowledgedBefore);
+  if (acknowledged) return texts.stopAcknowledged;
   const way = onItsWay(summary, "stop");
-  if (way) return `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;
+  if (way) return texts.stopOnItsWay(way);
   return summary.link.connected
-    ? "Stop sent, NOT YET ACKNOWLEDGED by the rover."
-    : "Stop in force, but NO ROVER IS CONNECTED: it is told when it connects.";
+    ? texts.stopNotAcknowledged
+    : texts.stopWithoutRover;
 }

@@ -6,9 +6,10 @@ import { $, attempt } from "../dom.js";
 import { follows } from "../following.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/conn.js";
 
 export function start() {
-  act({ key: "_", text: "Show my own choices, or what the conn holder shows", button: "whose", run: toggle, refusal: () => (known.summary ? "" : "The session is not known yet.") });
+  act({ key: "_", text: texts.showOwnOrHolders, button: "whose", run: toggle, refusal: () => (known.summary ? "" : texts.sessionUnknown) });
   subscribe(draw);
 }
 
@@ -20,8 +21,8 @@ const toggle = () => attempt(async () => {
 function draw({ summary }) {
   if (!summary) return;
   const { view, conn } = summary;
-  const holder = conn.holder ? "the conn holder" : "the conn holder (nobody now: what was chosen last)";
-  const text = follows() ? `⇄ What ${holder} shows` : view.follows ? "● My own choices, as I hold the conn" : "● My own choices";
+  const holder = conn.holder ? texts.holder : texts.noHolder;
+  const text = follows() ? texts.holdersChoices(holder) : view.follows ? texts.ownAsHolder : texts.own;
   if ($("whose").textContent !== text) $("whose").textContent = text;
   $("whose").setAttribute("aria-pressed", String(view.follows));
 }
