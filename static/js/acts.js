@@ -5,6 +5,7 @@ import { $, toast } from "./dom.js";
 import { actWhenHeld } from "./holding.js";
 import { lacking } from "./rights.js";
 import { subscribe } from "./store.js";
+import * as texts from "./texts/page.js";
 
 const acts = [];
 const listeners = [];
@@ -13,7 +14,7 @@ const listeners = [];
 // now, "" where it can. quiet: neither key list nor palette needs it twice. held: its button acts when it is held.
 export function act({ text, run, key = "", button = "", refusal = () => "", quiet = false, held = false }) {
   const taken = key && acts.find((one) => one.key === key);
-  if (taken) throw new Error(`The key ${key} is for "${taken.text}" already.`);
+  if (taken) throw new Error(texts.keyTaken(key, taken.text));
   const made = { text, key, run, button, refusal: () => lacking($(button)) || refusal(), quiet };
   acts.push(made);
   if (button) wire($(button), made, held);
@@ -30,7 +31,7 @@ function wire(button, made, held) {
     button.disabled = Boolean(against);
     button.title = against || (made.key ? `${about} (${told(made.key)})` : about);
   };
-  if (made.key) button.setAttribute("aria-keyshortcuts", made.key === " " ? "Space" : made.key.replace("Ctrl", "Control"));
+  if (made.key) button.setAttribute("aria-keyshortcuts", made.key === " " ? texts.space : made.key.replace("Ctrl", "Control"));
   subscribe(draw);
   draw();
 }
@@ -38,7 +39,7 @@ function wire(button, made, held) {
 // What can't be done is said with its reason, whichever way it was asked for.
 export function perform(made) {
   const against = made.refusal();
-  if (against) toast(`${made.text}: ${against}`);
+  if (against) toast(texts.against(made.text, against));
   else made.run();
 }
 
@@ -48,4 +49,4 @@ export const actOfKey = (key) => acts.find((one) => one.key === key);
 
 export const actOfButton = (button) => acts.find((one) => one.button === button);
 
-export const told = (key) => (key === " " ? "Space" : key);
+export const told = (key) => (key === " " ? texts.space : key);

@@ -1,6 +1,7 @@
 // The REST interface, one function for each way of asking. Errors come as problem+json and are thrown as Problem.
 
 import { known } from "./store.js";
+import * as texts from "./texts/page.js";
 
 export const ROOT = "/api/v1";
 
@@ -13,7 +14,7 @@ export const PAGE = (() => {
 
 export class Problem extends Error {
   constructor(status, body) {
-    super(body.detail || body.title || `the server answered ${status}`);
+    super(body.detail || body.title || texts.answered(status));
     this.status = status;
     this.body = body;
   }
@@ -38,8 +39,8 @@ export async function request(method, path, body, headers = {}, patience = 0) {
   try {
     response = await fetch(path.startsWith("/api") ? path : address(path), options);
   } catch {
-    const doubt = method === "GET" ? "" : " Whether the request arrived is not known.";
-    throw new Problem(0, { detail: `The server does not answer.${doubt}` });
+    const doubt = method === "GET" ? "" : texts.arrivalUnknown;
+    throw new Problem(0, { detail: texts.notAnswering(doubt) });
   }
   if (response.status === 401) location.assign("/login.html?ended");
   const type = response.headers.get("Content-Type") || "";

@@ -1,6 +1,7 @@
 // Which camera pairs the next terrain is built from: all that there are, but those whose tick was taken away.
 
 import { changed, known } from "./store.js";
+import * as texts from "./texts/ground.js";
 
 const unticked = new Set();
 
@@ -20,10 +21,10 @@ export const chosenPairs = () => {
   return ticked.length === pairs().length ? [] : ticked;
 };
 
-export const notBuildable = () => (!known.summary?.snapshot ? "There are no images yet: take images first." : pairs().length && !pairs().some(isTicked) ? "No camera pair is ticked for it: see Images." : "");
+export const notBuildable = () => (!known.summary?.snapshot ? texts.noImagesYet : pairs().length && !pairs().some(isTicked) ? texts.noPairTicked : "");
 
 // What the choice is, in words; "" where all pairs are used.
 export const choiceText = () => {
   const left = pairs().filter((pair) => !isTicked(pair));
-  return left.length ? `The next terrain is built from ${pairs().length - left.length} of ${pairs().length} camera pairs, without ${left.join(", ")}.` : "";
+  return left.length ? texts.pairsChosen(pairs().length - left.length, pairs().length, left.join(", ")) : "";
 };

@@ -6,6 +6,7 @@ import { attempt } from "./dom.js";
 import { requireOwn } from "./following.js";
 import { known } from "./store.js";
 import { refresh } from "./stream.js";
+import * as texts from "./texts/page.js";
 
 let waiting = null; // the choices that are on their way: whether the latest was taken
 
@@ -33,5 +34,5 @@ export const chooseFootfall = (x, y, leg = null) => send(() => post("/sessions/c
 // where another page's choices are shown: these may change before they are asked for.
 export async function settled() {
   requireOwn();
-  if (waiting && !(await waiting)) throw new Error("Nothing was asked for: what was chosen just before was refused.");
+  if (waiting && !(await waiting)) throw new Error(texts.choiceRefused);
 }

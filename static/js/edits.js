@@ -35,8 +35,3 @@ const turn = (way) => inTurn(async () => {
 
 export const undo = () => turn("undo");
 export const redo = () => turn("redo");
-
-const KINDS = { footfall: "footfall", points: "points for the wheel", plan: "choice of a plan", edit: "edit of the commands", stiffness: "stiffness taken over" };
-
-// Of summary.undo or summary.redo.
-export const toldChoice = ({ kind, leg, by }) => `${KINDS[kind]}${leg === null ? "" : ` of leg ${leg}`}${by && by !== "local" ? `, by ${by}` : ""}`;

@@ -18,3 +18,19 @@ export function age(seconds) {
   if (seconds < 3600) return `${Math.floor(seconds / 60)} min`;
   return `${Math.floor(seconds / 3600)} h`;
 }
+
+// -- with units, one way for each ------------------------------------------------------------------
+
+export const metres = (value, digits = 3) => `${fixed(value, digits)} m`;
+export const millimetres = (value) => `${fixed(1000 * value, 0)} mm`;
+export const newtons = (value) => `${fixed(value, 0)} N`;
+export const seconds = (value, digits = 1) => `${fixed(value, digits)} s`;
+
+/** An angle in radians, told in degrees. */
+export const degrees = (angle, digits = 1) => `${fixed((angle * 180) / Math.PI, digits)}°`;
+
+/** A share of 1, told in percent. */
+export const percent = (share, digits = 0) => `${fixed(100 * share, digits)} %`;
+
+/** A place of the ground, or above it: two or three coordinates. */
+export const place = (at, digits = 3) => `(${at.map((one) => fixed(one, digits)).join(", ")}) m`;

@@ -1,5 +1,7 @@
 // Whether a product is of how things are now, in words: every panel asks here.
 
+import * as texts from "./texts/plan.js";
+
 /** Why a product is out of date; "" where it is not, or there is none. */
 export const outOfDate = (fit) => (fit?.fits === false ? fit.reason : "");
 
@@ -7,7 +9,7 @@ export const outOfDate = (fit) => (fit?.fits === false ? fit.reason : "");
 export function reserve(fit, { unheard }) {
   if (!fit?.fits) return "";
   const said = [];
-  if (fit.verdict === "unknown") said.push(`whether the rover still stands so is not known: ${unheard}`);
-  if (fit.ground) said.push("the terrain is newer, and the same where this looked");
+  if (fit.verdict === "unknown") said.push(texts.stanceUnknown(unheard));
+  if (fit.ground) said.push(texts.sameGround);
   return said.join("; ");
 }

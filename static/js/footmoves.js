@@ -1,7 +1,7 @@
 // Foot moves of a walk along its moments: where each ends, and which one is under way. A moment is 0…1 of the way, as in pace.js.
 
-import { fixed } from "./dom.js";
 import { travelOf } from "./pace.js";
+import * as texts from "./texts/walk.js";
 
 const NEAR = 1e-6; // of a moment: as exact as the server tells one
 
@@ -32,7 +32,7 @@ export function waypointAt(plan, moment) {
 export function footMoveTold(plan, waypoint) {
   const number = plan.moves[waypoint];
   const leg = plan.legs[number];
-  return leg === undefined ? "the chassis to its goal" : `foot move ${number + 1} of ${plan.legs.length}, leg ${leg}`;
+  return leg === undefined ? texts.chassisToItsGoal : texts.ofWalk(number + 1, plan.legs.length, leg);
 }
 
 // The moment where the foot move before, or the one after, ends; before the first is the start.
@@ -46,7 +46,7 @@ export function worstOf({ margins, torques }) {
   const margin = margins.indexOf(Math.min(...margins));
   const torque = torques.indexOf(Math.max(...torques));
   return {
-    margin: { waypoint: margin, text: `least margin ${fixed(margins[margin], 2)} m` },
-    torque: { waypoint: torque, text: `most torque ${fixed(100 * torques[torque], 0)} %` },
+    margin: { waypoint: margin, text: texts.leastMargin(margins[margin]) },
+    torque: { waypoint: torque, text: texts.mostTorque(torques[torque]) },
   };
 }

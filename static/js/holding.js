@@ -1,6 +1,7 @@
 // A button that acts when it is held long enough to be meant, by pointer, touch, Enter or Space. Let go early: nothing.
 
 import { toast } from "./dom.js";
+import * as texts from "./texts/page.js";
 
 export const HOLD = 800; // ms
 
@@ -40,6 +41,6 @@ export function actWhenHeld(button, run) {
   });
   // a click without pointer or key comes from a tool that can't hold
   button.addEventListener("click", (event) => {
-    if (event.detail === 0) toast(`Hold the button for ${(HOLD / 1000).toFixed(1)} s, or choose the act in the palette (Ctrl+K).`);
+    if (event.detail === 0) toast(texts.hold(HOLD / 1000));
   });
 }

@@ -4,6 +4,8 @@ import { act, actOfKey, listed, perform, told } from "./acts.js";
 import { $, element } from "./dom.js";
 import { openPalette } from "./palette.js";
 import { STOPS, asksToStop, hearEverywhere, isEscape } from "./stopkeys.js";
+import * as texts from "./texts/page.js";
+import * as shared from "./texts/shared.js";
 
 const REPEATING = ["[", "]", ",", "."];
 const CAMERA_KEYS = ["W", "A", "S", "D", "Q", "E"]; // as viser has them
@@ -24,10 +26,10 @@ function isTaken(event) {
 }
 
 export function listenForKeys(stop) {
-  act({ text: "Stop request", run: stop });
-  act({ key: "?", text: "List of the keys", run: showHelp, button: "open-help" });
-  act({ key: "Ctrl+K", text: "Find an act by its name", run: openPalette, button: "open-palette" });
-  act({ key: ":", text: "Find an act by its name", run: openPalette });
+  act({ text: shared.stopRequest, run: stop });
+  act({ key: "?", text: texts.listOfKeys, run: showHelp, button: "open-help" });
+  act({ key: "Ctrl+K", text: texts.findAct, run: openPalette, button: "open-palette" });
+  act({ key: ":", text: texts.findAct, run: openPalette });
   const heard = (event) => {
     if (event.key.length > 1 || event.ctrlKey || event.metaKey) typedIn = null; // as Enter: what was typed is over
     const stopping = asksToStop(event);

@@ -3,16 +3,17 @@
 import { act } from "./acts.js";
 import { $, element } from "./dom.js";
 import { changed } from "./store.js";
+import * as texts from "./texts/page.js";
 import { THEMES, theme, wear } from "./themes.js";
 
 const KEPT_AS = "footfall.layout";
 const LAYOUTS = {
-  "plan a step": { key: "7", shown: ["ground", "footfall", "plan", "execution", "commands"] },
+  [texts.planAStep]: { key: "7", shown: ["ground", "footfall", "plan", "execution", "commands"] },
   execute: { key: "8", shown: ["legs", "telemetry", "commands"] },
   review: { key: "9", shown: ["legs", "telemetry", "sessions", "record"] },
 };
 
-let kept = { chosen: "plan a step", shown: {} }; // shown: layout → names of panels, where they differ from the delivered
+let kept = { chosen: texts.planAStep, shown: {} }; // shown: layout → names of panels, where they differ from the delivered
 
 /** @returns {HTMLElement[]} */
 const panels = () => [...document.querySelectorAll(".panel")].map((panel) => /** @type {HTMLElement} */ (panel));
@@ -35,14 +36,14 @@ export function startLayout() {
     $("area-buttons").append(button);
     const heading = panel.querySelector("h2");
     heading.tabIndex = -1;
-    const hide = element("button", { type: "button", className: "hide", textContent: "–", title: `Hide ${title}`, onclick: () => conceal(name) });
-    hide.setAttribute("aria-label", `Hide ${title}`);
+    const hide = element("button", { type: "button", className: "hide", textContent: "–", title: texts.hide(title), onclick: () => conceal(name) });
+    hide.setAttribute("aria-label", texts.hide(title));
     heading.after(hide);
-    act({ text: `Go to ${title}`, run: () => reveal(name) });
+    act({ text: texts.goTo(title), run: () => reveal(name) });
   }
-  for (const [name, { key }] of Object.entries(LAYOUTS)) act({ key, text: `Layout: ${name}`, run: () => choose(name) });
-  act({ text: "Layout as delivered", run: restore });
-  act({ key: "F6", text: "Next work area", run: next });
+  for (const [name, { key }] of Object.entries(LAYOUTS)) act({ key, text: texts.layout(name), run: () => choose(name) });
+  act({ text: texts.layoutAsDelivered, run: restore });
+  act({ key: "F6", text: texts.nextArea, run: next });
   startThemes();
   draw();
 }
@@ -50,7 +51,7 @@ export function startLayout() {
 function startThemes() {
   $("theme").append(...THEMES.map((name) => element("option", { value: name, textContent: name })));
   $("theme").addEventListener("change", () => dress($("theme").value));
-  for (const name of THEMES) act({ text: `Theme: ${name}`, run: () => dress(name) });
+  for (const name of THEMES) act({ text: texts.theme(name), run: () => dress(name) });
   $("theme").value = theme();
 }
 

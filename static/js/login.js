@@ -4,27 +4,29 @@ import { ROOT } from "./api.js";
 import { $ } from "./dom.js";
 import { asksToStop, hearEverywhere } from "./stopkeys.js";
 import { stopIsConfirmed, stopIsUnconfirmed } from "./stopwish.js";
+import * as texts from "./texts/login.js";
+import * as shared from "./texts/shared.js";
 import { wearKept } from "./themes.js";
 
 wearKept();
 
-if (stopIsUnconfirmed()) $("why").textContent = "NO STOP WAS SENT: your login has ended. Log in and ask again, or use another way to stop the rover.";
-else if (location.search === "?ended") $("why").textContent = "Your login has ended. Log in again to go on.";
+if (stopIsUnconfirmed()) $("why").textContent = texts.stopEnded;
+else if (location.search === "?ended") $("why").textContent = texts.ended;
 stopIsConfirmed(); // nobody who logs in later is to stop by this
 
 // Who presses them here must not believe that the rover stops.
 hearEverywhere((event) => {
-  if (asksToStop(event)) $("answer").textContent = "NO STOP WAS SENT: nobody can stop the rover from this page. Log in, or use another way.";
+  if (asksToStop(event)) $("answer").textContent = texts.noStopHere;
 });
 
 const REASONS = {
-  expired: "That login took too long, or was not begun in this browser. Try again.",
-  refused: "The provider did not let you in.",
-  unproven: "What the provider said could not be proven. An admin finds the reason in the log.",
-  unreachable: "The provider does not answer. Log in with a local account, or try again.",
-  unreadable: "The accounts can't be read; the server's disk needs attention.",
-  taken: "Your name can't be used here: it is that of another account. Ask an admin.",
-  "no-role": "The provider knows you, but you have no role here. Ask an admin.",
+  expired: texts.expired,
+  refused: texts.refused,
+  unproven: texts.unproven,
+  unreachable: texts.unreachable,
+  unreadable: texts.unreadable,
+  taken: texts.taken,
+  "no-role": texts.noRole,
 };
 const reason = REASONS[new URLSearchParams(location.search).get("sign-on")];
 if (reason) $("answer").textContent = reason;
@@ -61,6 +63,6 @@ async function logIn(name, password) {
     const { detail } = await answer.json();
     return `${detail[0].toUpperCase()}${detail.slice(1)}.`;
   } catch {
-    return "The server does not answer.";
+    return shared.notAnswering;
   }
 }

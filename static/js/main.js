@@ -12,6 +12,7 @@ import { startSamples } from "./samples.js";
 import { startScene } from "./scene.js";
 import { changed, known } from "./store.js";
 import { follow } from "./stream.js";
+import * as texts from "./texts/page.js";
 import { wearKept } from "./themes.js";
 import * as account from "./panels/account.js";
 import * as age from "./panels/age.js";
@@ -78,7 +79,7 @@ async function startOrRetry() {
   try {
     await start();
   } catch (error) {
-    toast(`${error.message} Trying again.`);
+    toast(texts.tryingAgain(error.message));
     // where nothing answers, the browser's own page would come in place of this one: there is no stop on that
     do {
       await new Promise((done) => setTimeout(done, RETRY));

@@ -3,6 +3,7 @@
 import { listed, perform, told } from "./acts.js";
 import { $, element } from "./dom.js";
 import { ranked } from "./ranking.js";
+import * as texts from "./texts/page.js";
 
 const SHOWN = 12;
 const KEPT_AS = "footfall.uses";
@@ -65,6 +66,6 @@ function draw() {
   }));
   if (found.length) $("palette-input").setAttribute("aria-activedescendant", `palette-${chosen}`);
   else $("palette-input").removeAttribute("aria-activedescendant");
-  $("palette-note").textContent = found.length ? "" : "No act has such a name.";
+  $("palette-note").textContent = found.length ? "" : texts.noSuchAct;
   $(`palette-${chosen}`)?.scrollIntoView({ block: "nearest" });
 }

@@ -1,8 +1,9 @@
 // The large image of the Images panel: loaded, explained by its legend, or said why it can't be shown.
 
 import { ROOT, get } from "./api.js";
-import { $, element, fixed } from "./dom.js";
+import { $, element } from "./dom.js";
 import { known } from "./store.js";
+import * as texts from "./texts/images.js";
 
 const MADE = ["disparity", "mask"]; // by the server, from all pairs of the snapshot
 
@@ -16,7 +17,7 @@ export async function loadPicture(snapshot, pair, view) {
   const mine = `${snapshot}/${pair}/${view}`;
   if (mine === wanted) return;
   wanted = mine;
-  note(MADE.includes(view) ? "Matching the pairs; for the first of a snapshot this takes some seconds." : "Loading.");
+  note(MADE.includes(view) ? texts.matching : texts.loading);
   $("picture-legend").replaceChildren();
   let legend = [];
   try {
@@ -38,7 +39,7 @@ export async function loadPicture(snapshot, pair, view) {
     note("");
   });
   image.addEventListener("error", () => {
-    if (mine === wanted) note("The image did not come.", true);
+    if (mine === wanted) note(texts.imageFailed, true);
   });
   image.src = pictureAt(snapshot, pair, view);
 }
@@ -67,22 +68,21 @@ const swatch = (rgb) => {
 };
 
 const entry = (rgb, text, kind = "") => element("li", { className: kind }, swatch(rgb), element("span", { textContent: text }));
-const percent = (share) => `${(100 * share).toFixed(share < 0.01 ? 1 : 0)} %`;
 
 // Raises what is to be said in place of the picture.
 function legendOf({ reason, used, disparity, mask }, view) {
   if (view === "mask") {
     return [
-      entry(mask.robot, `the rover, ${percent(mask.robot_share)} of the image`),
-      entry(mask.rim, `▨ may be the rover, ${percent(mask.rim_share)}: left out of the terrain too`),
+      entry(mask.robot, texts.robotShare(mask.robot_share)),
+      entry(mask.rim, texts.rimShare(mask.rim_share)),
       element("li", { textContent: mask.legs }),
     ];
   }
-  if (!disparity) throw new Error(`This pair can't be used: ${reason}`);
+  if (!disparity) throw new Error(texts.pairNotUsable(reason));
   const { far, near, known: share } = disparity;
   return [
-    entry(disparity.ramp, `${fixed(far.disparity, 1)} px = ${fixed(far.depth, 2)} m … ${fixed(near.disparity, 1)} px = ${fixed(near.depth, 2)} m`, "ramp"),
-    entry(disparity.unknown, `? not matched, ${percent(1 - share)}`),
-    element("li", { textContent: `${percent(used)} of the image is ground for a terrain: matched, and not the rover` }),
+    entry(disparity.ramp, texts.ramp(far, near), "ramp"),
+    entry(disparity.unknown, texts.notMatched(1 - share)),
+    element("li", { textContent: texts.usedShare(used) }),
   ];
 }

@@ -4,6 +4,7 @@ import { get } from "./api.js";
 import { attempt } from "./dom.js";
 import { known } from "./store.js";
 import { refresh } from "./stream.js";
+import * as texts from "./texts/page.js";
 
 const LOOK_AGAIN = 100; // ms
 let asked = null; // the job of the plan asked for last, undefined where that was refused; null once its answer was used
@@ -33,7 +34,7 @@ export async function answered() {
       await new Promise((done) => setTimeout(done, LOOK_AGAIN));
       job = await get(`/jobs/${job.id}`);
     }
-    if (job?.state !== "done") throw new Error("Nothing was made: the plan that was asked for just before was not made.");
+    if (job?.state !== "done") throw new Error(texts.planNotMade);
     await refresh();
   } finally {
     if (asked === mine) asked = null;

@@ -2,6 +2,7 @@
 // need; the nearest one counts. This spares vain attempts: the server refuses in any case.
 
 import { known } from "./store.js";
+import * as texts from "./texts/page.js";
 
 const ROLES = ["viewer", "planner", "commander", "admin"];
 
@@ -9,5 +10,5 @@ const ROLES = ["viewer", "planner", "commander", "admin"];
 export function lacking(part) {
   const needs = part?.closest("[data-needs]")?.dataset.needs;
   if (!needs || !known.me || ROLES.indexOf(known.me.role) >= ROLES.indexOf(needs)) return "";
-  return `This needs the role ${needs}; you are ${known.me.role}.`;
+  return texts.needsRole(needs, known.me.role);
 }

@@ -1,6 +1,8 @@
 // What the rover said in the last ten minutes, number by number, in rings of fixed size.
 
 import { subscribe } from "./store.js";
+import * as shared from "./texts/shared.js";
+import * as texts from "./texts/telemetry.js";
 
 export const KEPT = 600; // s
 const CAPACITY = 6200; // ten a second
@@ -12,15 +14,6 @@ let numbers = []; // one ring for each channel
 let count = 0; // ever taken
 let last = null;
 
-export const QUANTITIES = {
-  torque: { title: "Joint torques", unit: "N·m", ofLeg: true },
-  position: { title: "Joint positions", unit: "°", ofLeg: true },
-  error: { title: "Commanded − measured", unit: "°", ofLeg: true },
-  force: { title: "Wheel forces, up", unit: "N", ofLeg: false },
-  place: { title: "Chassis: place", unit: "m", ofLeg: false },
-  lean: { title: "Chassis: roll, pitch, yaw", unit: "°", ofLeg: false },
-};
-
 export function startSamples(robot) {
   const joints = robot.joint_names.map((name, i) => ({ i, leg: Math.floor(i / 6), name }));
   const limited = (quantity, low, high) => joints.map((one) => ({ ...one, quantity, low: low(one.i), high: high(one.i) }));
@@ -28,10 +21,10 @@ export function startSamples(robot) {
     ...limited("torque", (i) => -robot.torque_limits[i], (i) => robot.torque_limits[i]),
     ...limited("position", (i) => robot.lower[i] * DEGREES, (i) => robot.upper[i] * DEGREES),
     ...limited("error", () => null, () => null),
-    ...robot.legs.map((leg) => free("force", `leg ${leg}`)),
-    ...["x east", "y north", "z up"].map((name) => free("place", name)),
-    ...["roll", "pitch", "yaw"].map((name) => free("lean", name)),
-  ].map((channel, at) => ({ ...channel, at, unit: QUANTITIES[channel.quantity].unit }));
+    ...robot.legs.map((leg) => free("force", shared.leg(leg))),
+    ...texts.PLACE.map((name) => free("place", name)),
+    ...texts.LEAN.map((name) => free("lean", name)),
+  ].map((channel, at) => ({ ...channel, at, unit: texts.QUANTITIES[channel.quantity].unit }));
   times = new Float64Array(CAPACITY);
   numbers = channels.map(() => new Float32Array(CAPACITY));
   subscribe(({ frame }) => { if (frame && isNew(frame)) take(frame); });

@@ -2,14 +2,15 @@
 
 import { act } from "./acts.js";
 import { PAGE, get } from "./api.js";
-import { $, age, element } from "./dom.js";
+import { $, element } from "./dom.js";
 import { clock } from "./events.js";
 import { alive, silent, subscribe } from "./store.js";
+import * as texts from "./texts/scene.js";
 import { WORN, theme } from "./themes.js";
 
 // What goes on without the scene goes on only while the server does.
-const goesOn = () => (alive() ? "Commands, telemetry and stop go on without it." : silence());
-const silence = () => `The server is silent for ${age(silent())}: commands, telemetry and the scene are as they were then, and a stop is not confirmed.`;
+const goesOn = () => (alive() ? texts.goesOn : silence());
+const silence = () => texts.silence(silent());
 const LOOK_PERIOD = 20000; // ms
 const RETURN_PERIOD = 5000; // ms, while it is gone
 
@@ -21,24 +22,24 @@ let wanted = true;
 let gone = false; // its server, as far as is known
 let lookedAt = 0;
 let answeredAt = 0; // ms since 1970
-let said = { text: "The scene is loading.", failed: false, lasts: false }; // of the scene itself; what goes on is added when it is drawn
+let said = { text: texts.loading, failed: false, lasts: false }; // of the scene itself; what goes on is added when it is drawn
 
 export function startScene() {
   const frame = $("scene");
   wanted = new URLSearchParams(location.search).get("scene") !== "off";
   frame.addEventListener("load", loaded);
-  act({ text: "Load the scene again", button: "scene-again", run: load, refusal: () => (wanted ? "" : "The page was opened with ?scene=off.") });
+  act({ text: texts.loadAgain, button: "scene-again", run: load, refusal: () => (wanted ? "" : texts.openedOff) });
   subscribe(() => { draw(); look(); });
   document.addEventListener(WORN, dress);
   if (wanted) load();
-  else note("The scene is off (?scene=off).", false, true);
+  else note(texts.off, false, true);
 }
 
 async function load() {
-  note("The scene is loading.");
+  note(texts.loading);
   const reason = await unavailable();
   gone = Boolean(reason);
-  if (gone) note(`The scene can't be shown: ${reason}.`, true);
+  if (gone) note(texts.notShown(reason), true);
   else {
     await dress();
     $("scene").src = `/scene/?${options()}`;
@@ -62,8 +63,8 @@ function options() {
 async function unavailable() {
   try {
     const { scene } = await get("/info");
-    if (scene?.available === false) return scene.reason || "the server has none";
-    return (await answers("/scene/")) ? "" : "it does not answer";
+    if (scene?.available === false) return scene.reason || texts.noScene;
+    return (await answers("/scene/")) ? "" : texts.noAnswer;
   } catch (error) {
     return error.message;
   }
@@ -74,7 +75,7 @@ function loaded() {
   if (!inside || inside.URL === "about:blank") return;
   answeredAt = Date.now();
   inside.head.append(element("style", { textContent: STYLE }));
-  inside.addEventListener("webglcontextlost", () => note("The scene has lost its graphics.", true), true);
+  inside.addEventListener("webglcontextlost", () => note(texts.noGraphics, true), true);
   note("");
 }
 
@@ -89,7 +90,7 @@ async function look() {
     if (gone) await load();
   } else if (!said.text) {
     gone = true;
-    note(`The scene does not answer any more: its picture is of ${clock(answeredAt / 1000)} UTC, or a little later.`, true);
+    note(texts.gone(clock(answeredAt / 1000)), true);
   }
 }
 

@@ -1,6 +1,9 @@
 // The keys that ask for a stop, and the keyboard wherever it is: heard in each frame of the page, before anything else.
 
-export const STOPS = [["Ctrl+.", "Stop request"], ["Esc Esc", "Stop request"]];
+import * as texts from "./texts/page.js";
+import * as shared from "./texts/shared.js";
+
+export const STOPS = [["Ctrl+.", shared.stopRequest], [texts.escapeTwice, shared.stopRequest]];
 
 const TWICE = 700; // ms between two presses of Escape
 const LOOK_PERIOD = 1000; // ms

@@ -4,6 +4,7 @@ import { loadAnew } from "./anew.js";
 import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
+import * as texts from "./texts/page.js";
 
 const LOOK_PERIOD = 2000; // ms: what no event tells (the rover moved, the server hangs) shows after this long
 const PATIENCE = 5000; // ms
@@ -109,12 +110,12 @@ const take = {
   view: (view) => tell({ view }),
   hand: (hand) => tell({ hand }),
   event({ type, payload }) {
-    if (type === "link_fault") toast(`Rover link: ${payload.source === "rover" ? "the rover says: " : ""}${payload.reason}`);
-    if (type === "log_repaired" || type === "clock_jumped") toast(`Record: ${payload.text}`);
+    if (type === "link_fault") toast(texts.linkFault(payload.source === "rover" ? texts.roverSays : "", payload.reason));
+    if (type === "log_repaired" || type === "clock_jumped") toast(texts.recordSays(payload.text));
     look();
   },
   store({ problem, unrecorded }) {
-    toast(problem ? `The record can't be written, ${unrecorded} events wait: ${problem}` : "The record is written again.");
+    toast(problem ? texts.notRecorded(unrecorded, problem) : texts.recordedAgain);
     look();
   },
   job(job) {

@@ -112,12 +112,13 @@ def test_what_only_has_such_a_word_is_not(source):
 
 def test_the_page_has_a_row_for_every_kind_and_says_where_it_is_read():
     script = """
-        const { KINDS, madeOf, titleOf } = await import(process.argv[1]);
+        const [{ KINDS }, { madeOf, titleOf }] = await Promise.all(process.argv.slice(1).map((one) => import(one)));
         const payload = { leg: 2, status: "time_limit", format: "csv" };
         const rows = Object.entries(KINDS).map(([kind, row]) => [kind, { ...row, made: madeOf({ ...payload, kind }) }]);
         console.log(JSON.stringify({ rows, title: titleOf("new_kind"), made: madeOf({ kind: "new_kind" }) }));
     """
-    asked = ["--input-type=module", "--eval", script, (ROOT / "static/js/kinds.js").as_uri()]
+    modules = [(ROOT / "static/js" / name).as_uri() for name in ("kinds.js", "texts/kinds.js")]
+    asked = ["--input-type=module", "--eval", script, *modules]
     done = node(asked, return_completed_process=True, capture_output=True, text=True, encoding="utf-8", timeout=60)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
@@ -127,4 +128,5 @@ def test_the_page_has_a_row_for_every_kind_and_says_where_it_is_read():
         kind: folder_of(kind) for kind in ("plan", "execution")
     }
     assert all(row["made"] and "undefined" not in row["made"] for row in rows.values())
+    assert not [kind for kind, row in rows.items() if row["made"].startswith("made: ")], "texts/kinds.js tells each"
     assert (told["title"], told["made"]) == ("new kind", "made: new kind")

@@ -280,5 +280,5 @@ def test_a_rule_of_a_whole_sequence_names_no_row():
         RuleResult("tether", -1, False, np.nan, "", "none drives its drum"),
         *(RuleResult("speed", row, False, -0.1, "rad/s", "too fast") for row in (0, 7)),
     ]
-    told = of_page(SCRIPT.replace("nextThing", "ruleTold"), "rules.js", jsonable(rules))
+    told = of_page(SCRIPT.replace("nextThing", "ruleTold"), "texts/commands.js", jsonable(rules))
     assert told == ["none drives its drum", "row 1: too fast", "row 8: too fast"]

@@ -2,9 +2,9 @@
 // A text is
 // - a string, or a part of a template between values, with a blank and a letter or a sign of a unit, or with a "°";
 // - any string with a letter that is, or may become, what is read: the value of textContent, title, ariaLabel and their like,
-//   of `text` of an act, a child of an element, what toast, note, say and Error are given;
+//   of `text` of an act, a child of an element, what toast, note and Error are given;
 // - a number that is made a text in a way of its own: toFixed.
-// No text: where modules lie, class names, styles, fonts, selectors.
+// No text: where modules lie, what is compared, class names, styles, fonts, selectors.
 
 import { createRequire } from "node:module";
 import { text as read } from "node:stream/consumers";
@@ -15,7 +15,7 @@ const WORDS = /^(?=.*\s)(?=.*[\p{L}%×])|°/su;
 const READ = ["textContent", "title", "ariaLabel", "aria-label", "ariaValueText", "aria-valuetext", "placeholder", "alt", "label", "text"];
 const LOOKS = ["className", "class", "style", "cssText", "font", "background", "href", "src"];
 const SELECTING = ["querySelector", "querySelectorAll", "closest", "matches"];
-const TELLING = { toast: 0, note: 0, say: 0, Error: 0, fillText: 0, explainKey: 1, element: 2 }; // from which argument on
+const TELLING = { toast: 0, note: 0, Error: 0, fillText: 0, explainKey: 1, element: 2 }; // from which argument on
 
 const nameOf = (node) => node?.name ?? node?.value ?? node?.property?.name;
 
@@ -42,6 +42,7 @@ function textsOf(source) {
     if (/^(Import|Export(All|Named))/.test(node.type) && node.source) return;
     if (node.type === "Property" && LOOKS.includes(nameOf(node.key))) return;
     if (node.type === "AssignmentExpression" && (LOOKS.includes(nameOf(node.left)) || nameOf(node.left.object) === "style")) return;
+    if (node.type === "BinaryExpression" && /^[!=]==$/.test(node.operator)) return;
     if (node.type === "CallExpression" && SELECTING.includes(nameOf(node.callee))) return;
     if (node.type === "Property" && READ.includes(nameOf(node.key))) readAloud(node.value);
     if (node.type === "AssignmentExpression" && READ.includes(nameOf(node.left))) readAloud(node.right);

@@ -2,16 +2,17 @@
 
 import { act } from "../acts.js";
 import { get, post } from "../api.js";
-import { $, age, attempt, toast } from "../dom.js";
+import { $, attempt, toast } from "../dom.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/page.js";
 
 const SOON = 15 * 60; // seconds before its end that a login warns
 const CONTROLS = "[data-needs] :is(button, select, input)";
 
 export async function start() {
   known.me = await get("/me");
-  act({ text: "Log out", button: "log-out", run: logOut, refusal: () => (known.me.accounts ? "" : "Nobody has to log in here.") });
+  act({ text: texts.logOut, button: "log-out", run: logOut, refusal: () => (known.me.accounts ? "" : texts.noLogin) });
   $("log-out").hidden = !known.me.accounts;
   for (const kind of ["click", "submit", "change"]) document.addEventListener(kind, holdBack, true);
   subscribe(draw);
@@ -20,9 +21,9 @@ export async function start() {
 function draw() {
   const { name, role, accounts, notice, ends } = known.me;
   const left = ends ? ends - Date.now() / 1000 : Infinity;
-  const ending = left < SOON ? `, login ends in ${age(Math.max(0, left))}` : "";
+  const ending = left < SOON ? texts.loginEnds(Math.max(0, left)) : "";
   $("status-user").dataset.state = !accounts || ending ? "warn" : "none";
-  $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : "No login: anyone can command"; // two lines of the bar
+  $("status-user").textContent = accounts ? `${name}, ${role}${ending}` : texts.anyone; // two lines of the bar
   $("status-user").title = accounts ? $("status-user").textContent : notice;
   queueMicrotask(mark); // after the panels, which know nothing of roles
 }

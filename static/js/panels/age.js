@@ -1,8 +1,9 @@
 // Age: the legend of the hatching that the scene lays over old ground, whatever layer it shows.
 
 import { get } from "../api.js";
-import { age, element, $ } from "../dom.js";
+import { element, $ } from "../dom.js";
 import { subscribe } from "../store.js";
+import * as texts from "../texts/scene.js";
 
 let legendFor = "";
 
@@ -19,19 +20,17 @@ async function draw({ summary }) {
   if (wanted === legendFor) $("age-legend").replaceChildren(...(wanted ? linesOf(found) : []));
 }
 
-const percent = (share) => `${share > 0 && share < 0.01 ? "<1" : (100 * share).toFixed(0)} %`;
-
 function linesOf(found) {
-  if (!found) return [line("", "There is no terrain whose age could be shown.")];
+  if (!found) return [line("", texts.noAges)];
   const { bands, unknown } = found;
-  if (unknown === 1) return [line("unknown", "? age unknown: this terrain does not say when it was measured")];
+  if (unknown === 1) return [line("unknown", texts.ageUnknown)];
   const rows = bands.map(({ after, share }, i) => {
     const until = bands[i + 1]?.after;
-    const words = i === 0 ? `no hatching: measured within ${age(until)} of the newest`
-      : until ? `${age(after)} to ${age(until)} before` : `more than ${age(after)} before`;
-    return line(`band${i}`, `${words} (${percent(share)})`);
+    const words = i === 0 ? texts.newest(until)
+      : until ? texts.between(after, until) : texts.olderThan(after);
+    return line(`band${i}`, texts.band(words, share));
   });
-  return unknown > 0 ? [...rows, line("unknown", `? age unknown, not hatched (${percent(unknown)})`)] : rows;
+  return unknown > 0 ? [...rows, line("unknown", texts.someUnknown(unknown))] : rows;
 }
 
 const line = (kind, text) => element("li", {}, element("i", { className: `hatch ${kind}`, ariaHidden: "true" }), element("span", { textContent: text }));

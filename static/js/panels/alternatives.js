@@ -6,22 +6,24 @@ import { $, attempt, element, fixed, signed } from "../dom.js";
 import { answered } from "../planning.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/plan.js";
+import * as shared from "../texts/shared.js";
 
 let listed = []; // as GET plans gives them
 let shownFor = ""; // what the list was asked for
 
 export function start() {
-  const refusal = () => (known.plan?.plan ? "" : "There is no plan yet: plan the step first.");
-  act({ key: "O", text: "Ask for alternatives of the plan", button: "alternatives", run: ask, refusal });
+  const refusal = () => (known.plan?.plan ? "" : shared.noPlan);
+  act({ key: "O", text: texts.askAlternatives, button: "alternatives", run: ask, refusal });
   act({
-    key: "K", text: "Choose the next of the alternatives", run: chooseNext,
-    refusal: () => (able().length > 1 ? "" : "There are no alternatives to choose from: ask for them first."),
+    key: "K", text: texts.nextAlternative, run: chooseNext,
+    refusal: () => (able().length > 1 ? "" : texts.noAlternatives),
   });
   act({
-    key: "N", text: "Go on from the plan's predicted end", button: "go-on", run: goOn,
-    refusal: () => (known.summary?.ends.go_on ? "" : "There is no plan to go on from: plan the step first."),
+    key: "N", text: texts.goOn, button: "go-on", run: goOn,
+    refusal: () => (known.summary?.ends.go_on ? "" : texts.noPlanToGoOn),
   });
-  act({ text: "End the what-if: back to the rover", button: "go-back", run: goBack, quiet: true });
+  act({ text: shared.backToTheRover, button: "go-back", run: goBack, quiet: true });
   subscribe(draw);
 }
 
@@ -50,19 +52,14 @@ const goBack = () => attempt(async () => {
   await refresh();
 });
 
-const ENDS = { plan: "the plan", execution: "the prediction of sag", commands: "the commands" };
-
-// Which of what was made of a step it is, and whether the rover sags there.
-const endOf = ({ of, sags }) => `${ENDS[of]}, ${sags ? "the rover's sag in it" : "the rover taken as rigid"}`;
-
 async function draw({ summary }) {
   if (!summary) return;
   const { go_on: from, after } = summary.ends;
   $("go-on-from").hidden = !from;
-  $("go-on-from").textContent = from ? `Going on starts from the predicted end of ${endOf(from)}.` : "";
+  $("go-on-from").textContent = from ? texts.goesOnFrom(texts.endOf(from)) : "";
   $("go-back").hidden = $("go-on-text").hidden = !after;
   $("go-on-text").textContent = after
-    ? `Planned from the predicted end of ${endOf(after)}. What is made from here can be sent once the rover stands there.`
+    ? texts.plannedFrom(texts.endOf(after))
     : "";
   const wanted = JSON.stringify([summary.plan.digest, summary.plan.compared]);
   if (wanted === shownFor) return;

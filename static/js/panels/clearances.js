@@ -3,6 +3,7 @@
 import { get } from "../api.js";
 import { $, element, fixed } from "../dom.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/sag.js";
 import { telemetryAge } from "./status.js";
 
 const STALE_AFTER = 2; // s
@@ -29,10 +30,10 @@ function draw({ summary, frame }) {
 
 // Why nothing can be said of now, or "".
 function doubt(summary, frame) {
-  if (!frame) return "No telemetry yet.";
+  if (!frame) return texts.noTelemetry;
   const old = telemetryAge(frame);
-  if (old > STALE_AFTER) return "Telemetry is STALE.";
-  return aloft(summary, frame) ? "" : "No wheel is in the air.";
+  if (old > STALE_AFTER) return texts.stale;
+  return aloft(summary, frame) ? "" : texts.noneAloft;
 }
 
 // Whether it is worth asking. A rover that reports no forces may have a leg in the air whenever it is sent commands.
@@ -73,25 +74,25 @@ function show(wheels, note) {
 }
 
 function row({ leg, commanded, predicted, less, rigid, measured, low }) {
-  const softer = rigid ? " (as rigid)" : less === null ? "" : ` (${fixed(Math.abs(less))} ${less < 0 ? "more" : "less"} if softer)`;
+  const softer = rigid ? texts.asRigid : less === null ? "" : texts.ifSofter(less);
   return [
     element("td", { textContent: leg }),
     element("td", { textContent: fixed(commanded) }),
     element("td", { textContent: `${fixed(predicted)}${predicted === null ? "" : softer}` }),
-    element("td", { className: low ? "doubt" : "", textContent: measured ? `${fixed(measured.clearance)} ± ${fixed(measured.uncertainty)}${lacking(measured).length ? " or more" : ""}` : "–" }),
+    element("td", { className: low ? "doubt" : "", textContent: measured ? texts.clearance(measured.clearance, measured.uncertainty, lacking(measured).length > 0) : "–" }),
   ];
 }
 
 // What nothing tells the uncertainty of.
-const lacking = ({ pose, ground }) => [pose === null && "the chassis' pose", ground === null && "the map"].filter(Boolean);
+const lacking = ({ pose, ground }) => [pose === null && texts.pose, ground === null && texts.map].filter(Boolean);
 
 // What there is to say of a wheel beside its numbers: that it is too low, and what is not in the uncertainty.
 function toldOf({ leg, measured, low }) {
-  if (!measured) return `The ground under the wheel of leg ${leg} is not known.`;
+  if (!measured) return texts.groundUnknown(leg);
   const missing = lacking(measured);
   return [
-    low ? `Leg ${leg} is lower than predicted, by more than the uncertainty.` : "",
-    measured.whole ? "" : `Part of the ground under the wheel of leg ${leg} is not known: it may be higher there.`,
-    missing.length ? `Not in the ±, as nothing tells it: ${missing.join(" and ")}.` : "",
+    low ? texts.tooLow(leg) : "",
+    measured.whole ? "" : texts.groundPartlyUnknown(leg),
+    missing.length ? texts.leftOut(missing) : "",
   ].filter(Boolean).join(" ");
 }

@@ -3,11 +3,12 @@
 import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
-import { $, age, attempt, element, fixed } from "../dom.js";
-import { edit, redo, toldChoice, undo } from "../edits.js";
+import { $, attempt, element, fixed } from "../dom.js";
+import { edit, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
-import { ruleTold } from "../rules.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
+import * as texts from "../texts/commands.js";
+import * as shared from "../texts/shared.js";
 import { kept, unsure } from "./conn.js";
 import { sagSettings, titleOf } from "./execution.js";
 import { choose, chosenRow, onChoice } from "./row.js";
@@ -17,15 +18,15 @@ let armed = null; // {token, digest, until}
 let drawn = "";
 
 export function start() {
-  act({ text: "Insert a wait before the first row", button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : "There is no sequence yet.") });
-  act({ text: "Arm the commands", button: "arm", run: arm, refusal: notArmable });
-  act({ text: "Send to rover", button: "send", run: send, refusal: () => (armedFor() ? unsure() : "Arm the commands first.") });
-  act({ key: "S", text: "Make the command sequence", button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
-  act({ key: "E", text: "Export the sequence", button: "export", run: exportSequence, refusal: () => (!known.sequence ? "There is no sequence yet." : known.sequence.valid ? "" : "A rule does not hold: see the list.") });
-  act({ text: "Import commands from a file", button: "import", run: () => $("import-file").click(), refusal: notImportable });
+  act({ text: texts.insertWait, button: "insert-wait", run: () => edit({ kind: "insert", row: 0, command: { name: "WAIT", duration: 1.0 } }), refusal: () => (known.sequence ? "" : shared.noSequence) });
+  act({ text: texts.arm, button: "arm", run: arm, refusal: notArmable });
+  act({ text: texts.send, button: "send", run: send, refusal: () => (armedFor() ? unsure() : texts.armFirst) });
+  act({ key: "S", text: texts.make, button: "make-sequence", run: make, refusal: () => (awaited() || known.summary?.to_command ? "" : notPlanned()) });
+  act({ key: "E", text: texts.exportSequence, button: "export", run: exportSequence, refusal: () => (!known.sequence ? shared.noSequence : known.sequence.valid ? "" : texts.ruleBroken) });
+  act({ text: texts.importCommands, button: "import", run: () => $("import-file").click(), refusal: notImportable });
   $("import-file").addEventListener("change", importFile);
-  act({ key: "Ctrl+Z", text: "Undo the last choice or edit", button: "undo", run: undo, refusal: () => (known.summary?.undo || known.summary?.hand?.moved ? "" : "There is nothing to undo.") });
-  act({ key: "Ctrl+Y", text: "Redo what was undone last", button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : "There is nothing undone to make again.") });
+  act({ key: "Ctrl+Z", text: texts.undo, button: "undo", run: undo, refusal: () => (known.summary?.undo || known.summary?.hand?.moved ? "" : texts.nothingToUndo) });
+  act({ key: "Ctrl+Y", text: texts.redo, button: "redo", run: redo, refusal: () => (known.summary?.redo ? "" : texts.nothingToRedo) });
   attempt(offerFormats);
   onChoice(() => draw(known));
   for (const id of ["as-commanded", "execution-mode"]) $(id).addEventListener("change", changed);
@@ -42,8 +43,8 @@ const make = () => attempt(async () => {
   const fresh = awaited();
   await answered();
   const { to_command: meant, plan } = known.summary;
-  if (fresh && plan.status !== "found") throw new Error(`Nothing was made: no plan was found. ${plan.reason}`);
-  if (!meant) throw new Error(`Nothing was made: ${notPlanned()}`);
+  if (fresh && plan.status !== "found") throw new Error(texts.noPlanFound(plan.reason));
+  if (!meant) throw new Error(texts.nothingMade(notPlanned()));
   await post("/sessions/current/sequences", { plan: meant.plan, ...(meant.step ? wayOfStep() : wayOfMove()) }, once());
 });
 
@@ -55,8 +56,8 @@ const wayOfStep = () => commandedAs(null);
 export const wayOfMove = () => commandedAs("pose_held");
 
 const notPlanned = () => (known.summary?.plan.status === "found"
-  ? "What was planned was carried out: plan the next step or move."
-  : "There is no plan to make commands of: plan the step first.");
+  ? texts.carriedOut
+  : texts.noPlanToCommand);
 const exportSequence = () => attempt(async () => {
   const format = $("export-format").value;
   const path = `${ROOT}/sequences/${known.sequence.digest}/export?format=${format}`;
@@ -70,8 +71,8 @@ const exportSequence = () => attempt(async () => {
 });
 
 function notImportable() {
-  if (!known.summary?.dem) return "There is no terrain to check commands on: build or load it first.";
-  return known.summary.state ? "" : "It is not known how the rover stands yet.";
+  if (!known.summary?.dem) return texts.noTerrainToCheck;
+  return known.summary.state ? "" : texts.stanceUnknown;
 }
 
 const importFile = () => attempt(async () => {
@@ -109,41 +110,41 @@ const lapsed = (summary, sequence) =>
   performance.now() > armed.until || summary.stop.latched || summary.gate.stopped || armed.digest !== sequence?.digest;
 
 function notArmable() {
-  if (!known.sequence) return "There is no sequence yet.";
+  if (!known.sequence) return shared.noSequence;
   if (known.summary?.commands_carried_out) return complete();
-  if (!known.sequence.valid) return "A rule does not hold: see the list.";
-  if (known.summary?.stop.latched) return "A stop is in force: clear it first.";
-  if (known.summary?.gate?.state === "sending") return "Commands are being sent already.";
+  if (!known.sequence.valid) return texts.ruleBroken;
+  if (known.summary?.stop.latched) return shared.stopInForce;
+  if (known.summary?.gate?.state === "sending") return shared.sendingAlready;
   return kept() || unsure();
 }
 
 function draw({ summary, sequence }) {
   if (!summary) return;
-  if (summary.undo) $("undo").title = `Undo: ${toldChoice(summary.undo)} (Ctrl+Z)`;
-  if (summary.redo) $("redo").title = `Redo: ${toldChoice(summary.redo)} (Ctrl+Y)`;
+  if (summary.undo) $("undo").title = texts.undoing(texts.choiceTold(summary.undo));
+  if (summary.redo) $("redo").title = texts.redoing(texts.choiceTold(summary.redo));
   if (armed && lapsed(summary, sequence)) armed = null;
   const sending = summary.gate?.state === "sending";
-  const lost = alive() ? "" : `${age(silent())} ago`;
-  $("make-sequence").textContent = summary.to_command ? `Make sequence: ${summary.to_command.text}` : "Make sequence";
+  const lost = alive() ? "" : texts.ago(silent());
+  $("make-sequence").textContent = summary.to_command ? texts.makeSequenceOf(summary.to_command.text) : texts.makeSequence;
   $("arm-state").dataset.state = armed || (sending && (summary.gate.waiting || lost)) ? "warn" : sending ? "busy" : "none";
   $("arm-state").textContent = armed
-    ? `armed for ${armedFor()} s more`
-    : sending ? `${lost && `${lost}: `}${summary.gate.waiting ? "waits before" : "sending"} row ${(summary.gate.row ?? 0) + 1} of ${summary.run?.rows.length ?? "–"}`
-      : sequence && notNow(summary) ? `not armed. ${notNow(summary)}` : "not armed"; // what passes is said in sight: no hand has to point at the button
+    ? texts.armedFor(armedFor())
+    : sending ? texts.atRow(lost && `${lost}: `, summary.gate.waiting ? texts.waitsBefore : texts.sending, (summary.gate.row ?? 0) + 1, summary.run?.rows.length ?? "–")
+      : sequence && notNow(summary) ? texts.notArmedAs(notNow(summary)) : texts.notArmed; // what passes is said in sight: no hand has to point at the button
   drawWay(summary, sequence);
   drawTable(summary, sequence);
 }
 
 // Every row was done.
-const complete = () => `Sequence complete (${known.sequence.commands.length} of ${known.sequence.commands.length}): make new commands.`;
+const complete = () => texts.complete(known.sequence.commands.length);
 
 const notNow = (summary) => (summary.commands_carried_out ? complete() : unsure());
 
 // How the next commands will take the rover, before they are made; and how those that are there do.
 function drawWay({ way_of_commands: way }, sequence) {
   const rigid = way.mode === "rigid";
-  $("way-text").textContent = $("as-commanded").checked && !rigid ? "as commanded: the rover sags; touch-down is not predicted"
-    : rigid ? `as commanded: ${way.reason}` : `${titleOf(sagSettings().mode)}: the rover's sag is predicted`;
+  $("way-text").textContent = $("as-commanded").checked && !rigid ? texts.asCommanded
+    : rigid ? texts.asRigid(way.reason) : texts.sagPredicted(titleOf(sagSettings().mode));
   $("sequence-way").hidden = !sequence?.way;
   if (sequence?.way) Object.assign($("sequence-way"), { textContent: sequence.way.text, className: sequence.way.doubt ? "doubt" : "hint" });
 }
@@ -158,8 +159,7 @@ function drawTable(summary, sequence) {
   $("commands").hidden = !sequence;
   const broken = sequence?.rules.filter((rule) => !rule.holds) ?? [];
   $("sequence-text").className = !sequence ? "" : sequence.valid ? "yes" : "no";
-  $("sequence-text").textContent = !sequence ? "No sequence yet." : `${sequence.commands.length} commands, ${fixed(sequence.duration, 1)} s. `
-    + (sequence.valid ? "Every rule holds." : broken.map(ruleTold).join("; "));
+  $("sequence-text").textContent = !sequence ? texts.noSequenceYet : texts.summary(sequence.commands.length, sequence.duration, sequence.valid ? texts.rulesHold : broken.map(texts.ruleTold).join("; "));
   if (focused?.matches("input")) return; // the rows stay under the hands of somebody who types
   drawn = key;
   if (!sequence) return;
@@ -181,23 +181,19 @@ function follow() {
 // The rows of a walk are told by their foot moves.
 function groupRow({ foot_moves: moves, commands }, row) {
   const first = moves?.find((one) => one.first_row === row);
-  return first && element("tr", { className: "group" }, element("th", { colSpan: 8, scope: "rowgroup", textContent: `${first.text} (rows ${row + 1}–${Math.min(commands.length, row + first.rows)})${toldRest(first.rest)}` }));
+  return first && element("tr", { className: "group" }, element("th", { colSpan: 8, scope: "rowgroup", textContent: texts.group(first.text, row + 1, Math.min(commands.length, row + first.rows), first.rest ? texts.rest(first.rest) : "") }));
 }
-
-const toldRest = (rest) => (rest
-  ? `; predicted: torque ${fixed(100 * rest.torque, 0)} % at most (${rest.joint}), then ${fixed(Math.abs(1000 * rest.sag), 0)} mm ${rest.sag < 0 ? "higher" : "lower"} than planned`
-  : "");
 
 // To which length the tether is to be paid out or hauled in meanwhile; nothing where it keeps its length.
 function toldTether({ tether_lengths: lengths }, row) {
   if (!lengths || fixed(lengths[row]) === fixed(lengths[row + 1])) return "";
-  return `, tether to ${fixed(lengths[row + 1])} m`;
+  return texts.tetherTo(lengths[row + 1]);
 }
 
 function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
-    type: "number", min: "0", step: "any", value: command.duration.toFixed(3), ariaLabel: `Seconds of row ${row + 1}`,
+    type: "number", min: "0", step: "any", value: fixed(command.duration), ariaLabel: texts.secondsOf(row + 1),
     onchange: (event) => {
       const seconds = Number(event.target.value);
       event.target.blur();
@@ -207,16 +203,16 @@ function tableRow(command, row, broken, state, tether) {
   });
   return element("tr", { className: mine.length ? "failing" : state?.state === "started" ? "current" : "" },
     element("td", {}, element("button", {
-      type: "button", textContent: row + 1, ariaLabel: `Row ${row + 1}`, ariaPressed: String(row === chosenRow()),
+      type: "button", textContent: row + 1, ariaLabel: shared.rowFirst(row + 1), ariaPressed: String(row === chosenRow()),
       onclick: () => choose(row === chosenRow() ? null : row),
     })),
-    element("td", { textContent: (command.force === null ? command.name : `${command.name} until ${command.force} N more`) + tether }),
-    element("td", { textContent: command.leg ?? (command.joints ? "all" : "–") }),
+    element("td", { textContent: (command.force === null ? command.name : texts.until(command.name, command.force)) + tether }),
+    element("td", { textContent: command.leg ?? (command.joints ? texts.all : "–") }),
     element("td", { textContent: command.phase || "–" }),
     element("td", {}, duration),
     element("td", { className: mine.length ? "no" : "sign", textContent: mine.length ? mine.map((rule) => rule.text).join(" ") : "✓" }),
     element("td", { textContent: state?.text ?? "–", title: state?.times ?? "" }),
     element("td", {}, element("button", {
-      type: "button", textContent: "✕", ariaLabel: `Delete row ${row + 1}`, onclick: () => edit({ kind: "delete", row }),
+      type: "button", textContent: "✕", ariaLabel: texts.deleteRow(row + 1), onclick: () => edit({ kind: "delete", row }),
     })));
 }

@@ -8,6 +8,9 @@ import { outOfDate } from "../fits.js";
 import { answered } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import { marginOf } from "../texts/plan.js";
+import * as texts from "../texts/sag.js";
+import * as shared from "../texts/shared.js";
 import { balance } from "./ground.js";
 
 let modes = {}; // mode → {title, text}, as the server has them
@@ -21,17 +24,17 @@ export function start() {
   $("execution-mode").addEventListener("change", describe);
   attempt(load);
   act({
-    key: "B", text: "Predict the sag of the planned step", button: "plan-execution", run: order,
-    refusal: () => (known.summary?.plan.status === "found" ? "" : "There is no plan yet: plan the step first."),
+    key: "B", text: texts.predict, button: "plan-execution", run: order,
+    refusal: () => (known.summary?.plan.status === "found" ? "" : shared.noPlan),
   });
   act({
-    key: "R", text: "Compensate for sag", button: "make-execution", run: make,
-    refusal: () => (mayBeMade() ? "" : "There is no prediction that can be commanded: predict the sag of the present plan first."),
+    key: "R", text: texts.compensate, button: "make-execution", run: make,
+    refusal: () => (mayBeMade() ? "" : texts.noPrediction),
   });
-  act({ text: "Cancel the prediction of sag", button: "execution-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No prediction is running.") });
+  act({ text: texts.cancelPrediction, button: "execution-cancel", run: cancel, refusal: () => (runningJob() ? "" : texts.noPredictionRuns) });
   act({
-    text: "Take over the measured stiffness of the joints", button: "take-over", run: takeOver,
-    refusal: () => (mayBeTaken() ? "" : "There is no measured stiffness that is not taken over already."),
+    text: texts.takeOver, button: "take-over", run: takeOver,
+    refusal: () => (mayBeTaken() ? "" : texts.nothingToTakeOver),
   });
   subscribe(draw);
 }
@@ -120,9 +123,9 @@ const read = (digest) => attempt(async () => {
 });
 
 function outdated(summary) {
-  if (!ofPresentPlan()) return "Out of date: this is for another plan than the present one.";
+  if (!ofPresentPlan()) return texts.ofAnotherPlan;
   const fit = shown.digest === summary.execution.digest ? summary.up_to_date.execution : null;
-  return outOfDate(fit) ? `Out of date: ${outOfDate(fit)}.` : "";
+  return outOfDate(fit) ? texts.outOfDate(outOfDate(fit)) : "";
 }
 
 function drawAnswer({ status, reason, checks, settings: used, execution, figures }) {
@@ -130,15 +133,15 @@ function drawAnswer({ status, reason, checks, settings: used, execution, figures
   const mode = titleOf(used.mode);
   $("execution-answer").className = found ? "yes" : "no";
   $("execution-answer").textContent = found
-    ? `Can be commanded, ${mode}. Every check holds.`
-    : `Not to be sent, ${mode}: ${reason}`;
+    ? texts.canBeCommanded(mode)
+    : texts.notToBeSent(mode, reason);
   for (const id of ["execution-lift", "execution-figures", "execution-loads"]) $(id).hidden = !execution;
   $("execution-checks-box").hidden = checks.length === 0;
   $("execution-checks-box").open = !found && checks.length > 0;
   $("execution-checks").tBodies[0].replaceChildren(...checks.map((check) =>
     element("tr", {},
       element("td", { className: check.holds ? "yes" : "no", textContent: check.name }),
-      element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
+      element("td", { textContent: marginOf(check) }),
       element("td", { textContent: check.where }))));
   if (!execution) return;
   const [className, textContent] = leaving(execution, figures, used);
@@ -148,43 +151,34 @@ function drawAnswer({ status, reason, checks, settings: used, execution, figures
   drawLoads(execution);
 }
 
-const softer = ({ tolerance }) => `with springs ${fixed(100 * tolerance, 0)} % softer`;
-
-// Whether the wheel leaves the ground, the first thing to know of a rover that sags.
-function leaving(execution, { clearance, clearance_uncertainty: less }, used) {
-  if (clearance <= 0) {
-    return ["no", `The wheel will not leave the ground: lifted by ${fixed(lift(execution))} m, it is still ${fixed(-clearance)} m too low.`];
-  }
-  if (less === null) return ["doubt", `The wheel leaves the ground, but ${softer(used)} the rover would not stand.`];
-  if (clearance - less <= 0) return ["doubt", `The wheel leaves the ground, but ${softer(used)} it would not.`];
-  return ["yes", "The wheel leaves the ground."];
+// Whether the wheel leaves the ground, as a class and in words.
+function leaving(execution, { clearance, clearance_uncertainty: less }, { tolerance }) {
+  if (clearance <= 0) return ["no", texts.stays(lift(execution), -clearance)];
+  if (less === null) return ["doubt", texts.fallsIfSofter(tolerance)];
+  if (clearance - less <= 0) return ["doubt", texts.staysIfSofter(tolerance)];
+  return ["yes", texts.leaves];
 }
 
 const lift = ({ plan }) => plan.provenance.settings.lift;
 
 function told(execution, figures, used) {
-  const less = figures.clearance_uncertainty;
   const wanted = ofPresentPlan() ? known.plan.plan.provenance.settings.lift : null;
-  const { friction, gravity, payload_mass: payload } = used.compliance.balance;
   return [
-    ["Lowest in the swing", (figures.clearance > 0 ? `${fixed(figures.clearance)} m above the ground, ` : `${fixed(-figures.clearance)} m too low, `)
-      + (less === null ? `not known ${softer(used)}` : `${fixed(Math.abs(less))} m ${less < 0 ? "more" : "less"} ${softer(used)}`)],
-    ["Commanded lift", `${fixed(lift(execution))} m${wanted !== null && lift(execution) > wanted ? `, raised from ${fixed(wanted)} m` : ""}`],
-    ["Touch-down", figures.touch_down_offset === null
-      ? "none: the wheel never touches the ground" : `${fixed(figures.touch_down_offset)} m from the planned contact`],
-    ["Friction used", `${fixed(100 * figures.friction_use, 1)} % at most`],
-    ["Chassis", `sags ${fixed(Math.max(...figures.sag))} m, tilts ${fixed(tilt(execution.Ts_site_base), 2)}° at most`],
-    ["It takes", `${fixed(figures.seconds, 1)} s`],
-    ["Balance assumptions", `μ ${friction}, ${gravity} m/s², ${payload === null ? "payload as described" : `payload ${payload} kg`}, `
-      + `joints ${fixed(used.compliance.joint_scale, 2)} × and wheels ${fixed(used.compliance.wheel_scale, 2)} × as stiff`],
+    [texts.lowest, texts.lowestTold(figures, used.tolerance)],
+    [texts.commandedLift, texts.liftTold(lift(execution), wanted)],
+    [texts.touchDown, texts.touchDownTold(figures.touch_down_offset)],
+    [texts.frictionUsed, texts.frictionTold(figures.friction_use)],
+    [texts.chassis, texts.chassisTold(Math.max(...figures.sag), tilt(execution.Ts_site_base))],
+    [texts.takes, texts.takesTold(figures.seconds)],
+    [texts.assumptions, texts.assumptionsTold(used.compliance)],
   ];
 }
 
-// Largest angle by which the chassis' up leans away from where it pointed at the start [°].
+// Largest angle by which the chassis' up leans away from where it pointed at the start [rad].
 function tilt(poses) {
   const up = poses.map((pose) => pose.slice(0, 3).map((row) => row[2]));
   const along = up.map((one) => one.reduce((sum, part, i) => sum + part * up[0][i], 0));
-  return Math.acos(Math.min(1, ...along)) * 180 / Math.PI;
+  return Math.acos(Math.min(1, ...along));
 }
 
 function drawLoads({ leg: moving, loads }) {
@@ -196,7 +190,7 @@ function drawLoads({ leg: moving, loads }) {
     bar.style.left = `${100 * Math.max(0, least) / largest}%`;
     bar.style.right = `${100 - 100 * most / largest}%`;
     return element("tr", {},
-      element("th", { scope: "row", textContent: leg === moving ? `${leg} moves` : leg }),
+      element("th", { scope: "row", textContent: leg === moving ? texts.moves(leg) : leg }),
       element("td", { textContent: fixed(least, 0) }), element("td", { className: "load" }, bar), element("td", { textContent: fixed(most, 0) }));
   }));
 }
@@ -211,22 +205,20 @@ async function compare(summary) {
   const sag = await get("/sessions/current/sag").catch(() => null);
   if (now !== compared) return;
   $("execution-measured").hidden = !sag;
-  if (sag) $("execution-measured").textContent = `Measured sag is ${fixed(sag.ratio, 2)} times the predicted, at ${sag.rows.length} pauses of the latest run.`;
+  if (sag) $("execution-measured").textContent = texts.measured(sag.ratio, sag.rows.length);
   calibration = sag?.calibration ?? null;
   $("calibration").hidden = !sag;
   $("calibration-text").textContent = calibration ? toldCalibration(calibration) : sag?.refused ?? "";
   changed();
 }
 
-const toldCalibration = ({ was, now, steps, ratio }) => (same({ was, now })
-  ? `Joints are taken to be ${fixed(was, 2)} × as stiff as described, as measured.`
-  : `Joint stiffness: ${fixed(was, 2)} × is taken, ${fixed(now, 2)} × was measured, by ${steps} step${steps === 1 ? "" : "s"} of mean ratio ${fixed(ratio, 2)}.`);
+const toldCalibration = (measured) => (same(measured) ? texts.stiffnessAsMeasured(measured.was) : texts.stiffnessDiffers(measured));
 
 const same = ({ was, now }) => Math.abs(now - was) < 1e-6 * was;
 
 const mayBeTaken = () => calibration !== null && !same(calibration);
 
-const rounded = (scale) => String(Number(scale.toFixed(4)));
+const rounded = (scale) => String(Number(fixed(scale, 4)));
 
 // A scale that is typed stands above what is taken over: it goes, so that what is said counts. Undo brings back the old.
 const takeOver = () => attempt(async () => {

@@ -5,6 +5,7 @@ import { chooseFootfall } from "../choosing.js";
 import { $, element, fixed } from "../dom.js";
 import { reveal } from "../layout.js";
 import { subscribe } from "../store.js";
+import * as texts from "../texts/footfall.js";
 
 let drawn = "";
 
@@ -13,7 +14,7 @@ export function start() {
     event.preventDefault();
     chooseFootfall(Number($("footfall-x").value), Number($("footfall-y").value));
   });
-  act({ key: "F", text: "Type the footfall", run: () => { reveal("footfall"); $("footfall-x").focus(); } });
+  act({ key: "F", text: texts.typeFootfall, run: () => { reveal("footfall"); $("footfall-x").focus(); } });
   subscribe(draw);
 }
 
@@ -34,9 +35,7 @@ function draw({ summary }) {
   $("footfall-answer").replaceChildren(
     element("p", {
       className: { true: "yes", false: "no", null: "doubt" }[answer.acceptable],
-      textContent: `${answer.footing ?? "Not judged yet"}: leg ${answer.leg} at (${fixed(answer.x)}, ${fixed(answer.y)}, ${fixed(answer.z)}) m`
-        + (answer.margin === null ? "" : `, margin ${fixed(answer.margin)} m`)
-        + (answer.slope === null ? "" : `, slope ${fixed((answer.slope * 180) / Math.PI, 1)}°`),
+      textContent: texts.judged(answer),
     }),
     ...answer.reasons.map((reason) => element("p", { textContent: reason })),
   );

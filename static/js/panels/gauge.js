@@ -3,15 +3,16 @@
 
 import { act } from "../acts.js";
 import { get, put } from "../api.js";
-import { $, age, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { footMoveTold } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/ghost.js";
+import * as shared from "../texts/shared.js";
 import { telemetryAge } from "./status.js";
 
 const KEPT_AS = "footfall.outline";
-const OUTLINES = { plain: "polygon", conservative: "any leg lost", friction: "friction" };
-const ROWS = { now: "Now", ghost: "Ghost", worst: "Worst" };
+const { OUTLINES, ROWS } = texts;
 const [LOW, HIGH] = [-0.2, 1]; // m, ends of the gauge
 const STALE_AFTER = 2; // s
 const PERIOD = 1000; // ms between two questions about the standing rover
@@ -38,15 +39,15 @@ export function start() {
     element("i", { className: `line ${name}`, ariaHidden: "true" }), element("span", { id: `outline-${name}`, textContent: text }))));
   $("gauge-rows").append(...Object.entries(ROWS).map(([name, text]) => element("div", { id: `gauge-${name}`, className: "gauge-row" },
     name === "worst" ? element("button", { type: "button", id: "gauge-go", textContent: text }) : element("span", { textContent: text }),
-    element("span", { className: "meter", role: "meter", "aria-label": `${text}, margin`, "aria-valuemin": LOW, "aria-valuemax": HIGH },
+    element("span", { className: "meter", role: "meter", "aria-label": texts.marginOf(text), "aria-valuemin": LOW, "aria-valuemax": HIGH },
       element("i", { className: "fill" }), element("i", { className: "zero" }), element("i", { className: "least" })),
     element("output", {}))));
-  act({ key: ";", text: "Margin: to the next outline", run: () => {
+  act({ key: ";", text: texts.nextOutline, run: () => {
     const names = Object.keys(OUTLINES);
     choose(names[(names.indexOf(outline) + 1) % names.length]);
   } });
   act({
-    text: "Ghost to the worst moment", button: "gauge-go", refusal: () => (worstPlayed() ? "" : "There is no plan whose margin is known."),
+    text: texts.toWorst, button: "gauge-go", refusal: () => (worstPlayed() ? "" : texts.noMargin),
     run: () => attempt(() => put("/sessions/current/view", { scrub: worstPlayed().moment, show_ghost: true })),
   });
   $("scrub").addEventListener("input", () => draw(known));
@@ -84,10 +85,10 @@ function draw({ summary, frame, plan, sequence }) {
   drawWorst(asked, summary);
   $("gauge-sum").textContent = ["now", "worst"].map((name) => `${ROWS[name].toLowerCase()} ${$(`gauge-${name}`).dataset.short}`).join(", ");
   const friction = (asked || stands)?.friction;
-  $("outline-friction").textContent = friction ? `${OUTLINES.friction} μ ${fixed(friction, 2)}` : OUTLINES.friction;
+  $("outline-friction").textContent = friction ? texts.withFriction(friction) : OUTLINES.friction;
   const notes = [stands?.why[outline], asked?.why[outline]].filter(Boolean);
   $("gauge-note").className = notes.length ? "doubt" : "";
-  if (asked?.least > 0) notes.push(`asked for, to ${asked.conservative ? OUTLINES.conservative : OUTLINES.plain}: ${fixed(asked.least, 2)} m`);
+  if (asked?.least > 0) notes.push(texts.asked(asked.conservative ? OUTLINES.conservative : OUTLINES.plain, asked.least));
   $("gauge-note").textContent = [...new Set(notes)].join("; ");
 }
 
@@ -122,35 +123,35 @@ function fetchCourse(digest, session) {
 }
 
 function drawNow(summary, frame) {
-  if (!stands) return show("now", null, frame ? "not known yet" : "no telemetry");
+  if (!stands) return show("now", null, frame ? texts.notKnownYet : texts.noTelemetry);
   const sure = stands.known[outline];
   const old = frame && telemetryAge(frame);
-  const doubt = !stands.measured ? "not measured: as planned from" : old > STALE_AFTER ? `STALE, ${age(old)} old` : "";
-  return show("now", sure ? stands.margins[outline] ?? -Infinity : null, sure ? "" : "not known", doubt, courses.get(known.plan?.digest)?.least);
+  const doubt = !stands.measured ? texts.notMeasured : old > STALE_AFTER ? texts.stale(old) : "";
+  return show("now", sure ? stands.margins[outline] ?? -Infinity : null, sure ? "" : shared.notKnown, doubt, courses.get(known.plan?.digest)?.least);
 }
 
 function drawGhost(course, summary) {
   if (!course || course.failed) return show("ghost", null, missing(course, summary));
   const moment = Number($("scrub").value) / 1000;
   const [value, row] = valueAt(course, moment);
-  return show("ghost", value, value === null ? "not known" : nameOf(course.digest, row), "", course.least);
+  return show("ghost", value, value === null ? shared.notKnown : nameOf(course.digest, row), "", course.least);
 }
 
 function drawWorst(course, summary) {
   if (!course || course.failed) return show("worst", null, missing(course, summary));
   const worst = course.worst[outline];
-  if (!worst) return show("worst", null, "not known");
+  if (!worst) return show("worst", null, shared.notKnown);
   // while it is carried out the rover is on its way
-  const elsewhere = summary.plan_matches_rover.ok === false && summary.gate.state !== "sending" ? "not from where the rover stands" : "";
-  const older = summary.commands_of_another_plan && course.digest === known.sequence?.digest ? "of the commands, which are of another plan" : "";
+  const elsewhere = summary.plan_matches_rover.ok === false && summary.gate.state !== "sending" ? texts.notFromHere : "";
+  const older = summary.commands_of_another_plan && course.digest === known.sequence?.digest ? texts.ofAnotherPlan : "";
   const doubt = [older, elsewhere].filter(Boolean).join("; ");
   return show("worst", worst.margin ?? -Infinity, nameOf(course.digest, worst.row), doubt, course.least);
 }
 
 function missing(course, summary) {
   if (course?.failed) return course.failed;
-  if (known.plan && known.plan.digest === summary.played && !known.plan.plan) return "the plan was refused";
-  return summary.played || summary.sequence ? "being worked out" : "no plan";
+  if (known.plan && known.plan.digest === summary.played && !known.plan.plan) return shared.planRefused;
+  return summary.played || summary.sequence ? texts.workedOut : shared.noPlanShort;
 }
 
 const worstPlayed = () => courses.get(known.summary?.played)?.worst?.[outline];
@@ -169,7 +170,7 @@ function valueAt({ moments, rows, margins, known: found }, moment) {
 function nameOf(digest, row) {
   if (digest === known.sequence?.digest) {
     const command = known.sequence.commands[row];
-    return `row ${row + 1}, ${command?.phase || command?.name || "–"}`;
+    return texts.inRow(row + 1, command?.phase || command?.name || "–");
   }
   const walk = digest === known.walk?.digest ? walkPlayed() : null;
   if (walk) return `${footMoveTold(walk, row + 1)}, ${walk.phases[row + 1]}`;
@@ -180,7 +181,7 @@ function nameOf(digest, row) {
 function show(name, value, where, doubt = "", least = 0) {
   const row = $(`gauge-${name}`);
   const level = value === null ? "none" : value < 0 ? "bad" : value < least ? "warn" : "good";
-  const number = value === null ? "" : Number.isFinite(value) ? `${fixed(value, 2).replace("-", "−")} m` : "nothing holds";
+  const number = value === null ? "" : Number.isFinite(value) ? texts.margin(value) : texts.nothingHolds;
   const share = (one) => 100 * ((Math.min(HIGH, Math.max(LOW, one)) - LOW) / (HIGH - LOW));
   row.dataset.level = level;
   row.dataset.short = `${SIGNS[level]} ${number || where}${doubt ? " ▲" : ""}`;
@@ -192,7 +193,7 @@ function show(name, value, where, doubt = "", least = 0) {
   meter.querySelector(".zero").style.left = `${share(0)}%`;
   meter.querySelector(".least").style.left = `${share(least)}%`;
   meter.setAttribute("aria-valuenow", value === null || !Number.isFinite(value) ? LOW : Math.min(HIGH, Math.max(LOW, value)));
-  meter.setAttribute("aria-valuetext", [number || "not known", where, doubt].filter(Boolean).join(", "));
+  meter.setAttribute("aria-valuetext", [number || shared.notKnown, where, doubt].filter(Boolean).join(", "));
   row.querySelector("output").textContent = `${SIGNS[level]} ${[number, where].filter(Boolean).join(", ")}`;
   row.title = doubt;
   const told = row.querySelector(".doubt");

@@ -3,13 +3,15 @@
 import { act } from "../acts.js";
 import { put } from "../api.js";
 import { followCursor } from "../cursor.js";
-import { $, attempt } from "../dom.js";
+import { $, attempt, fixed } from "../dom.js";
 import { follows, notOwn } from "../following.js";
 import { endBeside, footMoveTold, waypointAt } from "../footmoves.js";
 import { momentAt, pace, played, rowAt, timeAt, travelOf, walkPlayed } from "../pace.js";
 import { postureAt } from "../samples.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/ghost.js";
+import * as shared from "../texts/shared.js";
 import { onChoice, chosenRow } from "./row.js";
 
 const PLAY_SECONDS = 6; // for the whole way, where it has no times or those are not asked for
@@ -28,13 +30,13 @@ export function start() {
     await refresh();
   }));
   $("scrub-time").addEventListener("change", () => { const way = pace(); if (way) showTime(way, Number($("scrub-time").value)); });
-  const refusal = () => notOwn() || (played() ? "" : "There is neither a plan nor a sequence to play.");
-  const untimed = () => refusal() || (pace() || walkPlayed() ? "" : "What the ghost plays has no rows yet: make its commands.");
-  act({ key: " ", text: "Play or pause the ghost", button: "ghost-play", run: toggle, refusal });
-  act({ key: "[", text: "Ghost back", run: () => nudge(-0.02), refusal });
-  act({ key: "]", text: "Ghost on", run: () => nudge(0.02), refusal });
-  act({ key: "{", text: "Ghost to the row, or the foot move, before", run: () => toPart(-1), refusal: untimed });
-  act({ key: "}", text: "Ghost to the row, or the foot move, after", run: () => toPart(1), refusal: untimed });
+  const refusal = () => notOwn() || (played() ? "" : texts.nothingToPlay);
+  const untimed = () => refusal() || (pace() || walkPlayed() ? "" : texts.noRows);
+  act({ key: " ", text: texts.playOrPause, button: "ghost-play", run: toggle, refusal });
+  act({ key: "[", text: texts.back, run: () => nudge(-0.02), refusal });
+  act({ key: "]", text: texts.on, run: () => nudge(0.02), refusal });
+  act({ key: "{", text: texts.toPartBefore, run: () => toPart(-1), refusal: untimed });
+  act({ key: "}", text: texts.toPartAfter, run: () => toPart(1), refusal: untimed });
   onChoice(() => { if (chosenRow() !== null) endOf(chosenRow()); });
   followCursor(goTo);
   subscribe(draw);
@@ -116,7 +118,7 @@ function toRow(by) {
 function sayPlaying(which) {
   playing = which;
   $("ghost-play").textContent = playing ? "❚❚" : "▶";
-  $("ghost-play").ariaLabel = playing ? "Pause the ghost" : "Play the ghost";
+  $("ghost-play").ariaLabel = playing ? texts.pause : texts.play;
 }
 
 function toggle() {
@@ -161,7 +163,7 @@ function read(moment) {
   const way = pace();
   $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = !way;
   const walk = walkPlayed();
-  const share = `${Math.round(moment * 100)} % of the ${what.what}`;
+  const share = texts.shareOf(moment, what.what);
   if (walk) {
     const waypoint = waypointAt(walk, moment);
     $("scrub-read").textContent = `${footMoveTold(walk, waypoint)}, ${walk.phases[waypoint]}, ${share}`;
@@ -173,9 +175,9 @@ function read(moment) {
   }
   const now = time ?? timeAt(way, moment);
   const row = rowAt(way, now);
-  $("scrub-read").textContent = `${share}, ${way.names[row]}, row ${row + 1} of ${way.names.length}`;
-  if (document.activeElement !== $("scrub-time")) $("scrub-time").value = now.toFixed(1);
-  $("scrub-whole").textContent = `of ${way.seconds.at(-1).toFixed(1)} s`;
+  $("scrub-read").textContent = texts.atRow(share, way.names[row], row + 1, way.names.length);
+  if (document.activeElement !== $("scrub-time")) $("scrub-time").value = fixed(now, 1);
+  $("scrub-whole").textContent = texts.ofWhole(way.seconds.at(-1));
 }
 
 function draw({ summary, plan, sequence }) {
@@ -186,7 +188,7 @@ function draw({ summary, plan, sequence }) {
   if (document.activeElement !== $("ghost-plays")) $("ghost-plays").value = walkPlayed() ? "walk" : "step";
   $("scrub").disabled = !there || follows();
   if (!there) {
-    $("scrub-read").textContent = "no plan";
+    $("scrub-read").textContent = shared.noPlanShort;
     $("scrub-time").parentElement.hidden = $("ghost-rate").hidden = true;
   } else if (!playing && !sending && document.activeElement !== $("scrub")) {
     const moved = Math.round(summary.view.scrub * 1000) !== Number($("scrub").value);

@@ -10,6 +10,8 @@ import { heardFirst } from "../keys.js";
 import { reveal } from "../layout.js";
 import { isEscape } from "../stopkeys.js";
 import { changed, known, subscribe } from "../store.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/walk.js";
 
 const PLACE = ["walk-x", "walk-y"];
 const AHEAD = ["walk-ahead", "walk-toward"];
@@ -19,10 +21,10 @@ let followed = false; // whether it is another page's
 
 export function start() {
   act({
-    text: "Goal of the walk at the chosen footfall", button: "walk-here", run: takeFootfall,
-    refusal: () => (known.summary?.footfall ? "" : "Choose a place first: click on the ground."),
+    text: texts.goalAtFootfall, button: "walk-here", run: takeFootfall,
+    refusal: () => (known.summary?.footfall ? "" : texts.choosePlace),
   });
-  act({ key: "=", text: "Walk to…: a click on the ground sets the goal", button: "walk-to", run: () => (picks() ? leave() : pick()), refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
+  act({ key: "=", text: texts.walkTo, button: "walk-to", run: () => (picks() ? leave() : pick()), refusal: () => (known.summary?.dem ? "" : shared.noTerrain) });
   for (const id of AHEAD) $(id).addEventListener("input", goAhead);
   for (const id of [...PLACE, ...AHEAD]) {
     $(id).addEventListener("change", typed);
@@ -87,7 +89,7 @@ function write(x, y) {
   const T = known.frame?.T_site_base;
   const [east, north] = T ? [x - T[0][3], y - T[1][3]] : [0, 0];
   const turn = T ? Math.atan2(north, east) - facing(T) : 0;
-  $("walk-ahead").value = T ? Math.hypot(east, north).toFixed(2) : "";
+  $("walk-ahead").value = T ? fixed(Math.hypot(east, north), 2) : "";
   $("walk-toward").value = fixed((Math.atan2(Math.sin(turn), Math.cos(turn)) * 180) / Math.PI, 0);
 }
 

@@ -4,12 +4,14 @@ import { act } from "../acts.js";
 import { get, post, put } from "../api.js";
 import { choiceText, chosenPairs, notBuildable } from "../cameras.js";
 import { chooseLeg, settled } from "../choosing.js";
-import { $, age, attempt, element, fixed, toast } from "../dom.js";
+import { $, attempt, element, toast } from "../dom.js";
 import { outOfDate, reserve } from "../fits.js";
 import { layerNames, layerOptions, subscribeToLayers } from "../layers.js";
 import { pictureAt } from "../picture.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/ground.js";
+import * as shared from "../texts/shared.js";
 import { showPair } from "./images.js";
 import { weights } from "./suggest.js";
 import { awaitImages } from "./work.js";
@@ -23,27 +25,27 @@ let imagesFor = "";
 
 export function start() {
   subscribeToLayers(() => {
-    $("layer").replaceChildren(element("option", { value: "", textContent: "What the cameras saw" }), ...layerOptions());
+    $("layer").replaceChildren(element("option", { value: "", textContent: texts.whatCamerasSaw }), ...layerOptions());
     $("layer").value = known.summary?.view.layer ?? "";
   });
   $("layer").addEventListener("change", () => attempt(() => put("/sessions/current/view", { layer: $("layer").value || null })));
   $("legs").append(
     ...known.robot.legs.map((leg) =>
-      element("button", { type: "button", role: "radio", ariaLabel: `Leg ${leg}`, id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
-        `Leg ${leg}`, element("small", { textContent: leg < KEYED ? `key ${leg}` : "" })),
+      element("button", { type: "button", role: "radio", ariaLabel: shared.legFirst(leg), id: `leg-${leg}`, onclick: () => chooseLeg(leg) },
+        shared.legFirst(leg), element("small", { textContent: leg < KEYED ? texts.key(leg) : "" })),
     ),
   );
   $("terrain-file").addEventListener("change", loadFile);
-  known.robot.legs.forEach((leg) => act({ key: leg < KEYED ? `${leg}` : "", text: `Choose leg ${leg}`, run: () => chooseLeg(leg) }));
-  act({ key: "I", text: "Take images", button: "take-images", run: takeImages, refusal: () => (known.summary?.link.connected ? "" : "No rover is connected.") });
-  act({ key: "T", text: "Build terrain from the images", button: "build-terrain", run: buildTerrain, refusal: notBuildable });
-  act({ key: "M", text: "Show where the leg can stand", button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet: build it or load a file.") });
+  known.robot.legs.forEach((leg) => act({ key: leg < KEYED ? `${leg}` : "", text: texts.chooseLeg(leg), run: () => chooseLeg(leg) }));
+  act({ key: "I", text: texts.takeImages, button: "take-images", run: takeImages, refusal: () => (known.summary?.link.connected ? "" : shared.noRover) });
+  act({ key: "T", text: texts.buildTerrain, button: "build-terrain", run: buildTerrain, refusal: notBuildable });
+  act({ key: "M", text: texts.whereLegStands, button: "compute-maps", run: computeMaps, refusal: () => (known.summary?.dem ? "" : texts.buildOrLoad) });
   act({
-    key: "U", text: "Undo the latest change of the terrain", button: "undo-terrain", run: undoTerrain,
-    refusal: () => (known.summary?.can_undo_terrain ? "" : "The terrain has not been changed."),
+    key: "U", text: texts.undoTerrain, button: "undo-terrain", run: undoTerrain,
+    refusal: () => (known.summary?.can_undo_terrain ? "" : texts.terrainUnchanged),
   });
-  act({ key: "C", text: "Clear the terrain around the footfall", button: "clear-terrain", run: clearTerrain, refusal: notClearable });
-  act({ key: "L", text: "Next layer", run: nextLayer });
+  act({ key: "C", text: texts.clearTerrain, button: "clear-terrain", run: clearTerrain, refusal: notClearable });
+  act({ key: "L", text: texts.nextLayer, run: nextLayer });
   subscribe(draw);
 }
 
@@ -57,8 +59,8 @@ const buildTerrain = () => attempt(() => post("/sessions/current/terrains", { so
 const undoTerrain = () => attempt(() => post("/sessions/current/terrains/undo", {}));
 
 const notClearable = () => {
-  if (!known.summary?.terrain) return "There is no terrain yet.";
-  return known.summary.footfall ? "" : "Choose a footfall first: the ground around it is what is cleared.";
+  if (!known.summary?.terrain) return shared.noTerrain;
+  return known.summary.footfall ? "" : texts.chooseWhatToClear;
 };
 
 const clearTerrain = () => attempt(async () => {
@@ -112,7 +114,7 @@ const loadFile = () => attempt(async () => {
   if (scan) form.append("options", JSON.stringify(stated));
   const { true_north_deg: north } = await post(`/sessions/current/terrains${scan ? "/scans" : ""}`, form);
   if (north && Math.abs(north[0]) > 0.05) {
-    toast(`True north is turned ${fixed(north[0], 1)}° clockwise from this map's y; x runs along its rows.`);
+    toast(texts.trueNorth(north[0]));
   }
   $("terrain-file").value = "";
 });
@@ -129,7 +131,7 @@ function draw({ summary }) {
   if (!summary) return;
   const { view } = summary;
   if (document.activeElement !== $("layer")) $("layer").value = view.layer ?? "";
-  $("compute-maps").textContent = `Show where leg ${view.leg} can stand`;
+  $("compute-maps").textContent = texts.whereThisStands(view.leg);
   for (const leg of known.robot.legs) {
     const button = $(`leg-${leg}`);
     button.setAttribute("aria-checked", String(leg === view.leg));
@@ -144,30 +146,28 @@ function drawGround(summary) {
   const terrain = summary.terrain;
   const box = $("status-ground");
   $("left-out").replaceChildren(...Object.entries(terrain?.left_out ?? {}).map(([pair, reason]) =>
-    element("li", { className: "doubt", textContent: `${pair} left out: ${reason}` })));
+    element("li", { className: "doubt", textContent: texts.leftOut(pair, reason) })));
   if (!terrain) {
     box.dataset.state = "warn";
-    box.textContent = "none";
-    $("ground-text").textContent = "No terrain yet: take images and build it, or load a file.";
+    box.textContent = texts.none;
+    $("ground-text").textContent = texts.takeAndBuild;
     return;
   }
   const seconds = Date.now() / 1000 - terrain.time;
-  const old = age(seconds);
   box.dataset.state = seconds > OLD_GROUND ? "warn" : "good";
-  box.textContent = `${old} old`;
+  box.textContent = texts.old(seconds);
   const fit = summary.up_to_date.maps[summary.view.leg];
   const maps = colours(fit, summary.up_to_date);
   $("ground-text").textContent =
-    `${terrain.name}: ${terrain.cols} × ${terrain.rows} cells of ${terrain.resolution} m, `
-    + `${(100 * terrain.known).toFixed(0)} % known, ${old} old. Leg ${summary.view.leg}: ${maps}.`;
+    texts.terrainTold(terrain, seconds, summary.view.leg, maps);
 }
 
 function colours(fit, all) {
-  if (!fit) return "not coloured";
-  if (fit.partly) return `▲ colours hold in part, and are striped where they may be wrong: ${outOfDate(fit)}`;
-  if (!fit.fits) return `▲ colours are OUT OF DATE and hidden: ${outOfDate(fit)}`;
+  if (!fit) return texts.notColoured;
+  if (fit.partly) return texts.partlyColoured(outOfDate(fit));
+  if (!fit.fits) return texts.coloursOutOfDate(outOfDate(fit));
   const but = reserve(fit, all);
-  return but ? `coloured; ${but}` : "coloured";
+  return but ? texts.colouredBut(but) : texts.coloured;
 }
 
 async function drawLegend(summary) {
@@ -181,7 +181,7 @@ async function drawLegend(summary) {
   legendFor = wanted;
   const about = wanted ? await get(`/sessions/current/maps/${maps}`) : { layers: {}, not_lifted: "" };
   const layer = wanted ? about.layers[summary.view.layer] : { legend: [] };
-  const rows = layer?.legend ?? [{ text: "not computed: show where the leg can stand with friction", rgb: [134, 150, 178] }];
+  const rows = layer?.legend ?? [{ text: texts.frictionNotComputed, rgb: [134, 150, 178] }];
   if (wanted !== legendFor) return;
   $("legend").replaceChildren(
     ...rows.map(({ text, rgb }) => {
@@ -189,7 +189,7 @@ async function drawLegend(summary) {
       swatch.style.background = `rgb(${rgb.join(" ")})`;
       return element("li", {}, swatch, element("span", { textContent: text }));
     }),
-    ...(about.not_lifted ? [element("li", { className: "no", textContent: `⊘ ${about.not_lifted}` })] : []),
+    ...(about.not_lifted ? [element("li", { className: "no", textContent: texts.notLifted(about.not_lifted) })] : []),
   );
 }
 
@@ -205,7 +205,7 @@ function drawImages(summary) {
 
 function thumbnail(pair, url) {
   return element("li", {}, element("figure", {},
-    element("button", { type: "button", title: `${pair}: show in Images`, onclick: () => showPair(pair) },
-      element("img", { alt: `${pair}, left camera`, src: url })),
+    element("button", { type: "button", title: texts.showInImages(pair), onclick: () => showPair(pair) },
+      element("img", { alt: shared.leftCamera(pair), src: url })),
     element("figcaption", { textContent: pair })));
 }

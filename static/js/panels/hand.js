@@ -8,6 +8,7 @@ import { explainKey, heardFirst } from "../keys.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
 import { refresh, tell } from "../stream.js";
+import * as texts from "../texts/footfall.js";
 import { isThisPage, whoIs } from "../who.js";
 import { computeMaps } from "./ground.js";
 
@@ -25,20 +26,20 @@ let calming = 0;
 let drawn = "";
 
 export function start() {
-  act({ key: "A", text: "Take in hand: the footfall, then each point, then the chassis", run: next, refusal: () => lacking($("hand-footfall")) || (things().length ? "" : "There is nothing to move: choose a footfall first.") });
-  act({ text: "Move the footfall by hand", button: "hand-footfall", run: () => take({ what: "footfall", index: 0 }), refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first.") });
-  act({ text: "Preview a chassis move", button: "hand-chassis", run: () => take({ what: "chassis", index: 0 }), refusal: () => (known.summary?.state && known.summary.dem ? "" : "There is no terrain, or no state to plan from.") });
-  act({ text: "Set what is in hand where it is", button: "hand-set", run: () => attempt(settled), refusal: notMine });
-  act({ text: "Put back what is in hand", button: "hand-back", run: putBack, refusal: notMine });
-  explainKey("Arrow keys", "Move what is in hand by a cell (Shift: ten); Page up, down: higher, lower");
-  explainKey("Enter, Esc", "Set what is in hand where it is; put it back");
+  act({ key: "A", text: texts.takeInHand, run: next, refusal: () => lacking($("hand-footfall")) || (things().length ? "" : texts.nothingToMove) });
+  act({ text: texts.moveFootfall, button: "hand-footfall", run: () => take({ what: "footfall", index: 0 }), refusal: () => (known.summary?.footfall ? "" : texts.chooseFirst) });
+  act({ text: texts.previewMove, button: "hand-chassis", run: () => take({ what: "chassis", index: 0 }), refusal: () => (known.summary?.state && known.summary.dem ? "" : texts.nothingToPlanFrom) });
+  act({ text: texts.setInHand, button: "hand-set", run: () => attempt(settled), refusal: notMine });
+  act({ text: texts.putBack, button: "hand-back", run: putBack, refusal: notMine });
+  explainKey(texts.arrowKeys, texts.aboutArrows);
+  explainKey(texts.enterEscape, texts.aboutEnter);
   heardFirst(heard);
   subscribe(draw);
 }
 
 const hand = () => known.summary?.hand ?? null;
 const isSame = (one, other) => Boolean(one && other) && one.what === other.what && one.index === other.index;
-const notMine = () => (taken ? "" : "This page has nothing in hand.");
+const notMine = () => (taken ? "" : texts.nothingInHand);
 
 function things() {
   const summary = known.summary;
@@ -145,10 +146,10 @@ function draw({ summary }) {
   if (!now) return;
   const { read } = now;
   const mood = read.good === null ? "doubt" : read.good ? "yes" : "no";
-  const whose = taken ? "In hand" : `${whoIs(now.by)} moves`;
-  $("hand-title").textContent = `${whose}: ${now.what === "point" ? `point ${now.index + 1}` : now.what}${now.moved ? ", not set yet" : ""}`;
+  const whose = taken ? texts.inHand : texts.moves(whoIs(now.by));
+  $("hand-title").textContent = texts.handTold(whose, now.what === "point" ? texts.point(now.index + 1) : now.what, now.moved ? texts.notSetYet : "");
   $("hand-read").replaceChildren(
-    ...(now.refused ? [element("p", { className: "no", textContent: `Put back: ${now.refused}` })] : []),
+    ...(now.refused ? [element("p", { className: "no", textContent: texts.refused(now.refused) })] : []),
     element("p", { className: mood, textContent: read.text }),
     ...read.reasons.map((reason) => element("p", { className: mood === "yes" ? "" : mood, textContent: reason })),
   );

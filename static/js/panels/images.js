@@ -5,20 +5,20 @@ import { act } from "../acts.js";
 import { get } from "../api.js";
 import { choiceText, isTicked, tick } from "../cameras.js";
 import { chooseFootfall } from "../choosing.js";
-import { $, age, element, fixed, toast } from "../dom.js";
+import { $, element, fixed, toast } from "../dom.js";
 import { clock } from "../events.js";
 import { cross, lines } from "../imagelines.js";
 import { isShown, reveal } from "../layout.js";
 import { loadPicture, pictureAt, retryPicture, shownPicture } from "../picture.js";
 import { lacking } from "../rights.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/images.js";
 import { picks, setGoal } from "./goal.js";
 
-const VIEWS = { left: "Left", right: "Right", disparity: "Disparity", mask: "Rover mask" };
+const { VIEWS } = texts;
 const STEP = 8; // px of the image that an arrow key moves the cross; with Shift one
-const SEEN = { hidden: "hidden behind ground or the rover", outside: "outside of this image" };
 
-const whatToDo = () => `Click on the ground in the image: it becomes the ${picks() ? "goal of the walk" : "footfall of the leg"}.`;
+const whatToDo = () => texts.clickOnGround(picks() ? texts.goalOfWalk : texts.footfallOfLeg);
 
 let list = null; // GET images
 let listFor = 0;
@@ -41,9 +41,9 @@ export function start() {
   picture.addEventListener("keydown", moveCross);
   picture.addEventListener("blur", () => { at = null; drawLines(); });
   $("picture-again").addEventListener("click", () => { retryPicture(); draw(known); });
-  act({ text: "Images wide or narrow", button: "image-wide", run: widen });
-  act({ key: "D", text: "Images", run: goThere, quiet: true });
-  for (const [name, text] of Object.entries(VIEWS)) act({ text: `Image: ${text.toLowerCase()}`, run: () => { reveal("images"); show(pair, name); } });
+  act({ text: texts.wideOrNarrow, button: "image-wide", run: widen });
+  act({ key: "D", text: texts.title, run: goThere, quiet: true });
+  for (const [name, text] of Object.entries(VIEWS)) act({ text: texts.view(text.toLowerCase()), run: () => { reveal("images"); show(pair, name); } });
   say(whatToDo());
   subscribe(draw);
 }
@@ -108,7 +108,7 @@ function draw({ summary }) {
   $("images-box").hidden = !list?.snapshot;
   $("images-note").hidden = Boolean(list?.snapshot);
   if (!list?.snapshot) {
-    $("images-note").textContent = list ? "No images yet: Take images (key I) asks the rover for them." : "The images are loading.";
+    $("images-note").textContent = list ? texts.noImages : texts.loadingImages;
     return;
   }
   if (!size()) pair = list.pairs[0].name;
@@ -129,7 +129,7 @@ async function readList(summary) {
     list = found;
     if (other) draw(known);
   } catch (error) {
-    if (!list) $("images-note").textContent = `The images can't be listed: ${error.message}`;
+    if (!list) $("images-note").textContent = texts.notListed(error.message);
   }
 }
 
@@ -143,26 +143,26 @@ function drawPairs() {
       element("img", { alt: "", src: pictureAt(list.snapshot, name, "left") }), element("span", { textContent: name }))));
     $("image-ticks").replaceChildren(...list.pairs.map(({ name }, i) => {
       const box = element("input", { type: "checkbox", id: `tick-${i}`, onchange: () => tick(name, box.checked) });
-      return element("label", { title: `Build the next terrain with ${name}` }, box, element("span", { className: "sr-only", textContent: `Next terrain with ${name}` }));
+      return element("label", { title: texts.buildWith(name) }, box, element("span", { className: "sr-only", textContent: texts.nextTerrainWith(name) }));
     }));
     $("images-left-out").replaceChildren(...Object.entries(list.left_out).map(([name, reason]) =>
-      element("li", { className: "doubt", textContent: `${name} came, but can't be used: ${reason}` })));
+      element("li", { className: "doubt", textContent: texts.notUsable(name, reason) })));
   }
   const chosen = list.pairs.findIndex(({ name }) => name === pair);
   mark($("image-pairs"), `pair-${chosen}`);
   list.pairs.forEach(({ name }, i) => { $(`tick-${i}`).checked = isTicked(name); });
-  $("image-choice").textContent = choiceText() || "The next terrain is built from all pairs.";
+  $("image-choice").textContent = choiceText() || texts.allPairs;
 }
 
 function drawAge(summary) {
   const { moved, reason } = list.since;
-  const when = list.taken === null ? "" : `, taken ${clock(list.taken)} UTC, ${age(Date.now() / 1000 - list.taken)} ago`;
-  $("picture-about").textContent = $("picture-about").title = `${pair}, ${view}: snapshot ${list.snapshot.slice(0, 8)}${when}`;
+  const when = list.taken === null ? "" : texts.taken(clock(list.taken), Date.now() / 1000 - list.taken);
+  $("picture-about").textContent = $("picture-about").title = texts.snapshotTold(pair, view, list.snapshot.slice(0, 8), when);
   const box = $("picture-age");
   box.dataset.state = moved ? "stale" : moved === null ? "warn" : "good";
-  box.textContent = moved ? `STALE: ${reason}` : moved === null ? `Whether the rover has moved since is not known: ${reason}` : "The rover stands as in the images.";
+  box.textContent = moved ? texts.stale(reason) : moved === null ? texts.staleUnknown(reason) : texts.asInImages;
   $("picture").classList.toggle("stale", moved === true);
-  if (summary.snapshot !== list.snapshot) box.textContent = "Newer images are loading.";
+  if (summary.snapshot !== list.snapshot) box.textContent = texts.newerLoading;
 }
 
 // -- lines over the image ------------------------------------------------------------------------------------------------
@@ -178,7 +178,7 @@ async function readLines(summary) {
     const found = await get(`/sessions/current/images/${encodeURIComponent(pair)}/${side()}/overlay?of=${list.snapshot}`);
     if (wanted === overlayFor) overlay = found;
   } catch (error) {
-    if (wanted === overlayFor) say(`Plan and grid can't be drawn over the image: ${error.message}`, "no");
+    if (wanted === overlayFor) say(texts.notDrawn(error.message), "no");
   }
   drawLines();
 }
@@ -195,9 +195,9 @@ function drawLines() {
   list.pairs.forEach(({ name }, i) => {
     const sees = Boolean(chosen?.seen_by.includes(name));
     $(`pair-${i}`).classList.toggle("sees", sees);
-    $(`pair-${i}`).title = sees ? `${name}: the footfall is in sight` : name;
+    $(`pair-${i}`).title = sees ? texts.inSightOf(name) : name;
   });
-  $("picture-seen").textContent = !chosen ? "" : `Footfall of leg ${chosen.leg}: ${SEEN[chosen.seen] ?? "in sight"}.`;
+  $("picture-seen").textContent = !chosen ? "" : texts.footfallSeen(chosen.leg, chosen.seen);
   $("line-legend").hidden = !overlay?.path.length || !drawn.plan;
 }
 
@@ -239,11 +239,11 @@ async function choose(place) {
   if (against) toast(against);
   if (against || !shownPicture()) return;
   if (!place) {
-    say("Move the cross with the arrow keys first.");
+    say(texts.moveCross);
     return;
   }
   const mine = ++asked;
-  const [u, v] = place.map((one, i) => Math.min([size().width, size().height][i] - 0.5, Math.max(-0.5, one)).toFixed(2));
+  const [u, v] = place.map((one, i) => fixed(Math.min([size().width, size().height][i] - 0.5, Math.max(-0.5, one)), 2));
   try {
     const { point, reason } = await get(`/sessions/current/images/${encodeURIComponent(pair)}/${side()}/at?u=${u}&v=${v}&of=${list.snapshot}`);
     if (mine !== asked) return;
@@ -252,12 +252,12 @@ async function choose(place) {
       return;
     }
     if (picks()) {
-      if (await setGoal(point[0], point[1]) && mine === asked) say(`Goal of the walk set at (${point.slice(0, 2).map((one) => fixed(one)).join(", ")}) m.`, "yes");
+      if (await setGoal(point[0], point[1]) && mine === asked) say(texts.goalSet(point.slice(0, 2)), "yes");
       return;
     }
     const { leg } = known.summary.view;
     if (!(await chooseFootfall(point[0], point[1], leg))) return;
-    if (mine === asked) say(`Footfall of leg ${leg} chosen at (${point.map((one) => fixed(one)).join(", ")}) m.`, "yes");
+    if (mine === asked) say(texts.footfallSet(leg, point), "yes");
   } catch (error) {
     if (mine === asked) say(error.message, "no");
   }

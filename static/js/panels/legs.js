@@ -1,8 +1,11 @@
 // Legs: which stand, what each bears, how near its worst joint is to its torque limit, and how far it is from the footfall.
 
 import { element, fixed, $ } from "../dom.js";
+import { percent } from "../figures.js";
 import { isShown } from "../layout.js";
 import { known, subscribe } from "../store.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/telemetry.js";
 import { telemetryAge } from "./status.js";
 
 const MOVES = 0.002; // rad between two frames; more is no noise of a sensor
@@ -20,11 +23,11 @@ function draw({ frame, summary, robot }) {
   if (!isShown("legs")) return;
   $("legs-table").hidden = !frame;
   if (!frame) {
-    $("legs-note").textContent = "No telemetry yet: no rover is connected.";
+    $("legs-note").textContent = shared.noTelemetry;
     return;
   }
   const stale = telemetryAge(frame) > STALE_AFTER;
-  $("legs-note").textContent = stale ? "Stale: this is how it was when the rover was last heard." : "";
+  $("legs-note").textContent = stale ? texts.stale : "";
   $("legs-note").className = stale ? "doubt" : "";
   $("legs-table").classList.toggle("stale", stale);
   if (frame === shown) return;
@@ -44,19 +47,18 @@ function row(leg, force, weight, most, frame, summary) {
   return element("tr", { className: chosen ? "current" : "" },
     element("th", { scope: "row", textContent: `${chosen ? "▸ " : ""}${leg}` }),
     element("td", { textContent: state }),
-    element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(`${fixed(100 * share, 0)} %`, 5)),
+    element("td", {}, bar(force / most), number(fixed(force, 0), 4), number(percent(share), 5)),
     element("td", { className: worst.share >= 1 ? "no" : worst.share >= HIGH ? "doubt" : "" },
       bar(worst.share, worst.share >= 1 ? "bad" : worst.share >= HIGH ? "warn" : "good"),
-      number(`${fixed(100 * worst.share, 0)} %`, 5),
-      element("span", { textContent: ` ${worst.joint}`, title: `${fixed(worst.torque, 0)} of ${fixed(worst.limit, 0)} N·m` })),
-    element("td", { textContent: toFootfall(leg, frame, summary), title: `from the hip; the leg is ${fixed(known.robot.leg_lengths[leg], 2)} m long` }));
+      number(percent(worst.share), 5),
+      element("span", { textContent: ` ${worst.joint}`, title: texts.torqueOf(worst.torque, worst.limit) })),
+    element("td", { textContent: toFootfall(leg, frame, summary), title: texts.fromHip(known.robot.leg_lengths[leg]) }));
 }
 
 function stateOf(leg, share, frame) {
   const turned = Array.from({ length: 6 }, (_, j) => Math.abs(frame.posture[6 * leg + j] - before.posture[6 * leg + j]));
   const moves = Math.max(...turned) > MOVES;
-  const [sign, words] = share < known.robot.least_load ? ["▽", "in air"] : ["▬", "stands"];
-  return `${sign} ${words}${moves ? ", moves" : ""}`;
+  return (share < known.robot.least_load ? texts.inAir : texts.stands) + (moves ? texts.moves : "");
 }
 
 function worstTorque(leg, frame) {
@@ -76,7 +78,7 @@ function toFootfall(leg, { T_site_base: T }, summary) {
   const { T_base_hips: hips, leg_lengths: lengths } = known.robot;
   const hip = [0, 1, 2].map((i) => T[i][3] + [0, 1, 2].reduce((sum, j) => sum + T[i][j] * hips[leg][j][3], 0));
   const away = Math.hypot(hip[0] - answer.x, hip[1] - answer.y, hip[2] - answer.z);
-  return `${away > lengths[leg] ? "✕" : "✓"} ${fixed(away, 2)} m`;
+  return texts.away(away, away <= lengths[leg]);
 }
 
 // As wide whatever it is: what stands beside it must not move.

@@ -4,10 +4,12 @@
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { events, subscribeToEvents, when } from "../events.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/walk.js";
 import { kept, unsure } from "./conn.js";
 import { goalTold } from "./goal.js";
 import { tether } from "./tether.js";
@@ -20,14 +22,14 @@ const CLASSES = { arrived: "yes", stopped: "no", cancelled: "" };
 let opened = false; // whether the session was seen since the page was opened
 
 export function start() {
-  act({ text: "Walk to the goal by itself", button: "loop-begin", held: true, run: begin, refusal: notBegun });
-  const hold = { text: "Hold the walk by itself", run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? "It is held already." : "") };
-  const cancel = { text: "Cancel the walk by itself", run: () => steer("cancel"), refusal: notSteered };
+  act({ text: texts.beginLoop, button: "loop-begin", held: true, run: begin, refusal: notBegun });
+  const hold = { text: texts.holdLoop, run: () => steer("hold"), refusal: () => notSteered() || (loopNow().state === "held" ? texts.heldAlready : "") };
+  const cancel = { text: texts.cancelLoop, run: () => steer("cancel"), refusal: notSteered };
   for (const [button, one] of Object.entries({ hold, cancel })) {
     act({ ...one, button: `loop-${button}` });
     act({ ...one, button: `next-loop-${button}`, quiet: true }); // in sight whichever panels are
   }
-  act({ text: "Go on with the walk by itself", button: "loop-on", held: true, run: () => steer("resume"), refusal: () => notSteered() || (loopNow().state === "held" ? unsure() : "It goes on already.") });
+  act({ text: texts.resumeLoop, button: "loop-on", held: true, run: () => steer("resume"), refusal: () => notSteered() || (loopNow().state === "held" ? unsure() : texts.goesOnAlready) });
   subscribeToEvents((fresh) => { if (fresh.some(isDecision)) drawDecisions(); });
   subscribe(draw);
 }
@@ -37,15 +39,15 @@ const latest = () => known.summary?.walk_loop ?? null;
 // The walk that the rover is on by itself, held or not; null where it is on none.
 export const loopNow = () => (latest()?.state === "ended" ? null : latest());
 
-const notSteered = () => (loopNow() ? kept() : "The rover does not walk by itself.");
+const notSteered = () => (loopNow() ? kept() : texts.notByItself);
 
 function notBegun() {
-  if (loopNow()) return "The rover walks by itself already.";
-  if (!goalTold()) return "Say where it is to go: the goal of the walk, above.";
-  if (tether()) return "No command drives the drum of a tether: take it off.";
-  if (!known.summary?.link.connected) return "No rover is connected.";
-  if (known.summary.stop.latched) return "A stop is in force: clear it first.";
-  if (known.summary.gate.state === "sending") return "A sequence is being sent already.";
+  if (loopNow()) return texts.byItselfAlready;
+  if (!goalTold()) return texts.sayGoal;
+  if (tether()) return texts.noTetherByItself;
+  if (!known.summary?.link.connected) return shared.noRover;
+  if (known.summary.stop.latched) return shared.stopInForce;
+  if (known.summary.gate.state === "sending") return shared.sendingAlready;
   return kept() || unsure();
 }
 
@@ -81,20 +83,20 @@ function openWith(loop) {
   for (const [name, value] of Object.entries({ ...loop.limits, farthest: loop.farthest })) $(`loop-${name}`).value = value;
 }
 
-const underWay = ({ part, waits_for: waits }) => [part && `${part}.`, waits && `Waits for ${waits}.`].filter(Boolean).join(" ");
+const underWay = ({ part, waits_for: waits }) => [part && `${part}.`, waits && texts.waitsFor(waits)].filter(Boolean).join(" ");
 
 // What was decided last and why, or how it ended, as a class and in words.
 export function loopTold({ state, outcome, act: what, reason }) {
   if (state === "ended") return endWords(outcome, reason);
-  const decided = what ? `${what}: ${reason}` : "it begins";
-  return state === "held" ? ["doubt", `Held. Decided last: ${decided}`] : ["", `Decided: ${decided}`];
+  const decided = what ? texts.decision(what, reason) : texts.begins;
+  return state === "held" ? ["doubt", texts.held(decided)] : ["", texts.decided(decided)];
 }
 
-const endWords = (outcome, reason) => [CLASSES[outcome] ?? "", `By itself to the goal: ${outcome}: ${reason}`];
+const endWords = (outcome, reason) => [CLASSES[outcome] ?? "", texts.loopEnded(outcome, reason)];
 
 function howFar({ goal, foot_moves: moves, decided }, T) {
-  const left = T ? `${fixed(Math.hypot(goal.x - T[0][3], goal.y - T[1][3]), 2)} m from` : "On the way to";
-  return `${left} (${fixed(goal.x, 2)}, ${fixed(goal.y, 2)}) m; foot moves ${moves}, looks ${decided.look ?? 0}, plans ${decided.replan ?? 0}`;
+  const left = T ? texts.farFrom(Math.hypot(goal.x - T[0][3], goal.y - T[1][3])) : texts.onTheWayTo;
+  return texts.loopTold(left, goal, moves, decided.look ?? 0, decided.replan ?? 0);
 }
 
 const isDecision = ({ type }) => type === "walk_decided";

@@ -7,6 +7,8 @@ import { $, attempt, element, fixed } from "../dom.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/ground.js";
+import * as shared from "../texts/shared.js";
 import { picks, setGoal } from "./goal.js";
 
 const SIDES = ["left", "right"];
@@ -36,7 +38,7 @@ export function start() {
     $(`map-layer-${side}`).replaceChildren(...layerOptions());
     $(`map-layer-${side}`).value = shown;
   }));
-  act({ key: "V", text: "Show the map from above", run: toggle });
+  act({ key: "V", text: texts.showMap, run: toggle });
   $("panel-map").addEventListener("toggle", () => draw(known));
   subscribe(draw);
 }
@@ -65,11 +67,7 @@ async function draw({ summary }) {
   const wanted = fit?.fits || fit?.partly ? summary.maps[leg] : "";
   const partly = wanted && fit.partly;
   $("map-note").hidden = Boolean(wanted && !partly);
-  $("map-note").textContent = partly
-    ? `Striped where the maps of leg ${leg} may be wrong: ${fit.reason}. Show where leg ${leg} can stand again.`
-    : fit && !wanted
-    ? `The maps of leg ${leg} are out of date and hidden: ${fit.reason}. Show where leg ${leg} can stand again.`
-    : `There are no maps of leg ${leg} yet. Show where leg ${leg} can stand first.`;
+  $("map-note").textContent = partly ? texts.mapStriped(leg, fit.reason) : fit && !wanted ? texts.mapHidden(leg, fit.reason) : texts.noMap(leg);
   $("map-sides").hidden = !wanted;
   if (wanted !== aboutFor) {
     aboutFor = wanted;
@@ -125,7 +123,7 @@ function paint() {
     } else if (!pictures[side]) {
       pen.fillStyle = "#e8edf3";
       pen.font = `${Math.round(cols / 16)}px system-ui, sans-serif`;
-      pen.fillText("not computed", cols / 20, rows / 2);
+      pen.fillText(shared.notComputed, cols / 20, rows / 2);
     }
     if (known.summary.footfall) mark(pen, [known.summary.footfall.x, known.summary.footfall.y], "#ffffff");
     if (cursor) mark(pen, cursor, "#ffc94d");
@@ -156,7 +154,7 @@ function readOut(at) {
   waiting = setTimeout(async () => {
     const mine = ++asked;
     const [x, y] = at;
-    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${x.toFixed(4)}&y=${y.toFixed(4)}`));
+    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${fixed(x, 4)}&y=${fixed(y, 4)}`));
     if (answer && mine === asked) showPoint(answer);
   }, PATIENCE);
 }
@@ -165,7 +163,7 @@ export function showPoint(answer) {
   $("map-read").replaceChildren(
     element("p", {
       className: answer.refused ? "no" : "yes",
-      textContent: `(${fixed(answer.x, 2)}, ${fixed(answer.y, 2)}) m: ${answer.verdict}`,
+      textContent: texts.verdictAt(answer.x, answer.y, answer.verdict),
     }),
     element("ul", {}, ...answer.lines.map((line) => element("li", { textContent: line }))),
   );

@@ -2,10 +2,12 @@
 // What sends is a button of its own in the same place, and must be held.
 
 import { act, actOfButton, perform } from "../acts.js";
-import { $, fixed, toast } from "../dom.js";
+import { $, toast } from "../dom.js";
 import { nextThing } from "../nextthing.js";
-import { ruleTold } from "../rules.js";
 import { changed, known, subscribe } from "../store.js";
+import * as commands from "../texts/commands.js";
+import * as texts from "../texts/next.js";
+import * as shared from "../texts/shared.js";
 import { armedFor } from "./commands.js";
 import { goalTold, picks } from "./goal.js";
 import { endTold, loopNow, loopTold } from "./loop.js";
@@ -17,16 +19,16 @@ import { waitedFor } from "./work.js";
 const AWAITED = ["terrain", "photographs", "blend", "clear", "walk", "sequence", "foot_moves", "edit"]; // of these what comes next depends on
 const HELD = ["send", "run-resume", "run-next", "loop-on"]; // what makes the rover move is held, never clicked
 
-let here = { button: "", text: "Wait for the server", about: "", judge: "" };
+let here = { button: "", text: texts.waitForServer, about: "", judge: "" };
 let meant = ""; // the act that is held down
 let focused = ""; // the one of the two buttons that the keyboard was at
 
 export function start() {
   const go = () => perform(actOfButton(here.button));
-  const goAsHeld = () => (meant === here.button ? go() : toast("What comes next has changed meanwhile: nothing was sent."));
-  act({ text: "Do what comes next", button: "next-act", quiet: true, run: go, refusal: () => (HELD.includes(here.button) ? "Hold the button." : against()) });
+  const goAsHeld = () => (meant === here.button ? go() : toast(texts.changedMeanwhile));
+  act({ text: texts.doNext, button: "next-act", quiet: true, run: go, refusal: () => (HELD.includes(here.button) ? texts.holdButton : against()) });
   for (const type of ["pointerdown", "keydown"]) $("next-hold").addEventListener(type, ({ repeat }) => { if (!repeat) meant = here.button; });
-  act({ text: "Send or go on, as what comes next says", button: "next-hold", quiet: true, held: true, run: goAsHeld, refusal: () => (HELD.includes(here.button) ? against() : "Nothing is to be sent.") });
+  act({ text: texts.sendNext, button: "next-hold", quiet: true, held: true, run: goAsHeld, refusal: () => (HELD.includes(here.button) ? against() : texts.nothingToSend) });
   $("walk-until").addEventListener("change", changed);
   // a key that is held on the other button goes on here, and must not act
   $("next-act").addEventListener("keydown", (event) => { if (event.repeat) event.preventDefault(); });
@@ -62,7 +64,7 @@ function draw() {
   $("walk-until").parentElement.hidden = Boolean(loopNow());
   const held = HELD.includes(here.button);
   const [shown, other] = held ? ["next-hold", "next-act"] : ["next-act", "next-hold"];
-  if ($(shown).textContent !== here.text) Object.assign($(shown), { textContent: here.text, ariaLabel: `Next: ${here.text}` }); // the panels have buttons of the same names
+  if ($(shown).textContent !== here.text) Object.assign($(shown), { textContent: here.text, ariaLabel: texts.named(here.text) }); // the panels have buttons of the same names
   $(shown).hidden = false;
   $(other).hidden = true;
   const why = against();
@@ -79,18 +81,18 @@ function draw() {
 const CLASSES = { good: "yes", warn: "doubt", busy: "" };
 
 const VERDICTS = {
-  walk: ({ walk, summary }) => (summary.up_to_date.walk?.fits === false ? ["doubt", `Out of date: ${summary.up_to_date.walk.reason}`] : walkTold(walk)),
+  walk: ({ walk, summary }) => (summary.up_to_date.walk?.fits === false ? ["doubt", texts.outOfDate(summary.up_to_date.walk.reason)] : walkTold(walk)),
   sequence({ sequence }) {
     const broken = sequence.rules.find((rule) => !rule.holds);
-    if (broken) return ["no", ruleTold(broken)];
-    return [sequence.way.doubt ? "doubt" : "yes", `${sequence.commands.length} commands, ${fixed(sequence.duration, 0)} s, every rule holds. ${sequence.way.text}`];
+    if (broken) return ["no", commands.ruleTold(broken)];
+    return [sequence.way.doubt ? "doubt" : "yes", texts.commandsTold(sequence.commands.length, sequence.duration, sequence.way.text)];
   },
   run({ summary: { run, gate } }) {
     if (!run) return undefined;
-    if (run.state !== "ended") return gate.waiting ? ["doubt", gate.why] : ["", `Row ${(gate.row ?? 0) + 1} of ${run.rows.length}`];
-    if (run.outcome !== "done") return ["no", `Run ${run.number} did not end as planned: ${run.reason || run.outcome.replaceAll("_", " ")}`];
+    if (run.state !== "ended") return gate.waiting ? ["doubt", gate.why] : ["", texts.atRow((gate.row ?? 0) + 1, run.rows.length)];
+    if (run.outcome !== "done") return ["no", texts.notAsPlanned(run.number, run.reason || run.outcome.replaceAll("_", " "))];
     const [state, text] = verdictOf(run.compared);
-    return [CLASSES[state], `Run ${run.number} ${text}`];
+    return [CLASSES[state], texts.runTold(run.number, text)];
   },
 };
 
@@ -106,5 +108,5 @@ function failed() {
   if (job?.state !== "failed") return undefined;
   const runs = known.summary.run?.number ?? 0;
   if (failure.id !== job.id) failure = { id: job.id, runs };
-  return runs > failure.runs ? undefined : ["no", job.error?.message ?? "no reason was given"];
+  return runs > failure.runs ? undefined : ["no", job.error?.message ?? shared.noReason];
 }

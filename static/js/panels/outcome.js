@@ -2,6 +2,7 @@
 
 import { $, element, fixed } from "../dom.js";
 import { subscribe } from "../store.js";
+import * as texts from "../texts/sag.js";
 import { lowestOfRun } from "./clearances.js";
 
 export function start() {
@@ -9,14 +10,13 @@ export function start() {
 }
 
 const SIGNS = { as_predicted: "●", differs: "▲", not_told: "–" };
-const NAMES = { "touch-down": "Touch-down off", load: "Load", drift: "Chassis drift", sink: "Chassis sink" };
 
 // Whether a run went as predicted, in few words, and its state for a mark; "waiting" is neither good nor bad.
 export function verdictOf({ state, verdict, rigid }) {
-  if (state === "waiting") return ["busy", "carried out; comparing with the prediction"];
-  if (state !== "compared" || verdict === "not_told") return ["warn", "carried out, not compared"];
-  if (verdict === "differs") return ["warn", "carried out, not as predicted"];
-  return ["good", rigid ? "carried out as commanded" : "carried out as predicted"];
+  if (state === "waiting") return ["busy", texts.comparing];
+  if (state !== "compared" || verdict === "not_told") return ["warn", texts.notCompared];
+  if (verdict === "differs") return ["warn", texts.differs];
+  return ["good", rigid ? texts.asCommanded : texts.asPredicted];
 }
 
 function draw({ summary }) {
@@ -25,12 +25,12 @@ function draw({ summary }) {
   if ($("result").hidden) return;
   const { state, reason, verdict, differences } = compared;
   const good = state === "compared" && verdict === "as_predicted";
-  const told = { className: state === "waiting" ? "hint" : good ? "yes" : "doubt", textContent: `Run ${summary.run.number}: ${reason}.` };
+  const told = { className: state === "waiting" ? "hint" : good ? "yes" : "doubt", textContent: texts.runTold(summary.run.number, reason) };
   if ($("outcome-text").textContent !== told.textContent) Object.assign($("outcome-text"), told); // read aloud once
   const worse = differences.filter((one) => one.verdict === "differs");
   $("outcome-advice").replaceChildren(
-    ...worse.map((one) => element("li", { className: "doubt", textContent: `${one.text}.` })),
-    ...[...new Set(worse.map((one) => one.advice))].map((advice) => element("li", { textContent: `Do: ${advice}.` })));
+    ...worse.map((one) => element("li", { className: "doubt", textContent: texts.difference(one.text) })),
+    ...[...new Set(worse.map((one) => one.advice))].map((advice) => element("li", { textContent: texts.advice(advice) })));
   $("outcome-table").hidden = differences.length === 0;
   $("outcome-table").tBodies[0].replaceChildren(...differences.map(row));
   const lowest = lowestOfRun(summary.run.number);
@@ -42,7 +42,7 @@ function row({ quantity, leg, unit, predicted, measured, difference, uncertainty
   const digits = unit === "N" ? 0 : 3;
   const cells = [predicted, measured, difference, uncertainty].map((one) => element("td", { textContent: fixed(one, digits) }));
   return element("tr", {},
-    element("th", { scope: "row", textContent: `${NAMES[quantity] ?? quantity}${leg < 0 ? "" : `, leg ${leg}`} [${unit}]` }),
+    element("th", { scope: "row", textContent: texts.quantity(quantity, leg, unit) }),
     ...cells,
     element("td", { textContent: SIGNS[verdict], title: verdict.replaceAll("_", " ") }));
 }

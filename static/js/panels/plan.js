@@ -3,12 +3,13 @@
 import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
-import { statusTold } from "../kinds.js";
 import { askForPlan } from "../planning.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/plan.js";
+import * as shared from "../texts/shared.js";
 import * as alternatives from "./alternatives.js";
 import { settled as inHand } from "./hand.js";
 import * as through from "./through.js";
@@ -18,11 +19,11 @@ let served = { planners: {}, settings: {} }; // what a plan can be asked for wit
 export function start() {
   attempt(load);
   $("planner").addEventListener("change", describe);
-  act({ text: "Settings of the plan as delivered", button: "plan-defaults", run: fill });
-  act({ key: "P", text: "Plan the step", button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : "Choose a footfall first: click on the ground.") });
+  act({ text: texts.settingsAsDelivered, button: "plan-defaults", run: fill });
+  act({ key: "P", text: texts.planStep, button: "plan", run: plan, refusal: () => (known.summary?.footfall ? "" : shared.chooseFootfall) });
   act({
-    key: "+", text: "Step to the nearest good place instead", button: "nearest-place", run: stepToNearest,
-    refusal: () => (nearestGood() ? "" : "There is no good place to offer: the footfall is not refused, or none is near."),
+    key: "+", text: texts.nearestInstead, button: "nearest-place", run: stepToNearest,
+    refusal: () => (nearestGood() ? "" : texts.noGoodPlace),
   });
   subscribe(draw);
   through.start();
@@ -88,7 +89,7 @@ function draw({ summary, plan: result }) {
   const answer = $("plan-answer");
   if (!result) {
     answer.className = "hint";
-    answer.textContent = "No plan yet: choose a footfall, then plan the step.";
+    answer.textContent = texts.noPlanYet;
     $("checks").hidden = true;
     $("decisions-box").hidden = true;
     return;
@@ -96,14 +97,14 @@ function draw({ summary, plan: result }) {
   const found = result.status === "found";
   answer.className = found ? "yes" : "no";
   answer.textContent = found
-    ? `Found by ${result.plan.planner}: ${result.plan.waypoints.length} waypoints. ${result.reason}`
-    : `No plan (${statusTold(result.status)}): ${result.reason}`;
+    ? texts.found(result.plan, result.reason)
+    : texts.notFound(result.status, result.reason);
   $("checks").hidden = result.checks.length === 0;
   $("checks").tBodies[0].replaceChildren(
     ...result.checks.map((check) =>
       element("tr", {},
         element("td", { className: mark(check), textContent: check.name }),
-        element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
+        element("td", { textContent: texts.marginOf(check) }),
         element("td", { textContent: check.where }))),
   );
   $("decisions-box").hidden = result.decisions.length === 0;
@@ -123,9 +124,9 @@ const isOfAnother = (chosen, { leg, x, y }) => chosen.leg !== leg || chosen.x !=
 function outdated(summary, { digest, footfall }) {
   const chosen = summary.footfall;
   if (chosen && isOfAnother(chosen, footfall)) {
-    return `This answer is for leg ${footfall.leg} at (${fixed(footfall.x)}, ${fixed(footfall.y)}) m, not for the chosen footfall.`;
+    return texts.ofAnother(footfall);
   }
   const fit = summary.plan.digest === digest ? summary.up_to_date.plan : null;
-  if (outOfDate(fit)) return `This answer is out of date: ${outOfDate(fit)}.`;
-  return fit?.ground ? "The terrain is newer, and the same where this plan looked. To send it, plan it again: commands go only on the terrain that they were planned on." : "";
+  if (outOfDate(fit)) return texts.answerOutOfDate(outOfDate(fit));
+  return fit?.ground ? texts.newerGround : "";
 }

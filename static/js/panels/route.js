@@ -3,11 +3,12 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
-import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { known, subscribe } from "../store.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/walk.js";
 import { setGoal } from "./goal.js";
 
 const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
@@ -15,16 +16,16 @@ const LEAST = 0.1; // parts of the way that are shorter are not asked for [m]
 let shown = ""; // digest of the route that is shown
 
 export function start() {
-  act({ text: "Plan a route to the walk's goal", button: "plan-route", run: planRoute, refusal: () => (known.summary?.dem ? "" : "There is no terrain yet.") });
-  act({ text: "Goal of the walk along the route", button: "route-goal", run: take, refusal: notTaken });
+  act({ text: texts.planRoute, button: "plan-route", run: planRoute, refusal: () => (known.summary?.dem ? "" : shared.noTerrain) });
+  act({ text: texts.goalAlongRoute, button: "route-goal", run: take, refusal: notTaken });
   subscribe(draw);
 }
 
 const out = () => outOfDate(known.summary?.up_to_date.route);
 
 function notTaken() {
-  if (!known.route?.plan) return "There is no route yet: plan one to the walk's goal.";
-  return out() ? `The route is out of date: ${out()}.` : "";
+  if (!known.route?.plan) return texts.noRoute;
+  return out() ? texts.routeIsOut(out()) : "";
 }
 
 const planRoute = () => attempt(async () => {
@@ -37,7 +38,7 @@ const planRoute = () => attempt(async () => {
 
 const take = () => attempt(async () => {
   const along = Number($("route-part").value);
-  if (!(along >= LEAST)) throw new Error(`A part of the route is at least ${LEAST} m long.`);
+  if (!(along >= LEAST)) throw new Error(texts.partTooShort(LEAST));
   await setGoal(...pointAt(known.route.plan.points, along));
 });
 
@@ -58,7 +59,7 @@ const lengthOf = (points) => points.slice(1).reduce((sum, at, i) => sum + Math.h
 function draw({ summary, route }) {
   if (!summary) return;
   $("route-doubt").hidden = !out();
-  $("route-doubt").textContent = out() ? `The route is out of date: ${out()}. Plan it again.` : "";
+  $("route-doubt").textContent = out() ? texts.routeOutOfDate(out()) : "";
   if ((route?.digest ?? "") === shown) return;
   shown = route?.digest ?? "";
   $("route-way").hidden = !route?.plan;
@@ -66,7 +67,6 @@ function draw({ summary, route }) {
 }
 
 function told({ plan, status, reason }) {
-  if (!plan) return element("p", { className: "no", textContent: `No route (${statusTold(status, "the rover")}): ${reason}` });
-  const length = lengthOf(plan.points);
-  return element("p", { className: "yes", textContent: `Route of ${fixed(length, 1)} m; it costs as much as ${fixed(plan.cost, 1)} m of the best ground. It has no footfalls: walk it in parts.` });
+  if (!plan) return element("p", { className: "no", textContent: texts.noRouteFound(status, reason) });
+  return element("p", { className: "yes", textContent: texts.routeFound(lengthOf(plan.points), plan.cost) });
 }

@@ -4,6 +4,7 @@ import { act } from "../acts.js";
 import { $, element, fixed } from "../dom.js";
 import { edit } from "../edits.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/commands.js";
 import { shortName } from "./legs.js";
 
 const listeners = [];
@@ -12,16 +13,16 @@ let drawn = "";
 
 export function start() {
   const last = () => known.sequence.commands.length - 1;
-  act({ text: "Move the chosen row up", button: "row-up", run: () => move(-1), refusal: () => none() || (chosen > 0 ? "" : "It is the first row.") });
-  act({ text: "Move the chosen row down", button: "row-down", run: () => move(1), refusal: () => none() || (chosen < last() ? "" : "It is the last row.") });
-  act({ text: "Split the chosen row in two halves", button: "row-split", run: () => edit({ kind: "split", row: chosen }), refusal: none });
-  act({ text: "Insert a wait before the chosen row", button: "row-wait", run: () => edit({ kind: "insert", row: chosen, command: { name: "WAIT", duration: 1.0 } }), refusal: none });
-  act({ text: "Copy the chosen row, after it", button: "row-copy", run: copy, refusal: none });
-  act({ text: "Delete the chosen row", button: "row-delete", run: () => edit({ kind: "delete", row: chosen }), refusal: none });
+  act({ text: texts.rowUp, button: "row-up", run: () => move(-1), refusal: () => none() || (chosen > 0 ? "" : texts.isFirst) });
+  act({ text: texts.rowDown, button: "row-down", run: () => move(1), refusal: () => none() || (chosen < last() ? "" : texts.isLast) });
+  act({ text: texts.splitRow, button: "row-split", run: () => edit({ kind: "split", row: chosen }), refusal: none });
+  act({ text: texts.waitBefore, button: "row-wait", run: () => edit({ kind: "insert", row: chosen, command: { name: "WAIT", duration: 1.0 } }), refusal: none });
+  act({ text: texts.copyRow, button: "row-copy", run: copy, refusal: none });
+  act({ text: texts.deleteChosen, button: "row-delete", run: () => edit({ kind: "delete", row: chosen }), refusal: none });
   subscribe(draw);
 }
 
-const none = () => (chosenRow() === null ? "Choose a row first, by its number in the list." : "");
+const none = () => (chosenRow() === null ? texts.chooseRow : "");
 
 // The row that is worked with, null where there is none.
 export function chosenRow() {
@@ -58,7 +59,7 @@ function draw() {
   if (row === null || key === drawn || $("row-joints").contains(document.activeElement)) return;
   drawn = key;
   const command = known.sequence.commands[row];
-  $("row-title").textContent = `Row ${row + 1}: ${command.name}${command.leg === null ? "" : ` leg ${command.leg}`}${command.phase ? `, ${command.phase}` : ""}`;
+  $("row-title").textContent = texts.rowTold(row + 1, command.name, command.leg, command.phase);
   $("row-joints").replaceChildren(...(command.joints ?? []).map((angle, joint) => jointField(command, row, joint, angle)));
 }
 
@@ -66,9 +67,9 @@ function jointField(command, row, joint, angle) {
   const { joint_names: names, lower, upper } = known.robot;
   const whole = command.leg === null ? joint : 6 * command.leg + joint;
   const name = command.leg === null ? `${Math.floor(joint / 6)} ${shortName(names[whole])}` : shortName(names[whole]);
-  return element("label", { textContent: `${name} `, title: `${fixed(lower[whole])} … ${fixed(upper[whole])} rad` },
+  return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole]) },
     element("input", {
-      type: "number", step: "any", value: fixed(angle, 4), ariaLabel: `${name} of row ${row + 1} [rad]`,
+      type: "number", step: "any", value: fixed(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1),
       onchange: (event) => {
         const number = Number(event.target.value);
         event.target.blur();

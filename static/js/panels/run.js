@@ -2,22 +2,22 @@
 
 import { act } from "../acts.js";
 import { post } from "../api.js";
-import { $, age, attempt } from "../dom.js";
-import { COMMAND_WORDS as WORDS } from "../events.js";
+import { $, attempt } from "../dom.js";
 import { refresh } from "../stream.js";
 import { alive, known, silent, subscribe } from "../store.js";
+import * as texts from "../texts/commands.js";
 import { kept, unsure } from "./conn.js";
 
 export function start() {
-  act({ text: "Send the next row", button: "run-next", held: true, run: () => steer("next"), refusal: () => idle() || kept() || (gate().waiting ? unsure() : "The present row is still under way.") });
-  act({ text: "Hold after the present row", button: "run-hold", run: () => steer("hold"), refusal: () => idle() || kept() || (gate().mode === "whole" ? "" : "It waits after the present row already.") });
-  act({ text: "Resume: send the rows that are left", button: "run-resume", held: true, run: () => steer("resume"), refusal: () => idle() || kept() || (gate().mode === "steps" ? unsure() : "It goes on already.") });
-  act({ text: "Abort: send nothing more", button: "run-abort", run: () => steer("abort"), refusal: () => idle() || kept() });
+  act({ text: texts.nextRow, button: "run-next", held: true, run: () => steer("next"), refusal: () => idle() || kept() || (gate().waiting ? unsure() : texts.rowUnderWay) });
+  act({ text: texts.hold, button: "run-hold", run: () => steer("hold"), refusal: () => idle() || kept() || (gate().mode === "whole" ? "" : texts.waitsAlready) });
+  act({ text: texts.resume, button: "run-resume", held: true, run: () => steer("resume"), refusal: () => idle() || kept() || (gate().mode === "steps" ? unsure() : texts.goesOn) });
+  act({ text: texts.abort, button: "run-abort", run: () => steer("abort"), refusal: () => idle() || kept() });
   subscribe(draw);
 }
 
 const gate = () => known.summary.gate;
-const idle = () => (known.summary?.gate.state !== "sending" ? "Nothing is being sent." : gate().aborted ? "It was aborted; the present row is carried out." : "");
+const idle = () => (known.summary?.gate.state !== "sending" ? texts.nothingSent : gate().aborted ? texts.aborted : "");
 
 const steer = (what) => attempt(async () => {
   await post(`/sessions/current/run/${what}`, {});
@@ -27,7 +27,7 @@ const steer = (what) => attempt(async () => {
 function draw({ summary }) {
   if (!summary) return;
   $("run-acts").hidden = summary.gate.state !== "sending";
-  $("run-state").textContent = alive() ? summary.gate.why : `${age(silent())} ago: ${summary.gate.why || "under way"}`;
+  $("run-state").textContent = alive() ? summary.gate.why : texts.agoWas(silent(), summary.gate.why || texts.underWay);
 }
 
 // How far the rows of the latest run came, where it is of this sequence: row → {state, text, times}.
@@ -38,9 +38,8 @@ export function rowStates(summary, sequence) {
 
 const WAITING = ["queued", "unsent"]; // since the run began or ended, all alike
 
-const said = ({ state, reason, times }) =>
-  `${WORDS[state] ?? state}${WAITING.includes(state) ? "" : ` ${clock(times[state])}`}${reason && state !== "unsent" ? `: ${reason}` : ""}`;
+const said = ({ state, reason, times }) => texts.stateSince(state, WAITING.includes(state) ? "" : clock(times[state]), state === "unsent" ? "" : reason);
 
-const told = (times) => Object.entries(times).map(([state, at]) => `${WORDS[state] ?? state} ${clock(at)}`).join("\n");
+const told = (times) => Object.entries(times).map(([state, at]) => texts.stateOf(state, clock(at))).join("\n");
 
 const clock = (seconds) => (seconds ? new Date(seconds * 1000).toISOString().slice(11, 19) : "");

@@ -6,6 +6,7 @@ import { loadAnew } from "../anew.js";
 import { $, attempt, element } from "../dom.js";
 import { isShown, reveal } from "../layout.js";
 import { changed, known, subscribe } from "../store.js";
+import * as texts from "../texts/sessions.js";
 
 const LOOK_PERIOD = 400; // ms, while a check runs
 const LIST_PERIOD = 10_000; // ms, while the list is in sight
@@ -18,10 +19,10 @@ let checking = false;
 const chosen = new Set(); // ids of the sessions to compare
 
 export function start() {
-  act({ text: "Open the chosen sample", button: "open-sample", run: () => open({ sample: $("samples").value }), refusal: () => ($("samples").value ? "" : "There are no samples.") });
-  act({ text: "Compare two sessions", button: "compare-sessions", run: compare, refusal: () => (chosen.size === 2 ? "" : "Choose two sessions in the list first.") });
-  act({ text: "Check this session by replay", run: () => { reveal("sessions"); check(known.summary.id); }, refusal: () => (checking ? "A check is running." : "") });
-  act({ text: "Begin a new session", button: "new-session", run: begin });
+  act({ text: texts.openSample, button: "open-sample", run: () => open({ sample: $("samples").value }), refusal: () => ($("samples").value ? "" : texts.noSamples) });
+  act({ text: texts.compare, button: "compare-sessions", run: compare, refusal: () => (chosen.size === 2 ? "" : texts.chooseTwo) });
+  act({ text: texts.checkThis, run: () => { reveal("sessions"); check(known.summary.id); }, refusal: () => (checking ? texts.checkRuns : "") });
+  act({ text: texts.begin, button: "new-session", run: begin });
   $("new-session-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
   $("import-session").addEventListener("change", bringIn);
   subscribe(({ summary }) => {
@@ -53,7 +54,7 @@ const bringIn = () => attempt(async () => {
   if (!file) return;
   const form = new FormData();
   form.append("file", file);
-  $("sessions-note").textContent = `Reading ${file.name}…`;
+  $("sessions-note").textContent = texts.reading(file.name);
   try {
     await post("/recordings", form, once());
     loadAnew();
@@ -70,7 +71,7 @@ async function list() {
   } catch (error) {
     drawn = "";
     $("sessions-note").className = "doubt";
-    $("sessions-note").textContent = `The list could not be read: ${error.message}`;
+    $("sessions-note").textContent = texts.notListed(error.message);
     setTimeout(list, 5000);
     return;
   }
@@ -86,7 +87,7 @@ function draw() {
   const { sessions, current } = listed;
   $("sessions").hidden = sessions.length === 0;
   $("sessions-note").className = "";
-  $("sessions-note").textContent = sessions.length ? "" : "No session is kept here yet: open a sample, or import one.";
+  $("sessions-note").textContent = sessions.length ? "" : texts.noSessions;
   $("sessions").tBodies[0].replaceChildren(...sessions.map((one) => row(one, one.id === current)));
 }
 
@@ -102,16 +103,16 @@ export function toldApart({ id, name }) {
 }
 
 function row(one, current) {
-  const when = one.created === null ? "" : new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " ") + " UTC";
+  const when = one.created === null ? "" : texts.created(new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " "));
   const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${toldApart(one)}`, title: one.id }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
   if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
   const button = (text, run, disabled = false) => {
     const made = element("button", { type: "button", textContent: text, disabled, onclick: run });
-    made.setAttribute("aria-label", `${text}: ${one.name}, ${one.id}`);
+    made.setAttribute("aria-label", texts.actOf(text, one.name, one.id));
     return made;
   };
   const box = element("input", {
-    type: "checkbox", checked: chosen.has(one.id), ariaLabel: `Compare ${one.name}, ${one.id}`,
+    type: "checkbox", checked: chosen.has(one.id), ariaLabel: texts.compareThis(one.name, one.id),
     onchange: (event) => {
       if (event.target.checked) chosen.add(one.id);
       else chosen.delete(one.id);
@@ -120,7 +121,7 @@ function row(one, current) {
   });
   return element("tr", { className: current ? "current" : "" }, name,
     element("td", { className: "count", textContent: one.events ?? "–" }),
-    element("td", { className: "acts" }, button("Open", () => open({ session: one.id }), current), button("Check", () => check(one.id), checking)),
+    element("td", { className: "acts" }, button(texts.open, () => open({ session: one.id }), current), button(texts.check, () => check(one.id), checking)),
     element("td", {}, element("label", { className: "touch" }, box)));
 }
 
@@ -137,14 +138,14 @@ const check = (id) => attempt(async () => {
   draw();
   try {
     let job = await post(`/recordings/${encodeURIComponent(id)}/check`, {});
-    const cancel = element("button", { type: "button", textContent: "Cancel the check", onclick: () => attempt(() => request("DELETE", `/jobs/${job.id}`)) });
+    const cancel = element("button", { type: "button", textContent: texts.cancelCheck, onclick: () => attempt(() => request("DELETE", `/jobs/${job.id}`)) });
     while (RUNNING.includes(job.state)) {
-      say(line("", `Checking ${id}: ${job.text}`), element("progress", { max: 1, value: job.fraction, ariaLabel: "Progress of the check" }), cancel);
+      say(line("", texts.checking(id, job.text)), element("progress", { max: 1, value: job.fraction, ariaLabel: texts.progress }), cancel);
       await new Promise((resolve) => setTimeout(resolve, LOOK_PERIOD));
       job = await get(`/jobs/${job.id}`);
     }
     if (job.state === "done") tellCheck(await get(`/recordings/${encodeURIComponent(id)}/check`));
-    else say(line("no", `${id} was not checked: ${job.error?.message ?? job.state}`));
+    else say(line("no", texts.notChecked(id, job.error?.message ?? job.state)));
   } finally {
     checking = false;
     draw();
@@ -153,17 +154,17 @@ const check = (id) => attempt(async () => {
 
 function tellCheck({ ok, name, products, problems }) {
   const bad = products.filter(({ verdict }) => !["same", "equal_within", "not_reproducible", "unchecked"].includes(verdict));
-  say(line(ok ? "yes" : "no", ok ? `${name}: all ${products.length} products came out as recorded.` : `${name} did NOT come out as recorded.`),
+  say(line(ok ? "yes" : "no", ok ? texts.same(name, products.length) : texts.differs(name)),
     element("ul", {}, ...problems.map((text) => element("li", { className: "no", textContent: text })),
       ...(bad.length ? bad : products).map(({ kind, verdict, text }) => element("li", {
-        className: bad.length ? "no" : "yes", textContent: `${kind}: ${verdict.replaceAll("_", " ")}${text ? `, ${text}` : ""}`,
+        className: bad.length ? "no" : "yes", textContent: texts.productTold(kind, verdict.replaceAll("_", " "), text ? `, ${text}` : ""),
       }))));
 }
 
 const compare = () => attempt(async () => {
   const [one, other] = chosen;
   const { names, rows } = await get(`/sessions/${encodeURIComponent(one)}/comparison/${encodeURIComponent(other)}`);
-  say(element("table", {}, element("caption", { textContent: "Compared: what differs is marked ≠" }),
+  say(element("table", {}, element("caption", { textContent: texts.compared }),
     element("thead", {}, element("tr", {}, ...["", "", ...names].map((text) => element("th", { scope: "col", textContent: text })))),
     element("tbody", {}, ...rows.map(({ what, told, same, text }) => element("tr", { className: same ? "" : "differs" },
       element("td", { textContent: same ? "=" : "≠" }), element("th", { scope: "row", textContent: what }),

@@ -1,10 +1,11 @@
 // A walk on one strip over the ghost's slider: its foot moves, the margin and the torque along it, and where each is worst.
 
 import { act } from "../acts.js";
-import { $, element } from "../dom.js";
+import { $, element, fixed } from "../dom.js";
 import { along, footMoveTold, worstOf } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/walk.js";
 import { ghostTo, shownMoment } from "./ghost.js";
 
 const BAND = 100; // height of one band of the picture, in its own units
@@ -14,8 +15,8 @@ const FIGURES = { margin: "▼", torque: "▲" };
 let drawn = null; // the plan that is on it
 
 export function start() {
-  const none = () => (walkPlayed() ? "" : "The ghost plays no walk.");
-  for (const [name, text] of Object.entries({ margin: "Ghost to the walk's least margin", torque: "Ghost to the walk's largest torque" })) {
+  const none = () => (walkPlayed() ? "" : texts.noWalkPlayed);
+  for (const [name, text] of Object.entries({ margin: texts.ghostToMargin, torque: texts.ghostToTorque })) {
     act({ text, button: `strip-${name}`, refusal: none, run: () => {
       const plan = walkPlayed();
       ghostTo(along(plan).moments[worstOf(plan)[name].waypoint]);
@@ -43,7 +44,7 @@ function pointAt(moment) {
   $("strip-now").style.left = percent(moment);
 }
 
-const percent = (share) => `${(100 * share).toFixed(3)}%`;
+const percent = (share) => `${fixed(100 * share)}%`;
 
 function show(plan) {
   const { moments, ends } = along(plan);
@@ -66,7 +67,7 @@ function show(plan) {
   }
   const every = Math.ceil(plan.legs.length / NUMBERS);
   $("strip-ticks").replaceChildren(...ends.map((end, number) => tick(end, [0, ...ends][number], number, plan, every)));
-  $("strip-picture").setAttribute("aria-label", `${plan.legs.length} foot moves; ${["margin", "torque"].map((name) => `${worst[name].text} in ${footMoveTold(plan, worst[name].waypoint)}`).join("; ")}`);
+  $("strip-picture").setAttribute("aria-label", texts.strip(plan.legs.length, ["margin", "torque"].map((name) => texts.worstIn(worst[name].text, footMoveTold(plan, worst[name].waypoint)))));
 }
 
 // The end of a foot move, and its number over it.

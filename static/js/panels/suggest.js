@@ -3,16 +3,17 @@
 import { act } from "../acts.js";
 import { get, post } from "../api.js";
 import { chooseFootfall, settled } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { factors, subscribeToLayers } from "../layers.js";
 import { known, subscribe } from "../store.js";
+import * as texts from "../texts/footfall.js";
 
 let shownFor = ""; // the maps that the list is about
 
 export function start() {
   subscribeToLayers(() => $("weights").replaceChildren(...factors().map(({ name, title, weight }) =>
     element("label", { textContent: title }, element("input", { id: `weight-${name}`, type: "number", min: "0", step: "any", value: String(weight) })))));
-  act({ key: "G", text: "Suggest footfalls", button: "suggest", run: suggest });
+  act({ key: "G", text: texts.suggest, button: "suggest", run: suggest });
   subscribe(draw);
 }
 
@@ -32,10 +33,10 @@ const suggest = () => attempt(async () => {
   const answer = await post("/sessions/current/suggestions", { leg, count: 5, towards: towards(), settings: { weights: weights() } });
   shownFor = maps[leg];
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
-    element("button", { type: "button", textContent: `(${fixed(one.x, 2)}, ${fixed(one.y, 2)}) m`, onclick: () => chooseFootfall(one.x, one.y, leg) }),
-    element("strong", { textContent: ` ${(100 * one.score).toFixed(0)} of 100 ` }),
+    element("button", { type: "button", textContent: texts.at(one.x, one.y), onclick: () => chooseFootfall(one.x, one.y, leg) }),
+    element("strong", { textContent: texts.score(one.score) }),
     element("span", { textContent: one.reasons.at(-1) }),
-    element("details", {}, element("summary", { textContent: "why" }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
+    element("details", {}, element("summary", { textContent: texts.reasons }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
 });
 

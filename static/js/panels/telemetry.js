@@ -6,11 +6,14 @@ import { followCursor, moment, point } from "../cursor.js";
 import { $, element, fixed } from "../dom.js";
 import { clock } from "../events.js";
 import { isShown, reveal } from "../layout.js";
-import { channelsOf, heardFrom, QUANTITIES, since } from "../samples.js";
+import { channelsOf, heardFrom, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/telemetry.js";
 import { ink } from "../themes.js";
 import { shortName } from "./legs.js";
 
+const { QUANTITIES } = texts;
 const STALE_AFTER = 2; // s
 const NEAR = 0.8; // share of a limit from which on a number is marked
 const HEIGHT = 130;
@@ -26,12 +29,12 @@ let newest = null;
 
 export function start() {
   $("plot-quantity").append(...Object.entries(QUANTITIES).map(([value, { title }]) => element("option", { value, textContent: title })));
-  $("plot-leg").append(element("option", { value: "", textContent: "chosen leg" }),
-    ...known.robot.legs.map((leg) => element("option", { value: String(leg), textContent: `leg ${leg}` })));
+  $("plot-leg").append(element("option", { value: "", textContent: texts.chosenLeg }),
+    ...known.robot.legs.map((leg) => element("option", { value: String(leg), textContent: shared.leg(leg) })));
   for (const id of ["plot-quantity", "plot-leg", "plot-span"]) $(id).addEventListener("change", () => draw(known));
-  act({ key: "Q", text: "Hold the telemetry plot", button: "plot-hold", run: hold });
+  act({ key: "Q", text: texts.holdPlot, button: "plot-hold", run: hold });
   for (const [quantity, { title }] of Object.entries(QUANTITIES)) {
-    act({ text: `Plot: ${title}`, run: () => { $("plot-quantity").value = quantity; reveal("telemetry"); draw(known); } });
+    act({ text: texts.plot(title), run: () => { $("plot-quantity").value = quantity; reveal("telemetry"); draw(known); } });
   }
   new ResizeObserver(resize).observe($("plot"));
   followCursor(() => plot?.redraw(false));
@@ -50,7 +53,7 @@ const wanted = () => {
 function hold() {
   held = held ? null : [now() - Number($("plot-span").value), now()];
   $("plot-hold").setAttribute("aria-pressed", String(Boolean(held)));
-  $("plot-hold").textContent = held ? "Go on" : "Hold";
+  $("plot-hold").textContent = held ? texts.goOn : texts.hold;
   draw(known);
 }
 
@@ -65,9 +68,9 @@ function draw({ frame }) {
   if (held) while (data[0].length && data[0].at(-1) > end) data.forEach((column) => column.pop());
   const silent = data[0].length ? end - data[0].at(-1) : Infinity;
   $("plot-note").className = silent > STALE_AFTER ? "doubt" : "";
-  $("plot-note").textContent = !frame ? "No telemetry yet: no rover is connected."
-    : held ? "Held: what comes is kept for when you go on."
-      : silent > STALE_AFTER ? "Stale: nothing heard where it is hatched." : "";
+  $("plot-note").textContent = !frame ? shared.noTelemetry
+    : held ? texts.held
+      : silent > STALE_AFTER ? texts.hatched : "";
   $("plot").hidden = $("plot-series").hidden = !frame;
   if (!frame) return;
   build(quantity, channels);
@@ -209,7 +212,7 @@ function drawList(channels, data) {
     const share = shareOf(channel, data[j + 1][i]);
     const box = list.children[j].querySelector("b");
     box.className = share >= 1 ? "no" : share >= NEAR ? "doubt" : "";
-    box.textContent = `${fixed(data[j + 1][i], channel.unit === "m" ? 3 : 1)}${share >= NEAR ? `, ${fixed(100 * share, 0)} % to limit` : ""}`;
+    box.textContent = fixed(data[j + 1][i], channel.unit === "m" ? 3 : 1) + (share >= NEAR ? texts.toLimit(share) : "");
   });
 }
 

@@ -3,6 +3,7 @@
 import { act } from "../acts.js";
 import { $, fixed } from "../dom.js";
 import { known } from "../store.js";
+import * as texts from "../texts/walk.js";
 
 const ANCHOR = ["tether-x", "tether-y", "tether-z"];
 const LEAVES = ["tether-at-x", "tether-at-y", "tether-at-z"];
@@ -10,7 +11,7 @@ const DRUM = ["tether-length", "tether-force"];
 
 export function start() {
   for (const id of ["tether-on", ...ANCHOR]) $(id).addEventListener("input", demand);
-  act({ text: "Anchor of the tether at the chosen footfall", button: "tether-here", run: takeFootfall, refusal: notTaken });
+  act({ text: texts.anchorAtFootfall, button: "tether-here", run: takeFootfall, refusal: notTaken });
 }
 
 const numbers = (ids) => ids.map((id) => Number($(id).value));
@@ -31,7 +32,7 @@ function demand() {
   for (const id of [...ANCHOR, ...LEAVES, ...DRUM]) $(id).required = $("tether-on").checked;
 }
 
-const notTaken = () => (Number.isFinite(known.summary?.footfall_answer?.z) ? "" : "Choose a place on known ground first: click on it.");
+const notTaken = () => (Number.isFinite(known.summary?.footfall_answer?.z) ? "" : texts.chooseKnownPlace);
 
 function takeFootfall() {
   const { x, y, z } = known.summary.footfall_answer;
@@ -40,11 +41,6 @@ function takeFootfall() {
   $("walk-tether").open = true;
   $("tether-on").checked = true;
   demand();
-}
-
-export function tetherInWords({ tether: hung, lengths, pulls }) {
-  const most = fixed(hung.most_force, 0);
-  return `Tether: ${fixed(lengths[0], 2)} → ${fixed(lengths.at(-1), 2)} m of ${fixed(hung.free_length, 1)} m, pulled with ${fixed(Math.min(...pulls), 0)} to ${fixed(Math.max(...pulls), 0)} N of ${most} N. No command drives its drum.`;
 }
 
 // How much of it each foot move takes, hauling in counted as less than nothing [m].

@@ -6,6 +6,7 @@ import { get, put } from "../api.js";
 import { $, attempt, element, fixed } from "../dom.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/footfall.js";
 import { take } from "./hand.js";
 
 const STEP = 0.05; // m, by which the arrow keys move a point
@@ -19,12 +20,12 @@ let drawn = "";
 
 export function start() {
   act({
-    key: "J", text: "Add a point at the ghost for the wheel to pass", button: "through-add", run: add,
-    refusal: () => (known.plan?.plan ? "" : "There is no plan whose ghost could show a place: plan the step first."),
+    key: "J", text: texts.addPoint, button: "through-add", run: add,
+    refusal: () => (known.plan?.plan ? "" : texts.noGhost),
   });
   act({
-    text: "Remove all points for the wheel to pass", button: "through-clear", run: () => change([]),
-    refusal: () => (points().length ? "" : "There are no points."),
+    text: texts.removePoints, button: "through-clear", run: () => change([]),
+    refusal: () => (points().length ? "" : texts.noPoints),
   });
   $("through").addEventListener("focusout", () => { if (pausing) attempt(set); });
   subscribe(draw);
@@ -60,7 +61,7 @@ const change = (to) => attempt(() => {
 function row(point, i) {
   const fields = ["x", "y", "z"].map((name, axis) => {
     const field = element("input", { type: "number", step: String(STEP), value: fixed(point[axis]) });
-    field.setAttribute("aria-label", `${name} of point ${i + 1}`);
+    field.setAttribute("aria-label", texts.axisOfPoint(name, i + 1));
     field.addEventListener("change", () => {
       if (field.value === "") return;
       listed = listed.map((one, j) => (j === i ? one.map((at, k) => (k === axis ? Number(field.value) : at)) : one));
@@ -69,10 +70,10 @@ function row(point, i) {
     });
     return element("td", {}, field);
   });
-  const hand = element("button", { type: "button", textContent: "✥", title: "Move by hand", onclick: () => take({ what: "point", index: i }) });
-  hand.setAttribute("aria-label", `Move point ${i + 1} by hand`);
-  const remove = element("button", { type: "button", textContent: "✕", title: "Remove", onclick: () => change(listed.filter((_, j) => j !== i)) });
-  remove.setAttribute("aria-label", `Remove point ${i + 1}`);
+  const hand = element("button", { type: "button", textContent: "✥", title: texts.moveByHand, onclick: () => take({ what: "point", index: i }) });
+  hand.setAttribute("aria-label", texts.movePoint(i + 1));
+  const remove = element("button", { type: "button", textContent: "✕", title: texts.remove, onclick: () => change(listed.filter((_, j) => j !== i)) });
+  remove.setAttribute("aria-label", texts.removePoint(i + 1));
   return element("tr", {}, element("td", { textContent: String(i + 1) }), ...fields, element("td", {}, hand, remove));
 }
 

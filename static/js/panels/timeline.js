@@ -3,10 +3,13 @@
 import { ROOT, get, once, post } from "../api.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
-import { $, age, attempt, element, fixed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { describe, events, subscribeToEvents, when as dated } from "../events.js";
-import { KINDS, statusTold } from "../kinds.js";
+import { KINDS } from "../kinds.js";
 import { known } from "../store.js";
+import * as plan from "../texts/plan.js";
+import * as texts from "../texts/record.js";
+import * as shared from "../texts/shared.js";
 import { WORN, ink } from "../themes.js";
 import { timeAxis } from "../timeaxis.js";
 import { mark as markOf } from "./plan.js";
@@ -28,12 +31,12 @@ let now = true; // the line's end is shown, and goes on as events come
 export function start() {
   $("timeline-scrub").addEventListener("input", () => scrub(Number($("timeline-scrub").value) / RANGE));
   $("timeline-scrub").addEventListener("click", () => { if (at >= 0 && !now && nearSign() && canShow(events[at])) show(events[at]); });
-  const some = () => (events.length ? "" : "There are no events yet.");
-  act({ key: ",", text: "Timeline: event before", button: "timeline-back", run: () => step(-1), refusal: some });
-  act({ key: ".", text: "Timeline: event after", button: "timeline-on", run: () => step(1), refusal: some });
-  act({ text: "Timeline: show what it was", button: "timeline-show", run: () => show(events[at]), refusal: () => (at >= 0 && canShow(events[at]) ? "" : "Choose an event on the timeline first.") });
-  act({ text: "Timeline: back to now", button: "timeline-now", run: toNow, refusal: () => (now ? "The timeline shows now." : "") });
-  act({ key: "Y", text: "Write a note", button: "note-open", run: openNote });
+  const some = () => (events.length ? "" : texts.noEvents);
+  act({ key: ",", text: texts.eventBefore, button: "timeline-back", run: () => step(-1), refusal: some });
+  act({ key: ".", text: texts.eventAfter, button: "timeline-on", run: () => step(1), refusal: some });
+  act({ text: texts.showWhatItWas, button: "timeline-show", run: () => show(events[at]), refusal: () => (at >= 0 && canShow(events[at]) ? "" : texts.chooseEvent) });
+  act({ text: texts.backToNow, button: "timeline-now", run: toNow, refusal: () => (now ? texts.isNow : "") });
+  act({ key: "Y", text: texts.writeNote, button: "note-open", run: openNote });
   $("note-form").addEventListener("submit", (event) => {
     event.preventDefault();
     writeNote();
@@ -98,8 +101,8 @@ function toNow() {
 function read(index) {
   at = index;
   const event = events[index];
-  const when = now ? "Now. Latest:" : event && `Past, ${age(Math.max(0, Date.now() / 1000 - event.time))} ago:`;
-  $("timeline-text").textContent = event ? `${when} ${dated(event.time)} ${describe(event)}` : "No events yet.";
+  const when = now ? texts.nowLatest : event && texts.past(Math.max(0, Date.now() / 1000 - event.time));
+  $("timeline-text").textContent = event ? `${when} ${dated(event.time)} ${describe(event)}` : texts.noEvents;
   $("timeline-text").dataset.state = now ? "none" : "warn";
   $("timeline-scrub").setAttribute("aria-valuetext", $("timeline-text").textContent);
   $("timeline-text").title = $("timeline-text").textContent;
@@ -131,8 +134,8 @@ function paint() {
     pen.fillStyle = ink(event.payload.status && event.payload.status !== "found" ? "bad" : sign[1]);
     pen.fillText(event.payload.status && event.payload.status !== "found" ? "✕" : sign[0], place(axis.placeOfKnot(i)), 12 + sign[2] * 11);
   });
-  const shared = moment();
-  const x = place(shared === null ? 1 : axis.placeOf(shared));
+  const pointed = moment();
+  const x = place(pointed === null ? 1 : axis.placeOf(pointed));
   pen.fillStyle = ink("strong");
   pen.fillRect(x - 1, 0, 2, height);
 }
@@ -153,14 +156,14 @@ const show = (event) => attempt(async () => {
 });
 
 const snapshot = ({ digest, pairs }) => [element("ul", { className: "thumbs" }, ...pairs.map((pair) => element("li", {}, element("figure", {},
-  element("img", { alt: `${pair}, left camera`, src: `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/images/${encodeURIComponent(pair)}/left.png?of=${digest}` }),
+  element("img", { alt: shared.leftCamera(pair), src: `${ROOT}/sessions/${encodeURIComponent(known.summary.id)}/images/${encodeURIComponent(pair)}/left.png?of=${digest}` }),
   element("figcaption", { textContent: pair })))))];
 
 const answer = ({ status, reason, checks }) => [
-  element("p", { className: status === "found" ? "yes" : "no", textContent: `${statusTold(status)}. ${reason}` }),
-  element("table", {}, element("caption", { textContent: "Checks" }), element("tbody", {}, ...checks.map((check) => element("tr", {},
+  element("p", { className: status === "found" ? "yes" : "no", textContent: plan.ended(status, reason) }),
+  element("table", {}, element("caption", { textContent: texts.checks }), element("tbody", {}, ...checks.map((check) => element("tr", {},
     element("td", { className: markOf(check), textContent: check.name }),
-    element("td", { textContent: check.margin === null ? "–" : `${fixed(check.margin)} ${check.unit}` }),
+    element("td", { textContent: plan.marginOf(check) }),
     element("td", { textContent: check.where }))))),
 ];
 

@@ -2,30 +2,27 @@
 
 import { act } from "../acts.js";
 import { put } from "../api.js";
-import { $, attempt, element, fixed, signed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { lacking } from "../rights.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/scene.js";
 
-const SWITCHES = {
-  torques: "joint torques", forces: "wheel forces", support: "support and margin", region: "region with friction", age: "age of the ground", contours: "contour lines", tracks: "wheel tracks", suggestions: "suggested footfalls",
-  predicted: "predicted rover in a run", cameras: "camera views", swept: "swept volume", tape: "measuring tape",
-};
-const LOOKS = { top: "From above", leg: "Along the leg", wheel: "At its wheel", follow: "Follow chassis" };
+const { LOOKS, SWITCHES } = texts;
 const KEYS = { tape: "Z" };
 
 const asked = new Map(); // switch → as it was set here, while that is on its way
 
 export function start() {
   $("view-looks").append(...Object.entries(LOOKS).map(([look, text]) => element("button", { type: "button", id: `look-${look}`, textContent: text })));
-  for (const [look, text] of Object.entries(LOOKS)) act({ text: `Look: ${text.toLowerCase()}`, button: `look-${look}`, run: () => change({ look }) });
+  for (const [look, text] of Object.entries(LOOKS)) act({ text: texts.look(text.toLowerCase()), button: `look-${look}`, run: () => change({ look }) });
   for (const [name, text] of Object.entries(SWITCHES)) {
     const box = element("input", { type: "checkbox", id: `shown-${name}`, onchange: () => set(name, box.checked) });
     $("view-shown").append(element("label", {}, box, text));
-    act({ key: KEYS[name] ?? "", text: `Scene: ${text} on or off`, run: () => set(name, !isOn(name)), refusal: () => lacking(box) });
+    act({ key: KEYS[name] ?? "", text: texts.onOrOff(text), run: () => set(name, !isOn(name)), refusal: () => lacking(box) });
   }
   $("view-opacity").addEventListener("input", sendOpacity);
-  act({ key: "-", text: "What the scene shows", run: toggle });
+  act({ key: "-", text: texts.whatItShows, run: toggle });
   subscribe(draw);
 }
 
@@ -57,7 +54,7 @@ async function sendOpacity() {
 }
 
 const opacity = () => Number($("view-opacity").value) / 100;
-const readOpacity = () => { $("view-opacity-read").textContent = `${$("view-opacity").value} %`; };
+const readOpacity = () => { $("view-opacity-read").textContent = texts.opacity($("view-opacity").value); };
 
 function toggle() {
   $("view").open = !$("view").open;
@@ -83,7 +80,7 @@ function draw({ summary }) {
 }
 
 function measured(points) {
-  if (points.length < 2) return points.length ? "Click on the other end." : "Click on two points of the ground.";
+  if (points.length < 2) return points.length ? texts.otherEnd : texts.twoPoints;
   const [x, y, z] = [0, 1, 2].map((i) => points[1][i] - points[0][i]);
-  return `${fixed(Math.hypot(x, y, z))} m, level ${fixed(Math.hypot(x, y))} m, height ${signed(z)} m`;
+  return texts.measured(Math.hypot(x, y, z), Math.hypot(x, y), z);
 }

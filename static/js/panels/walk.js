@@ -4,25 +4,27 @@
 import { act } from "../acts.js";
 import { once, post } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, element, fixed, signed } from "../dom.js";
+import { $, attempt, element } from "../dom.js";
 import { outOfDate } from "../fits.js";
-import { statusTold } from "../kinds.js";
 import { freeze } from "../stance.js";
 import { changed, known, subscribe } from "../store.js";
+import { checkTold } from "../texts/plan.js";
+import * as shared from "../texts/shared.js";
+import * as texts from "../texts/walk.js";
 import { sagSettings } from "./execution.js";
-import { paidOut, showTether, tether, tetherInWords } from "./tether.js";
+import { paidOut, showTether, tether } from "./tether.js";
 
 let shown = ""; // digest of the walk that is shown
 let places = { forbidden: [], pinned: [] }; // what the operator says of the ground, for the next plan
 
 export function start() {
   $("walk-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
-  act({ text: "Plan the walk, or the gait, to its goal", button: "plan-walk", run: planWalk });
+  act({ text: texts.planToGoal, button: "plan-walk", run: planWalk });
   for (const id of ["walk-gait", "walk-yaw"]) $(id).addEventListener("input", changed); // what comes next goes by them
-  act({ text: "Commands of the walk's next foot move", button: "walk-next", run: () => command(1), refusal: notNext });
-  act({ text: "Commands of all that is left of the walk", button: "walk-rest", run: () => command(left()), refusal: notNext });
-  act({ text: "Re-plan the walk from here", button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : "There is no walk yet.") });
-  act({ text: "Forget forbidden and pinned places", button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
+  act({ text: texts.commandNext, button: "walk-next", run: () => command(1), refusal: notNext });
+  act({ text: texts.commandRest, button: "walk-rest", run: () => command(left()), refusal: notNext });
+  act({ text: texts.planAgain, button: "walk-again", run: again, refusal: () => (known.summary?.walk ? "" : texts.noWalk) });
+  act({ text: texts.forgetPlaces, button: "walk-places-clear", run: () => say({ forbidden: [], pinned: [] }) });
   subscribe(draw);
 }
 
@@ -30,9 +32,9 @@ const walking = () => known.summary?.walking ?? null;
 const left = () => walking().of - walking().done;
 
 function notNext() {
-  if (!walking()) return "There is no walk yet: plan one to its goal.";
-  if (walking().next === null) return "The walk is over.";
-  if (known.summary.gate.state === "sending") return "Commands are being sent already.";
+  if (!walking()) return texts.noWalkToCommand;
+  if (walking().next === null) return texts.walkOver;
+  if (known.summary.gate.state === "sending") return shared.sendingAlready;
   return walking().against;
 }
 
@@ -51,9 +53,9 @@ const again = () => attempt(async () => {
 // What is said of places counts with the next plan.
 function say(wanted) {
   places = wanted;
-  const told = Object.entries(places).filter(([, of]) => of.length).map(([what, of]) => `${of.length} ${what}`).join(", ");
+  const told = Object.entries(places).filter(([, of]) => of.length).map(([what, of]) => texts.some(of.length, what)).join(", ");
   $("walk-places").hidden = !told;
-  $("walk-places-text").textContent = told && `Places: ${told}. Plan the walk to heed them.`;
+  $("walk-places-text").textContent = told && texts.placesTold(told);
 }
 
 // As the fields have it: yaw null where any heading will do.
@@ -71,7 +73,7 @@ const planWalk = () => attempt(async () => {
   if (!$("walk-form").reportValidity()) return;
   const goal = goalMeant();
   const gait = $("walk-gait").value;
-  if (gait && tether()) throw new Error("No gait hangs on a tether: plan a free walk, or take the tether off.");
+  if (gait && tether()) throw new Error(texts.noGaitOnTether);
   await freeze();
   if (gait) await post("/sessions/current/gaits", { goal, settings: { gait } });
   else await post("/sessions/current/walks", { goal, settings: walkSettings(), tether: tether() });
@@ -79,10 +81,10 @@ const planWalk = () => attempt(async () => {
 
 function draw({ summary, walk }) {
   if (!summary) return;
-  $("plan-walk").textContent = $("walk-gait").value ? "Plan gait" : "Plan walk";
+  $("plan-walk").textContent = $("walk-gait").value ? shared.planGait : shared.planWalk;
   const doubt = outOfDate(summary.up_to_date.walk);
   $("walk-doubt").hidden = !doubt;
-  $("walk-doubt").textContent = doubt ? `Out of date: ${doubt}. Plan the walk again.` : "";
+  $("walk-doubt").textContent = doubt ? texts.outOfDate(doubt) : "";
   drawWalking(summary.walking);
   if ((walk?.digest ?? "") === shown) return;
   shown = walk?.digest ?? "";
@@ -90,14 +92,14 @@ function draw({ summary, walk }) {
   else $("walk-answer").replaceChildren();
 }
 
-const nextOf = (here) => (here.leg === null ? "the chassis goes to the goal" : `foot move ${here.next + 1} – leg ${here.leg}`);
+const nextOf = (here) => (here.leg === null ? texts.chassisToGoal : texts.nextMove(here.next + 1, here.leg));
 
 function drawWalking(here) {
   $("walk-done").hidden = !here;
   $("walk-done").textContent = here?.text ?? "";
   $("walk-against").hidden = !here?.against;
   $("walk-against").textContent = here?.against ?? "";
-  $("walk-next").textContent = here && here.next !== null ? `Next: ${nextOf(here)}` : "Next foot move";
+  $("walk-next").textContent = here && here.next !== null ? texts.nextIs(nextOf(here)) : texts.nextFootMove;
   for (const [number, item] of [...$("walk-answer").querySelectorAll("ol > li")].entries()) {
     item.classList.toggle("done", Boolean(here) && number < here.done);
     if (here && number === here.next) item.setAttribute("aria-current", "step");
@@ -107,7 +109,7 @@ function drawWalking(here) {
 
 // What planning came to, as a class and in words.
 export function walkTold({ status, plan, reason }) {
-  return status === "found" ? ["yes", `Walk found: ${inWords(plan)}`] : ["no", `No walk (${statusTold(status, "the rover")}): ${reason}`];
+  return status === "found" ? ["yes", texts.found(plan)] : ["no", texts.notFound(status, reason)];
 }
 
 function show(answer) {
@@ -115,43 +117,20 @@ function show(answer) {
   $("walk-answer").replaceChildren(
     element("p", { className, textContent }),
     ...tethersOf(answer),
-    ...(answer.smoothed ? [element("p", { id: "walk-smoothed", className: "hint", textContent: smoothedInWords(answer.smoothed) })] : []),
-    ...(answer.partial ? [element("p", { className: "doubt", textContent: `It comes this far: ${inWords(answer.partial)}` })] : []),
+    ...(answer.smoothed ? [element("p", { id: "walk-smoothed", className: "hint", textContent: texts.smoothed(answer.smoothed) })] : []),
+    ...(answer.partial ? [element("p", { className: "doubt", textContent: texts.comesThisFar(answer.partial) })] : []),
     element("ul", {}, ...answer.checks.map((one) => element("li", {
       className: one.holds ? "yes" : "no",
-      textContent: `${one.name}${one.margin === null ? "" : ` ${fixed(one.margin)} ${one.unit}`} ${one.where}`,
-    })), ...answer.blocked.map((one) => element("li", { className: "no", textContent: blockedBy(one) }))),
-    element("ol", { "aria-label": "Foot moves" }, ...footMoves(answer.plan ?? answer.partial)),
+      textContent: checkTold(one),
+    })), ...answer.blocked.map((one) => element("li", { className: "no", textContent: texts.blocked(one) }))),
+    element("ol", { "aria-label": texts.footMoves }, ...footMoves(answer.plan ?? answer.partial)),
   );
   drawWalking(walking());
 }
 
 function tethersOf({ plan, partial }) {
   const { tethered } = plan ?? partial ?? {};
-  return tethered ? [element("p", { id: "walk-tethered", className: "hint", textContent: tetherInWords(tethered) })] : [];
-}
-
-// What smoothing changed of the walk as it was found; the same on both sides is said once.
-function smoothedInWords({ before, after }) {
-  const change = (text, of) => (text(before) === text(after) ? of(text(after)) : of(`${text(before)} → ${text(after)}`));
-  return `Smoothed: ${[
-    change((one) => String(one.foot_moves), (told) => `${told} foot moves`),
-    change((one) => fixed(one.chassis_way, 2), (told) => `${told} m of the chassis' way`),
-    change((one) => fixed(one.turning, 1), (told) => `${told} rad of joints' turning`),
-    change((one) => fixed(100 * one.largest_torque, 0), (told) => `largest torque ${told} %`),
-    change((one) => fixed(100 * one.mean_torque, 0), (told) => `${told} % in the mean of foot moves`),
-    change((one) => fixed(one.least_margin, 2), (told) => `least margin ${told} m`),
-  ].join(", ")}.`;
-}
-
-function inWords(plan) {
-  const stood = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
-  const way = stood.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - stood[i][axis])), 0);
-  return `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${fixed(way, 2)} m, least margin ${fixed(Math.min(...plan.margins))} m, largest torque ${fixed(100 * Math.max(...plan.torques), 0)} % of its limit`;
-}
-
-function blockedBy({ check_name, leg, x, y, count }) {
-  return `blocked ${count} times by ${check_name}${leg === null ? "" : ` of leg ${leg}`}${x === null ? "" : ` at (${fixed(x, 2)}, ${fixed(y, 2)}) m`}`;
+  return tethered ? [element("p", { id: "walk-tethered", className: "hint", textContent: texts.tetherTold(tethered) })] : [];
 }
 
 // In the scene they have the same numbers. Margin and torque are the worst of each, and the worst of the walk is said.
@@ -164,15 +143,15 @@ function footMoves(plan) {
     const margin = Math.min(...rows.map((row) => plan.margins[row]));
     const torque = Math.max(...rows.map((row) => plan.torques[row]));
     return element("li", {},
-      `leg ${leg} to (${fixed(at[0], 2)}, ${fixed(at[1], 2)}) m, `,
-      figure(`margin ${fixed(margin, 2)} m`, margin === worst.margin, "least"), ", ",
-      figure(`torque ${fixed(100 * torque, 0)} %`, torque === worst.torque, "most"),
-      number in out ? `, tether ${signed(out[number], 2)} m ` : " ",
-      mark("Forbid", `Forbid the place of foot move ${number + 1}`, () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
-      mark("Pin", `Pin the place of foot move ${number + 1}`, () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
+      texts.legTo(leg, at.slice(0, 2)),
+      figure(texts.marginOf(margin), margin === worst.margin, "least"), ", ",
+      figure(texts.torqueOf(torque), torque === worst.torque, "most"),
+      number in out ? texts.tetherBy(out[number]) : " ",
+      mark(texts.forbid, texts.forbidPlace(number + 1), () => say({ ...places, forbidden: [...places.forbidden, place(at)] })),
+      mark(texts.pin, texts.pinPlace(number + 1), () => say({ ...places, pinned: [...places.pinned, { ...place(at), leg }] })));
   });
 }
 
 const place = ([x, y]) => ({ x, y });
-const figure = (text, worst, what) => element("span", { textContent: worst ? `${text} (${what})` : text, title: worst ? `The ${what} of the whole walk` : "" });
+const figure = (text, worst, what) => element("span", { textContent: worst ? texts.worst(text, what) : text, title: worst ? texts.worstOfWalk(what) : "" });
 const mark = (textContent, ariaLabel, onclick) => element("button", { type: "button", textContent, ariaLabel, onclick });

@@ -7,14 +7,12 @@ import { $, attempt, element, fixed } from "../dom.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
+import * as texts from "../texts/plan.js";
+import * as shared from "../texts/shared.js";
 import { wayOfMove } from "./commands.js";
 import { computeMaps } from "./ground.js";
 
-/** @type {[string, string, number][]} name, text, how much one of the field is */
-const FIELDS = [
-  ["dx", "East [m]", 1], ["dy", "North [m]", 1], ["dz", "Up [m]", 1],
-  ["droll", "Roll [°]", Math.PI / 180], ["dpitch", "Pitch [°]", Math.PI / 180], ["dyaw", "Yaw [°]", Math.PI / 180],
-];
+const { FIELDS, shiftTold } = texts;
 
 let shownAnswer = ""; // "shift", "body_move", or "": what the answer that stands there is of
 const answered = { shift: "", body_move: "", what_if: "" };
@@ -28,13 +26,13 @@ export function start() {
   });
   // once a what-if is shown, it follows the fields
   $("what-if-fields").addEventListener("change", () => { if (known.summary.what_if) show(); });
-  act({ key: "W", text: "What if the chassis stood elsewhere", run: toggle });
+  act({ key: "W", text: texts.whatIf, run: toggle });
   act({
-    key: "H", text: "Find a chassis shift for the footfall", button: "find-shift", run: find,
-    refusal: () => (known.summary?.footfall ? "" : "Choose the footfall first that a shift is to make possible."),
+    key: "H", text: texts.findShift, button: "find-shift", run: find,
+    refusal: () => (known.summary?.footfall ? "" : texts.chooseForShift),
   });
-  act({ text: "Check the move of the chassis", button: "plan-body-move", run: check });
-  act({ text: "End the what-if: back to the rover", button: "what-if-end", run: end, refusal: () => (known.summary?.what_if ? "" : "There is no what-if.") });
+  act({ text: texts.checkMove, button: "plan-body-move", run: check });
+  act({ text: shared.backToTheRover, button: "what-if-end", run: end, refusal: () => (known.summary?.what_if ? "" : texts.noWhatIf) });
   subscribe(draw);
 }
 
@@ -46,7 +44,7 @@ function toggle() {
 const shift = () => Object.fromEntries(FIELDS.map(([name, , unit]) => [name, Number($(`shift-${name}`).value) * unit]));
 
 function write(wanted) {
-  for (const [name, , unit] of FIELDS) $(`shift-${name}`).value = String(Number((wanted[name] / unit).toFixed(4)));
+  for (const [name, , unit] of FIELDS) $(`shift-${name}`).value = String(Number(fixed(wanted[name] / unit, 4)));
 }
 
 async function show() {
@@ -57,7 +55,7 @@ async function show() {
     say(error.message, "no");
     return;
   }
-  say(`Planning as if the chassis stood there. Largest wheel force ${fixed(Math.max(...answer.wheel_forces.map((force) => force[2])), 0)} N, predicted.`, "doubt");
+  say(texts.planningThere(Math.max(...answer.wheel_forces.map((force) => force[2]))), "doubt");
   await refresh();
   await computeMaps(); // the colours follow the chassis
 }
@@ -73,7 +71,7 @@ const find = () => attempt(async () => {
   await settled();
   const chosen = known.summary.footfall;
   $("panel-what-if").open = true;
-  say("Looking for a shift…");
+  say(texts.lookingForShift);
   await post("/sessions/current/shifts", { leg: chosen.leg, target: [chosen.x, chosen.y], ...reserve() });
 });
 
@@ -93,20 +91,17 @@ function say(text, className = "") {
   $("what-if-answer").replaceChildren(element("p", { className, textContent: text }));
 }
 
-const told = (wanted) => FIELDS.filter(([name]) => Math.abs(wanted[name]) > 1e-6)
-  .map(([name, text, unit]) => `${text.replace(/ \[.*/, "").toLowerCase()} ${fixed(wanted[name] / unit, unit === 1 ? 3 : 1)}${unit === 1 ? " m" : "°"}`).join(", ");
-
 async function draw({ summary }) {
   if (!summary) return;
   $("status-what-if-box").hidden = !summary.what_if;
   if (summary.what_if) {
     const { fits, reason } = summary.up_to_date.what_if;
-    $("status-what-if").textContent = (summary.after ? "after the planned step" : `chassis ${told(summary.what_if) || "unmoved"}`)
-      + (fits ? "" : ` ▲ OUT OF DATE: ${reason}`);
+    $("status-what-if").textContent = (summary.after ? texts.afterStep : texts.chassisAt(shiftTold(summary.what_if) || texts.unmoved))
+      + (fits ? "" : texts.statusOutOfDate(reason));
   }
   const doubt = ["shift", "body_move"].filter((one) => one === shownAnswer && summary.up_to_date[one]?.fits === false).map((one) => summary.up_to_date[one].reason)[0];
   $("what-if-doubt").hidden = !doubt;
-  $("what-if-doubt").textContent = doubt ? `▲ Out of date: ${doubt}. Ask again.` : "";
+  $("what-if-doubt").textContent = doubt ? texts.askAgain(doubt) : "";
   const shown = summary.after ? "" : JSON.stringify(summary.what_if ?? "");
   if (shown !== answered.what_if) {
     answered.what_if = shown;
@@ -119,14 +114,14 @@ async function draw({ summary }) {
     if (answer.shift) write(answer.shift);
     // where none keeps a reserve this one is checked without, and says so
     if (answer.reason.startsWith("▲")) $("keep-reserve").checked = false;
-    const moved = answer.shift ? told(answer.shift) : "";
-    const text = moved ? `A shift makes it possible: ${moved}. ${answer.reason}` : answer.reason;
+    const moved = answer.shift ? shiftTold(answer.shift) : "";
+    const text = moved ? texts.shiftFound(moved, answer.reason) : answer.reason;
     showAnswer("shift", answer, text);
   }
   if (summary.body_move && summary.body_move !== answered.body_move) {
     answered.body_move = summary.body_move;
     const answer = await get(`/sessions/current/body-moves/${summary.body_move}`);
-    showAnswer("body_move", answer, answer.plan ? `The chassis can go there through ${answer.plan.waypoints.length} postures of all legs.` : answer.reason);
+    showAnswer("body_move", answer, answer.plan ? texts.moveFound(answer.plan.waypoints.length) : answer.reason);
   }
 }
 
@@ -136,8 +131,8 @@ function showAnswer(kind, answer, text) {
     element("p", { className: answer.status === "found" ? "yes" : "no", textContent: text }),
     element("ul", {}, ...answer.checks.map((one) => element("li", {
       className: one.holds ? "yes" : "no",
-      textContent: `${one.name}${one.margin === null ? "" : ` ${fixed(one.margin)} ${one.unit}`} ${one.where}`,
+      textContent: texts.checkTold(one),
     }))),
-    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: "Make commands", onclick: () => make(answer.digest) })] : []),
+    ...(answer.plan ? [element("button", { id: "make-body-move", type: "button", textContent: texts.makeCommands, onclick: () => make(answer.digest) })] : []),
   );
 }

@@ -2,10 +2,12 @@
 
 import { act } from "../acts.js";
 import { request } from "../api.js";
-import { $, age, attempt, toast } from "../dom.js";
-import { KINDS, namedFirst, titleOf } from "../kinds.js";
+import { $, attempt, toast } from "../dom.js";
+import { KINDS } from "../kinds.js";
 import { reveal } from "../layout.js";
 import { alive, known, silent, subscribe } from "../store.js";
+import * as texts from "../texts/kinds.js";
+import * as shared from "../texts/shared.js";
 
 const LONG = 30; // s after which images that have not come are doubted
 const GIVEN_UP = 600; // s
@@ -20,8 +22,8 @@ let ended = ""; // what the latest work that ended was
 let verdict = null; // {of, digest}: the "plan" or "sequence" that what is said of it judges; null where it judges none
 
 export function start() {
-  act({ key: "X", text: "Cancel the running job", button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : "No job is running.") });
-  act({ text: "Go to what ended last", button: "job-said", run: () => reveal(areaOf(ended)), refusal: () => (ended ? "" : "Nothing has ended yet.") });
+  act({ key: "X", text: texts.cancelJob, button: "job-cancel", run: cancel, refusal: () => (runningJob() ? "" : texts.noJob) });
+  act({ text: texts.goToEnded, button: "job-said", run: () => reveal(areaOf(ended)), refusal: () => (ended ? "" : texts.nothingEnded) });
   subscribe(draw);
 }
 
@@ -34,7 +36,7 @@ export function awaitImages(before) {
 // What is being made of these kinds, or the images that are waited for, in a word; "" where nothing is.
 export function waitedFor(kinds) {
   const job = underWay().findLast(({ kind }) => kinds.includes(kind));
-  return job ? titleOf(job.kind) : asked ? "images" : "";
+  return job ? texts.titleOf(job.kind) : asked ? texts.images : "";
 }
 
 const areaOf = (kind) => KINDS[kind]?.area ?? OTHERS[kind] ?? "footfall";
@@ -52,17 +54,17 @@ function draw({ summary }) {
   tellFailures();
   const job = runningJob();
   const passed = asked ? (performance.now() - asked.since) / 1000 : 0;
-  if (asked && summary.snapshot !== asked.before) arrived("yes", "Images received");
-  else if (asked && !summary.link.connected) arrived("no", "No images: the link was lost before they came");
-  else if (passed > GIVEN_UP) arrived("no", "No images came");
+  if (asked && summary.snapshot !== asked.before) arrived("yes", texts.imagesCame);
+  else if (asked && !summary.link.connected) arrived("no", texts.imagesLost);
+  else if (passed > GIVEN_UP) arrived("no", texts.noImages);
   if (verdict && known[verdict.of]?.digest !== verdict.digest) ended = ""; // taken back, or another is there: it is judged there
   if (job) [followed, seen, ended] = [job.id, performance.now(), ""];
   else if (followed && tellEnd(known.jobs.get(followed))) followed = null;
   $("job").hidden = !job && !asked;
   $("job-said").hidden = Boolean(job || asked) || !ended;
-  const past = alive() ? "" : `, ${age(silent())} ago`;
-  if (job) show(`${namedFirst(job.kind)}: ${job.text || job.state}${underWay().length > 1 ? `, ${underWay().length - 1} more` : ""}${past}`, job.fraction, Boolean(past));
-  else if (asked) show(`${passed > LONG ? "No images yet:" : "Waiting for images:"} ${Math.floor(passed)} s`, null, passed > LONG);
+  const past = alive() ? "" : texts.before(silent());
+  if (job) show(texts.underWay(texts.namedFirst(job.kind), job.text || job.state, underWay().length > 1 ? texts.more(underWay().length - 1) : "", past), job.fraction, Boolean(past));
+  else if (asked) show(texts.awaited(passed > LONG ? texts.imagesLate : texts.imagesAwaited, Math.floor(passed)), null, passed > LONG);
 }
 
 function arrived(className, text) {
@@ -83,16 +85,16 @@ function show(text, share, late = false) {
 function tellEnd(job) {
   if (!job) return true;
   const [kind, state] = [job.kind, job.state];
-  if (state === "failed") say(kind, "no", `${namedFirst(kind)} failed: ${job.error?.message ?? "no reason was given"}`);
-  else if (state === "cancelled") say(kind, "", `${namedFirst(kind)} cancelled`);
+  if (state === "failed") say(kind, "no", texts.failed(texts.namedFirst(kind), job.error?.message ?? shared.noReason));
+  else if (state === "cancelled") say(kind, "", texts.cancelled(texts.namedFirst(kind)));
   else if (kind === "plan" && known.plan?.digest === job.result) {
-    if (known.plan.status === "found") say(kind, "yes", "Plan found", { of: "plan", digest: job.result });
-    else say(kind, "no", `No plan: ${known.plan.reason}`, { of: "plan", digest: job.result });
+    if (known.plan.status === "found") say(kind, "yes", texts.planFound, { of: "plan", digest: job.result });
+    else say(kind, "no", texts.noPlan(known.plan.reason), { of: "plan", digest: job.result });
   } else if (areaOf(kind) === "commands" && known.sequence?.digest === job.result) {
-    if (known.sequence.valid) say(kind, "yes", "Commands ready: every rule holds", { of: "sequence", digest: job.result });
-    else say(kind, "no", "Commands ready, but a rule does not hold", { of: "sequence", digest: job.result });
+    if (known.sequence.valid) say(kind, "yes", texts.commandsReady, { of: "sequence", digest: job.result });
+    else say(kind, "no", texts.commandsBroken, { of: "sequence", digest: job.result });
   } else if ((kind === "plan" || areaOf(kind) === "commands") && performance.now() - seen < PATIENCE) return false;
-  else say(kind, areaOf(kind) === "ground" ? "yes" : "", `${namedFirst(kind)} ready`); // of others it is not known here what they found
+  else say(kind, areaOf(kind) === "ground" ? "yes" : "", texts.ready(texts.namedFirst(kind))); // of others it is not known here what they found
   return true;
 }
 
@@ -108,6 +110,6 @@ function tellFailures() {
   for (const job of failed) {
     if (told.has(job.id)) continue;
     told.add(job.id);
-    toast(`${namedFirst(job.kind)} failed: ${job.error?.message ?? "no reason was given"}`);
+    toast(texts.failed(texts.namedFirst(job.kind), job.error?.message ?? shared.noReason));
   }
 }

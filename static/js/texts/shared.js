@@ -1,6 +1,29 @@
 // Texts that several areas of the page say alike.
 
+export const stopRequest = "Stop request";
+export const noRover = "No rover is connected.";
+export const noTelemetry = "No telemetry yet: no rover is connected.";
+export const noTerrain = "There is no terrain yet.";
+export const noSequence = "There is no sequence yet.";
+export const noPlan = "There is no plan yet: plan the step first.";
+export const stopInForce = "A stop is in force: clear it first.";
+export const sendingAlready = "Commands are being sent already.";
 export const notAnswering = "The server does not answer.";
+export const chooseFootfall = "Choose a footfall first: click on the ground.";
+export const backToTheRover = "End the what-if: back to the rover";
+export const noReason = "no reason was given";
 export const notKnown = "not known";
+export const notComputed = "not computed";
 export const noPlanShort = "no plan";
 export const planRefused = "the plan was refused";
+
+// -- what many texts are made of -------------------------------------------------------------------
+
+export const leg = (number) => `leg ${number}`;
+export const legFirst = (number) => `Leg ${number}`;
+export const row = (number) => `row ${number}`;
+export const rowFirst = (number) => `Row ${number}`;
+export const leftCamera = (pair) => `${pair}, left camera`;
+
+export const planGait = "Plan gait";
+export const planWalk = "Plan walk";

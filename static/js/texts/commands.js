@@ -1,0 +1,97 @@
+// Commands: the sequence as a list, its rows, edits of them, and what is being sent.
+
+import { age, fixed, metres, millimetres, percent, seconds } from "../figures.js";
+import { COMMAND_WORDS } from "./record.js";
+
+export const insertWait = "Insert a wait before the first row";
+export const arm = "Arm the commands";
+export const send = "Send to rover";
+export const armFirst = "Arm the commands first.";
+export const make = "Make the command sequence";
+export const exportSequence = "Export the sequence";
+export const ruleBroken = "A rule does not hold: see the list.";
+export const importCommands = "Import commands from a file";
+export const undo = "Undo the last choice or edit";
+export const nothingToUndo = "There is nothing to undo.";
+export const redo = "Redo what was undone last";
+export const nothingToRedo = "There is nothing undone to make again.";
+export const undoing = (choice) => `Undo: ${choice} (Ctrl+Z)`;
+export const redoing = (choice) => `Redo: ${choice} (Ctrl+Y)`;
+export const noPlanFound = (reason) => `Nothing was made: no plan was found. ${reason}`;
+export const nothingMade = (why) => `Nothing was made: ${why}`;
+export const carriedOut = "What was planned was carried out: plan the next step or move.";
+export const noPlanToCommand = "There is no plan to make commands of: plan the step first.";
+export const noTerrainToCheck = "There is no terrain to check commands on: build or load it first.";
+export const stanceUnknown = "It is not known how the rover stands yet.";
+export const complete = (count) => `Sequence complete (${count} of ${count}): make new commands.`;
+export const makeSequence = "Make sequence";
+export const makeSequenceOf = (what) => `Make sequence: ${what}`;
+
+// -- armed and sent --------------------------------------------------------------------------------
+
+export const ago = (since) => `${age(since)} ago`;
+export const armedFor = (left) => `armed for ${left} s more`;
+export const waitsBefore = "waits before";
+export const sending = "sending";
+export const atRow = (past, doing, row, count) => `${past}${doing} row ${row} of ${count}`;
+export const notArmed = "not armed";
+export const notArmedAs = (why) => `not armed. ${why}`;
+
+// -- how the rover is taken ------------------------------------------------------------------------
+
+export const asCommanded = "as commanded: the rover sags; touch-down is not predicted";
+export const asRigid = (why) => `as commanded: ${why}`;
+export const sagPredicted = (mode) => `${mode}: the rover's sag is predicted`;
+
+// -- the list --------------------------------------------------------------------------------------
+
+export const noSequenceYet = "No sequence yet.";
+export const summary = (count, duration, rules) => `${count} commands, ${seconds(duration)}. ${rules}`;
+export const rulesHold = "Every rule holds.";
+// A rule of the whole sequence says row −1.
+export const ruleTold = ({ row, text }) => (row < 0 ? text : `row ${row + 1}: ${text}`);
+export const group = (name, first, last, rest) => `${name} (rows ${first}–${last})${rest}`;
+export const rest = ({ torque, joint, sag }) => `; predicted: torque ${percent(torque)} at most (${joint}), then ${millimetres(Math.abs(sag))} ${sag < 0 ? "higher" : "lower"} than planned`;
+export const tetherTo = (length) => `, tether to ${metres(length)}`;
+export const secondsOf = (row) => `Seconds of row ${row}`;
+export const until = (name, force) => `${name} until ${force} N more`;
+export const all = "all";
+export const deleteRow = (row) => `Delete row ${row}`;
+
+// -- the chosen row --------------------------------------------------------------------------------
+
+export const rowUp = "Move the chosen row up";
+export const isFirst = "It is the first row.";
+export const rowDown = "Move the chosen row down";
+export const isLast = "It is the last row.";
+export const splitRow = "Split the chosen row in two halves";
+export const waitBefore = "Insert a wait before the chosen row";
+export const copyRow = "Copy the chosen row, after it";
+export const deleteChosen = "Delete the chosen row";
+export const chooseRow = "Choose a row first, by its number in the list.";
+export const rowTold = (row, name, leg, phase) => `Row ${row}: ${name}${leg === null ? "" : ` leg ${leg}`}${phase ? `, ${phase}` : ""}`;
+export const range = (low, high) => `${fixed(low)} … ${fixed(high)} rad`;
+export const jointOfRow = (joint, row) => `${joint} of row ${row} [rad]`;
+
+// -- the run ---------------------------------------------------------------------------------------
+
+export const nextRow = "Send the next row";
+export const rowUnderWay = "The present row is still under way.";
+export const hold = "Hold after the present row";
+export const waitsAlready = "It waits after the present row already.";
+export const resume = "Resume: send the rows that are left";
+export const goesOn = "It goes on already.";
+export const abort = "Abort: send nothing more";
+export const nothingSent = "Nothing is being sent.";
+export const aborted = "It was aborted; the present row is carried out.";
+export const underWay = "under way";
+export const agoWas = (since, what) => `${age(since)} ago: ${what}`;
+export const stateOf = (state, time) => `${COMMAND_WORDS[state] ?? state}${time && ` ${time}`}`;
+export const stateSince = (state, time, reason) => `${stateOf(state, time)}${reason ? `: ${reason}` : ""}`;
+
+// -- what undo takes back --------------------------------------------------------------------------
+
+const CHOICES = { footfall: "footfall", points: "points for the wheel", plan: "choice of a plan", edit: "edit of the commands", stiffness: "stiffness taken over" };
+
+// Of summary.undo or summary.redo.
+export const choiceTold = ({ kind, leg, by }) => `${CHOICES[kind]}${leg === null ? "" : ` of leg ${leg}`}${by && by !== "local" ? `, by ${by}` : ""}`;

@@ -1,0 +1,47 @@
+// Ground: images, terrain, the colouring for a leg, maps from above.
+
+import { age, fixed, percent, place } from "../figures.js";
+import { notComputed } from "./shared.js";
+
+export const whatCamerasSaw = "What the cameras saw";
+export const key = (name) => `key ${name}`;
+export const chooseLeg = (leg) => `Choose leg ${leg}`;
+export const takeImages = "Take images";
+export const buildTerrain = "Build terrain from the images";
+export const whereLegStands = "Show where the leg can stand";
+export const whereThisStands = (leg) => `Show where leg ${leg} can stand`;
+export const buildOrLoad = "There is no terrain yet: build it or load a file.";
+export const undoTerrain = "Undo the latest change of the terrain";
+export const terrainUnchanged = "The terrain has not been changed.";
+export const clearTerrain = "Clear the terrain around the footfall";
+export const chooseWhatToClear = "Choose a footfall first: the ground around it is what is cleared.";
+export const nextLayer = "Next layer";
+export const trueNorth = (angle) => `True north is turned ${fixed(angle, 1)}° clockwise from this map's y; x runs along its rows.`;
+export const leftOut = (pair, reason) => `${pair} left out: ${reason}`;
+export const none = "none";
+export const takeAndBuild = "No terrain yet: take images and build it, or load a file.";
+export const old = (since) => `${age(since)} old`;
+export const terrainTold = ({ name, cols, rows, resolution, known }, since, leg, maps) =>
+  `${name}: ${cols} × ${rows} cells of ${resolution} m, ${percent(known)} known, ${old(since)}. Leg ${leg}: ${maps}.`;
+export const notColoured = "not coloured";
+export const partlyColoured = (why) => `▲ colours hold in part, and are striped where they may be wrong: ${why}`;
+export const coloursOutOfDate = (why) => `▲ colours are OUT OF DATE and hidden: ${why}`;
+export const colouredBut = (reserve) => `coloured; ${reserve}`;
+export const coloured = "coloured";
+export const frictionNotComputed = `${notComputed}: show where the leg can stand with friction`;
+export const notLifted = (why) => `⊘ ${why}`;
+export const showInImages = (pair) => `${pair}: show in Images`;
+
+// -- which pairs -----------------------------------------------------------------------------------
+
+export const noImagesYet = "There are no images yet: take images first.";
+export const noPairTicked = "No camera pair is ticked for it: see Images.";
+export const pairsChosen = (count, of, without) => `The next terrain is built from ${count} of ${of} camera pairs, without ${without}.`;
+
+// -- the map from above ----------------------------------------------------------------------------
+
+export const showMap = "Show the map from above";
+export const mapStriped = (leg, why) => `Striped where the maps of leg ${leg} may be wrong: ${why}. Show where leg ${leg} can stand again.`;
+export const mapHidden = (leg, why) => `The maps of leg ${leg} are out of date and hidden: ${why}. Show where leg ${leg} can stand again.`;
+export const noMap = (leg) => `There are no maps of leg ${leg} yet. Show where leg ${leg} can stand first.`;
+export const verdictAt = (x, y, verdict) => `${place([x, y], 2)}: ${verdict}`;

@@ -1,0 +1,61 @@
+// What comes next for an operator who walks the rover, and the verdict on what was made last.
+
+import { place, seconds } from "../figures.js";
+import { rowFirst } from "./shared.js";
+
+export const waitForServer = "Wait for the server";
+export const doNext = "Do what comes next";
+export const sendNext = "Send or go on, as what comes next says";
+export const holdButton = "Hold the button.";
+export const changedMeanwhile = "What comes next has changed meanwhile: nothing was sent.";
+export const nothingToSend = "Nothing is to be sent.";
+export const named = (what) => `Next: ${what}`;
+
+// -- one thing at a time, and what to know of it -------------------------------------------------------
+
+export const stopped = "A stop is in force";
+export const aboutStopped = "Clear it, left of STOP, once it is safe to go on.";
+export const send = "Send to rover";
+export const aboutSend = (left) => `Armed for ${left} s more. The run holds where the rover does not stand as it was to.`;
+export const waitFor = (what) => `Wait for the ${what}`;
+export const aboutWait = "Progress and Cancel are in the bar above.";
+export const walkTo = "Walk to…";
+export const aboutWalkTo = "A click on the ground is the goal, or type how far to go.";
+export const click = "Click on the ground";
+export const aboutClick = "Or type how far to go, under Plan. Escape leaves.";
+export const byItself = (x, y, part, waits) => `By itself to ${place([x, y], 2)}${part ? `: ${part}` : ""}.${waits ? ` Waits for ${waits}.` : ""}`;
+export const holdWalk = "Hold the walk";
+export const rowEnds = "row ends";
+export const commandsEnd = "commands end";
+export const heldPresent = (what) => `Held: the present ${what}`;
+export const goOnByItself = "Go on by itself";
+export const presentRowEnds = "The present row ends";
+export const commands = "commands";
+export const underWay = (what) => `Under way: ${what}`;
+export const aboutUnderWay = "It goes on while the rover stands as it was to. Hold and Abort are under Commands.";
+export const nextRow = "Next row";
+export const goOn = "Go on";
+export const planAgain = "Re-plan from here";
+export const arm = "Arm";
+export const aboutArm = "Look at the ghost first; then there are ten seconds to send.";
+export const chassis = "the chassis";
+export const movesToGoal = (count) => `${count} moves to the goal`;
+export const move = (number, count, mover) => `move ${number} of ${count}: ${mover}`;
+export const makeCommands = (which) => `Make commands: ${which}`;
+export const buildTerrain = "Build terrain";
+export const aboutBuild = "The newest images are not in the ground yet.";
+export const takeImages = "Take images";
+export const noGround = "There is no ground yet.";
+export const chooseAnother = "Choose another goal";
+export const to = ([x, y]) => `To ${place([x, y], 2)}.`;
+export const lookAgain = "Look again: take images";
+export const since = (what) => `Since the newest images, ${what}.`;
+export const oldGround = "The ground was seen more than an hour ago.";
+
+// -- verdicts --------------------------------------------------------------------------------------
+
+export const outOfDate = (why) => `Out of date: ${why}`;
+export const commandsTold = (count, duration, way) => `${count} commands, ${seconds(duration, 0)}, every rule holds. ${way}`;
+export const atRow = (row, count) => `${rowFirst(row)} of ${count}`;
+export const notAsPlanned = (run, why) => `Run ${run} did not end as planned: ${why}`;
+export const runTold = (run, verdict) => `Run ${run} ${verdict}`;

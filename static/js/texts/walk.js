@@ -1,0 +1,126 @@
+// Walks: to a goal, by routes, gaits, on a tether, by itself; their foot moves.
+
+import { fixed, metres, newtons, percent, place, signed } from "../figures.js";
+import { ofWalkers } from "./kinds.js";
+
+// -- goal ------------------------------------------------------------------------------------------
+
+export const goalAtFootfall = "Goal of the walk at the chosen footfall";
+export const choosePlace = "Choose a place first: click on the ground.";
+export const walkTo = "Walk to…: a click on the ground sets the goal";
+
+// -- walk ------------------------------------------------------------------------------------------
+
+export const planToGoal = "Plan the walk, or the gait, to its goal";
+export const commandNext = "Commands of the walk's next foot move";
+export const commandRest = "Commands of all that is left of the walk";
+export const planAgain = "Re-plan the walk from here";
+export const noWalk = "There is no walk yet.";
+export const forgetPlaces = "Forget forbidden and pinned places";
+export const noWalkToCommand = "There is no walk yet: plan one to its goal.";
+export const walkOver = "The walk is over.";
+export const some = (count, what) => `${count} ${what}`;
+export const placesTold = (places) => `Places: ${places}. Plan the walk to heed them.`;
+export const noGaitOnTether = "No gait hangs on a tether: plan a free walk, or take the tether off.";
+export const outOfDate = (why) => `Out of date: ${why}. Plan the walk again.`;
+export const chassisToGoal = "the chassis goes to the goal";
+export const nextMove = (number, leg) => `foot move ${number} – leg ${leg}`;
+export const nextIs = (what) => `Next: ${what}`;
+export const nextFootMove = "Next foot move";
+export const found = (plan) => `Walk found: ${walkTold(plan)}`;
+export const notFound = (status, reason) => `No walk (${ofWalkers(status)}): ${reason}`;
+export const comesThisFar = (plan) => `It comes this far: ${walkTold(plan)}`;
+export const footMoves = "Foot moves";
+
+export function walkTold(plan) {
+  const stood = plan.Ts_site_base.map((T) => [T[0][3], T[1][3], T[2][3]]);
+  const way = stood.slice(1).reduce((sum, at, i) => sum + Math.hypot(...at.map((one, axis) => one - stood[i][axis])), 0);
+  return `${plan.legs.length} foot move${plan.legs.length === 1 ? "" : "s"}, the chassis goes ${metres(way, 2)}, least margin ${metres(Math.min(...plan.margins))}, largest torque ${percent(Math.max(...plan.torques))} of its limit`;
+}
+
+// What smoothing changed of the walk as it was found; the same on both sides is said once.
+export function smoothed({ before, after }) {
+  const change = (text, of) => (text(before) === text(after) ? of(text(after)) : of(`${text(before)} → ${text(after)}`));
+  return `Smoothed: ${[
+    change((one) => String(one.foot_moves), (told) => `${told} foot moves`),
+    change((one) => fixed(one.chassis_way, 2), (told) => `${told} m of the chassis' way`),
+    change((one) => fixed(one.turning, 1), (told) => `${told} rad of joints' turning`),
+    change((one) => fixed(100 * one.largest_torque, 0), (told) => `largest torque ${told} %`),
+    change((one) => fixed(100 * one.mean_torque, 0), (told) => `${told} % in the mean of foot moves`),
+    change((one) => fixed(one.least_margin, 2), (told) => `least margin ${told} m`),
+  ].join(", ")}.`;
+}
+
+export const blocked = ({ check_name: check, leg, x, y, count }) => `blocked ${count} times by ${check}${leg === null ? "" : ` of leg ${leg}`}${x === null ? "" : ` at ${place([x, y], 2)}`}`;
+
+// -- one foot move ---------------------------------------------------------------------------------
+
+export const legTo = (leg, at) => `leg ${leg} to ${place(at, 2)}, `;
+export const marginOf = (value) => `margin ${metres(value, 2)}`;
+export const torqueOf = (share) => `torque ${percent(share)}`;
+export const tetherBy = (length) => `, tether ${signed(length, 2)} m `;
+export const worst = (text, what) => `${text} (${what})`;
+export const worstOfWalk = (what) => `The ${what} of the whole walk`;
+export const forbid = "Forbid";
+export const forbidPlace = (number) => `Forbid the place of foot move ${number}`;
+export const pin = "Pin";
+export const pinPlace = (number) => `Pin the place of foot move ${number}`;
+export const ofWalk = (number, count, leg) => `foot move ${number} of ${count}, leg ${leg}`;
+export const chassisToItsGoal = "the chassis to its goal";
+export const leastMargin = (value) => `least margin ${metres(value, 2)}`;
+export const mostTorque = (share) => `most torque ${percent(share)}`;
+export const strip = (count, worsts) => `${count} foot moves; ${worsts.join("; ")}`;
+export const worstIn = (what, where) => `${what} in ${where}`;
+export const ghostToMargin = "Ghost to the walk's least margin";
+export const ghostToTorque = "Ghost to the walk's largest torque";
+export const noWalkPlayed = "The ghost plays no walk.";
+
+// -- tether ----------------------------------------------------------------------------------------
+
+export const anchorAtFootfall = "Anchor of the tether at the chosen footfall";
+export const chooseKnownPlace = "Choose a place on known ground first: click on it.";
+export const tetherTold = ({ tether: { free_length: free, most_force: most }, lengths, pulls }) =>
+  `Tether: ${fixed(lengths[0], 2)} → ${metres(lengths.at(-1), 2)} of ${metres(free, 1)}, pulled with ${fixed(Math.min(...pulls), 0)} to ${newtons(Math.max(...pulls))} of ${newtons(most)}. No command drives its drum.`;
+
+// -- route -----------------------------------------------------------------------------------------
+
+export const planRoute = "Plan a route to the walk's goal";
+export const goalAlongRoute = "Goal of the walk along the route";
+export const noRoute = "There is no route yet: plan one to the walk's goal.";
+export const routeIsOut = (why) => `The route is out of date: ${why}.`;
+export const routeOutOfDate = (why) => `The route is out of date: ${why}. Plan it again.`;
+export const partTooShort = (least) => `A part of the route is at least ${least} m long.`;
+export const noRouteFound = (status, reason) => `No route (${ofWalkers(status)}): ${reason}`;
+export const routeFound = (length, cost) => `Route of ${metres(length, 1)}; it costs as much as ${metres(cost, 1)} of the best ground. It has no footfalls: walk it in parts.`;
+
+// -- gait ------------------------------------------------------------------------------------------
+
+export const gaitOutOfDate = (why) => `The gait is out of date: ${why}. Plan it again.`;
+export const gaitFound = (name, plan) => `Gait ${name}: ${gaitTold(plan)}. To be looked at: it is not commanded.`;
+export const noGait = (name, status, reason) => `No ${`gait ${name}`.trim()} (${ofWalkers(status)}): ${reason}`;
+export const gaitComes = (walked, plan) => `It comes ${metres(walked, 2)}: ${gaitTold(plan)}`;
+
+const feet = (groups) => groups.reduce((sum, group) => sum + group.length, 0);
+const gaitTold = (plan) => `${plan.groups.length} steps, ${feet(plan.groups)} feet moved, stride ${metres(plan.stride, 2)}, least margin ${metres(Math.min(...plan.margins))}, largest torque ${percent(Math.max(...plan.torques))} of its limit`;
+
+// -- by itself -------------------------------------------------------------------------------------
+
+export const beginLoop = "Walk to the goal by itself";
+export const holdLoop = "Hold the walk by itself";
+export const heldAlready = "It is held already.";
+export const cancelLoop = "Cancel the walk by itself";
+export const resumeLoop = "Go on with the walk by itself";
+export const goesOnAlready = "It goes on already.";
+export const notByItself = "The rover does not walk by itself.";
+export const byItselfAlready = "The rover walks by itself already.";
+export const sayGoal = "Say where it is to go: the goal of the walk, above.";
+export const noTetherByItself = "No command drives the drum of a tether: take it off.";
+export const waitsFor = (what) => `Waits for ${what}.`;
+export const decision = (act, reason) => `${act}: ${reason}`;
+export const begins = "it begins";
+export const held = (decided) => `Held. Decided last: ${decided}`;
+export const decided = (what) => `Decided: ${what}`;
+export const loopEnded = (outcome, reason) => `By itself to the goal: ${outcome}: ${reason}`;
+export const farFrom = (left) => `${metres(left, 2)} from`;
+export const onTheWayTo = "On the way to";
+export const loopTold = (left, { x, y }, moves, looks, plans) => `${left} ${place([x, y], 2)}; foot moves ${moves}, looks ${looks}, plans ${plans}`;
