@@ -25,6 +25,7 @@ export const metres = (value, digits = 3) => `${fixed(value, digits)} m`;
 export const millimetres = (value) => `${fixed(1000 * value, 0)} mm`;
 export const newtons = (value) => `${fixed(value, 0)} N`;
 export const seconds = (value, digits = 1) => `${fixed(value, digits)} s`;
+export const radians = (angle, digits = 3) => `${fixed(angle, digits)} rad`;
 
 /** An angle in radians, told in degrees. */
 export const degrees = (angle, digits = 1) => `${fixed((angle * 180) / Math.PI, digits)}°`;

@@ -7,8 +7,6 @@ import json
 import re
 from collections import Counter
 
-import pytest
-
 from tests.architecture.test_page_acts import STATIC
 from tests.support.node import run
 
@@ -24,6 +22,12 @@ NO_TEXTS = {
     ("panels/account.js", "[data-needs] :is("): "a selector",
 }
 """How strings begin that look like texts and are none, and what they are."""
+SIGNED = {
+    ("link.js", "signed(degrees, 1)}°"),
+    ("walk.js", "signed(length, 2)} m"),
+    ("scene.js", "signed(height)} m"),
+}
+"""Differences with a unit: these have a sign either way."""
 
 
 def found(sources: dict[str, str]) -> list[tuple[str, int, str]]:
@@ -53,6 +57,16 @@ def test_every_exception_is_there():
     assert {name for name in ELSEWHERE if not (JS / name).is_file()} == set()
 
 
+FIGURE = re.compile(r"\b(?:fixed|signed)\([^`{}]*\)\} ?(m|mm|N|s|%|°|rad)(?![\w·/])")
+"""A figure, and behind it a unit that ``figures.js`` writes with it."""
+
+
+def test_figures_of_the_catalogue_have_their_units_from_one_place():
+    assert FIGURE.findall("`${fixed(x, 2)} m, ${fixed(100 * y)} %, ${signed(z)}° off`") == ["m", "%", "°"]
+    bare = {(path.name, found[0]) for path in CATALOGUE.glob("*.js") for found in FIGURE.finditer(path.read_text())}
+    assert bare <= SIGNED, "figures.js has metres, newtons, seconds, degrees, radians, percent"
+
+
 def test_every_text_of_the_catalogue_is_said():
     exported = {
         (path.stem, name)
@@ -75,48 +89,40 @@ def test_every_text_of_the_catalogue_is_said():
     assert exported - said == set()
 
 
-@pytest.mark.parametrize(
-    "planted",
-    [
-        'toast("Nothing was sent.");',
-        'box.textContent = "Held";',
-        'box.title = fits ? "" : "stale";',
-        'element("button", { ariaLabel: `Row ${row}` });',
-        'element("label", {}, box, "Grid");',
-        'box.setAttribute("aria-label", "Legs");',
-        'act({ text: "Arm", run });',
-        "const told = `${one} of ${other}`;",
-        "const told = `${metres} m`;",
-        "const told = `${degrees}°`;",
-        'const WORDS = { "plan a step": 1 };',
-        'throw new Error("Refused");',
-        "const told = value.toFixed(3);",
-    ],
-)
-def test_a_text_elsewhere_is_found(planted):
-    assert len(found({"planted.js": planted})) == 1
-    # inside a module as it is served too
-    module = "panels/conn.js"
-    source = (JS / module).read_text()
-    where = [line for _, line, _ in found({module: source + planted}) if line > source.count("\n")]
-    assert where == [source.count("\n") + 1]
+PLANTED = [
+    'toast("Nothing was sent.");',
+    'box.textContent = "Held";',
+    'box.title = fits ? "" : "stale";',
+    'element("button", { ariaLabel: `Row ${row}` });',
+    'element("label", {}, box, "Grid");',
+    'box.setAttribute("aria-label", "Legs");',
+    'act({ text: "Arm", run });',
+    "const told = `${one} of ${other}`;",
+    "const told = `${metres} m`;",
+    "const told = `${degrees}°`;",
+    'const WORDS = { "plan a step": 1 };',
+    'throw new Error("Refused");',
+    "const told = value.toFixed(3);",
+]
+PLAIN = [
+    'import * as words from "./texts/link.js";',
+    'element("p", { className: "line plain", textContent: texts.held });',
+    "box.style.background = `linear-gradient(to right, ${colours})`;",
+    'pen.font = "11px system-ui, sans-serif";',
+    'document.querySelector("dialog[open] button");',
+    "get(`/sessions/current/plans/${digest}`);",
+    "const key = `${id} ${number}`;",
+    'box.dataset.state = waits ? "warn" : "good";',
+    'box.textContent = open ? "✓" : "–";',
+    'if (why === "step by step") go();',
+    '// "a comment is no text"',
+]
 
 
-@pytest.mark.parametrize(
-    "plain",
-    [
-        'import * as texts from "./texts/conn.js";',
-        'element("p", { className: "line plain", textContent: texts.held });',
-        "box.style.background = `linear-gradient(to right, ${colours})`;",
-        'pen.font = "11px system-ui, sans-serif";',
-        'document.querySelector("dialog[open] button");',
-        "get(`/sessions/current/plans/${digest}`);",
-        "const key = `${id} ${number}`;",
-        'box.dataset.state = waits ? "warn" : "good";',
-        'box.textContent = open ? "✓" : "–";',
-        'if (why === "step by step") go();',
-        '// "a comment is no text"',
-    ],
-)
-def test_what_nobody_reads_is_not(plain):
-    assert found({"plain.js": plain}) == []
+def test_a_text_elsewhere_is_found_and_what_nobody_reads_is_not():
+    # alone, and at the end of a module as it is served
+    module = (JS / "panels/conn.js").read_text()
+    texts = found({one: one for one in PLANTED + PLAIN} | {f"served: {one}": module + one for one in PLANTED + PLAIN})
+    lines = {name: [line for one, line, _ in texts if one == name] for name, *_ in texts}
+    last = module.count("\n") + 1
+    assert lines == {one: [1] for one in PLANTED} | {f"served: {one}": [last] for one in PLANTED}

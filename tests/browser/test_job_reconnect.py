@@ -44,7 +44,7 @@ def test_the_page_goes_on_without_reload_when_its_server_is_back(chromium: Brows
     expect(server).to_contain_text("silent for")
     expect(server).to_have_attribute("data-state", "bad")
     expect(arm).to_be_disabled()
-    expect(arm).to_have_attribute("title", re.compile("server is silent for"))
+    expect(arm).to_have_attribute("title", re.compile("server has been silent for"))
     assert shown(page)["rows"] == before["rows"]
     page.screenshot(path=OUTPUTS / "test_the_page_goes_on_without_reload_when_its_server_is_back-lost.png")
     with running_server(tmp_path, prepare=lambda s: s.open(session), port=port) as second:

@@ -1,6 +1,6 @@
 // Commands: the sequence as a list, its rows, edits of them, and what is being sent.
 
-import { age, fixed, metres, millimetres, percent, seconds } from "../figures.js";
+import { age, fixed, metres, millimetres, percent, radians, seconds } from "../figures.js";
 import { COMMAND_WORDS } from "./record.js";
 
 export const insertWait = "Insert a wait before the first row";
@@ -70,7 +70,7 @@ export const copyRow = "Copy the chosen row, after it";
 export const deleteChosen = "Delete the chosen row";
 export const chooseRow = "Choose a row first, by its number in the list.";
 export const rowTold = (row, name, leg, phase) => `Row ${row}: ${name}${leg === null ? "" : ` leg ${leg}`}${phase ? `, ${phase}` : ""}`;
-export const range = (low, high) => `${fixed(low)} … ${fixed(high)} rad`;
+export const range = (low, high) => `${fixed(low)} … ${radians(high)}`;
 export const jointOfRow = (joint, row) => `${joint} of row ${row} [rad]`;
 
 // -- the run ---------------------------------------------------------------------------------------

@@ -7,12 +7,12 @@ export const taken = "Somebody holds the conn.";
 export const release = "Release the conn";
 export const ask = "Request the conn";
 export const nobodyElse = "Nobody else holds the conn.";
-export const grant = "Grant the conn to who requests it";
+export const grant = "Grant the conn to whoever requests it";
 export const keep = "Keep the conn";
 export const notHere = "This page does not hold the conn.";
 export const nobodyAsks = "Nobody requests the conn.";
 export const heldBy = (who) => `${who} holds the conn: request it first.`;
-export const silent = (seconds) => `The server is silent for ${age(seconds)}: what is shown may be over.`;
+export const silent = (seconds) => `The server has been silent for ${age(seconds)}: what is shown may be over.`;
 export const epochUnknown = "The rover has not confirmed yet that what was held back on the way is outdated; it is asked again every second.";
 
 // -- who -------------------------------------------------------------------------------------------
@@ -28,7 +28,7 @@ export const nobody = "nobody";
 export const ago = (seconds) => `${age(seconds)} ago: `;
 export const asks = (who) => `${who} requests it`;
 export const asksHere = (who) => `${who} requests the conn: grant it or keep it in the Commands panel.`;
-export const connUnknown = (seconds, who) => `Conn: not known, the server is silent for ${age(seconds)}. Then: ${who}.`;
+export const connUnknown = (seconds, who) => `Conn: not known, the server has been silent for ${age(seconds)}. Then: ${who}.`;
 export const connFree = "Conn: nobody. Arming takes it.";
 export const grantedIn = (who, seconds) => ` ${who} requests the conn; granted automatically in ${seconds} s.`;
 export const connOf = (who, wait) => `Conn: ${who}.${wait}`;

@@ -1,6 +1,6 @@
 // Ground: images, terrain, the colouring for a leg, maps from above.
 
-import { age, fixed, percent, place } from "../figures.js";
+import { age, degrees, percent, place } from "../figures.js";
 import { notComputed } from "./shared.js";
 
 export const whatCamerasSaw = "What the cameras saw";
@@ -16,7 +16,8 @@ export const terrainUnchanged = "The terrain has not been changed.";
 export const clearTerrain = "Clear the terrain around the footfall";
 export const chooseWhatToClear = "Choose a footfall first: the ground around it is what is cleared.";
 export const nextLayer = "Next layer";
-export const trueNorth = (angle) => `True north is turned ${fixed(angle, 1)}° clockwise from this map's y; x runs along its rows.`;
+// angle: in degrees, as the file has it.
+export const trueNorth = (angle) => `True north is turned ${degrees((angle * Math.PI) / 180)} clockwise from this map's y; x runs along its rows.`;
 export const leftOut = (pair, reason) => `${pair} left out: ${reason}`;
 export const none = "none";
 export const takeAndBuild = "No terrain yet: take images and build it, or load a file.";

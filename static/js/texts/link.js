@@ -50,7 +50,7 @@ export const standsStopped = "The rover is STOPPED; clear the stop to move it.";
 export const noSafetyStop = "Stop request. Not a safety-rated stop.";
 export const acknowledgedBefore = ", acknowledged by the rover";
 export const notAcknowledgedBefore = ", NOT YET ACKNOWLEDGED";
-export const stopBefore = (seconds, acknowledged) => `Stop in force ${age(seconds)} ago${acknowledged}; the server is silent since.`;
+export const stopBefore = (seconds, acknowledged) => `Stop in force ${age(seconds)} ago${acknowledged}; the server has been silent since.`;
 export const stopAcknowledged = "STOPPED, acknowledged by the rover.";
 export const stopOnItsWay = (way) => `Stop sent: ${way}. NOT YET ACKNOWLEDGED.`;
 export const stopNotAcknowledged = "Stop sent, NOT YET ACKNOWLEDGED by the rover.";

@@ -25,7 +25,7 @@ export const theme = (name) => `Theme: ${name}`;
 
 // -- server ----------------------------------------------------------------------------------------
 
-export const answered = (status) => `the server answered ${status}`;
+export const answered = (status) => `The server answered ${status}.`;
 export const arrivalUnknown = " Whether the request arrived is not known.";
 export const notAnswering = (doubt) => `The server does not answer.${doubt}`;
 export const tryingAgain = (why) => `${why} Trying again.`;

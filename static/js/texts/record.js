@@ -39,7 +39,7 @@ export const DONE = {
   sequence_undone: () => "took back an edit of the commands", sequence_redone: () => "made an edit of the commands again",
   terrain_loaded: () => "loaded terrain", terrain_undone: () => "took back a change of the terrain",
   what_if_ended: () => "ended the what-if", state_frozen: ({ made_so: so }) => (so === undefined ? "froze the rover's state" : "ended the what-if: the rover stands there now"), note: ({ text }) => `noted: ${text}`,
-  run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "sent on", run_aborted: () => "aborted the commands",
+  run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "went on sending", run_aborted: () => "aborted the commands",
   walk_decided: ({ act, reason }) => `walks to a goal: ${act}: ${reason}`,
   conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop",
   stop_repeated: () => "asked for the same stop", stop_cleared: () => "cleared the stop",
@@ -47,7 +47,7 @@ export const DONE = {
 
 // -- timeline and notes ----------------------------------------------------------------------------
 
-export const noEvents = "There are no events yet.";
+export const noEvents = "No events yet.";
 export const eventBefore = "Timeline: event before";
 export const eventAfter = "Timeline: event after";
 export const showWhatItWas = "Timeline: show what it was";

@@ -3,7 +3,7 @@
 import { age, metres, percent, signed } from "../figures.js";
 
 export const goesOn = "Commands, telemetry and stop go on without it.";
-export const silence = (seconds) => `The server is silent for ${age(seconds)}: commands, telemetry and the scene are as they were then, and a stop is not confirmed.`;
+export const silence = (seconds) => `The server has been silent for ${age(seconds)}: commands, telemetry and the scene are as they were then, and a stop is not confirmed.`;
 export const loading = "The scene is loading.";
 export const loadAgain = "Load the scene again";
 export const openedOff = "The page was opened with ?scene=off.";

@@ -8,7 +8,7 @@ export const checkThis = "Check this session by replay";
 export const checkRuns = "A check is running.";
 export const begin = "Begin a new session";
 export const reading = (file) => `Reading ${file}…`;
-export const notListed = (why) => `The list could not be read: ${why}`;
+export const notListed = (why) => `The list can't be read: ${why}`;
 export const noSessions = "No session is kept here yet: open a sample, or import one.";
 export const created = (time) => `${time} UTC`;
 export const open = "Open";

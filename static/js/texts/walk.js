@@ -29,7 +29,7 @@ export const nextIs = (what) => `Next: ${what}`;
 export const nextFootMove = "Next foot move";
 export const found = (plan) => `Walk found: ${walkTold(plan)}`;
 export const notFound = (status, reason) => `No walk (${ofWalkers(status)}): ${reason}`;
-export const comesThisFar = (plan) => `It comes this far: ${walkTold(plan)}`;
+export const comesThisFar = (plan) => `It gets this far: ${walkTold(plan)}`;
 export const footMoves = "Foot moves";
 
 export function walkTold(plan) {
@@ -98,7 +98,7 @@ export const routeFound = (length, cost) => `Route of ${metres(length, 1)}; it c
 export const gaitOutOfDate = (why) => `The gait is out of date: ${why}. Plan it again.`;
 export const gaitFound = (name, plan) => `Gait ${name}: ${gaitTold(plan)}. To be looked at: it is not commanded.`;
 export const noGait = (name, status, reason) => `No ${`gait ${name}`.trim()} (${ofWalkers(status)}): ${reason}`;
-export const gaitComes = (walked, plan) => `It comes ${metres(walked, 2)}: ${gaitTold(plan)}`;
+export const gaitComes = (walked, plan) => `It gets ${metres(walked, 2)} far: ${gaitTold(plan)}`;
 
 const feet = (groups) => groups.reduce((sum, group) => sum + group.length, 0);
 const gaitTold = (plan) => `${plan.groups.length} steps, ${feet(plan.groups)} feet moved, stride ${metres(plan.stride, 2)}, least margin ${metres(Math.min(...plan.margins))}, largest torque ${percent(Math.max(...plan.torques))} of its limit`;
@@ -113,7 +113,7 @@ export const resumeLoop = "Go on with the walk by itself";
 export const goesOnAlready = "It goes on already.";
 export const notByItself = "The rover does not walk by itself.";
 export const byItselfAlready = "The rover walks by itself already.";
-export const sayGoal = "Say where it is to go: the goal of the walk, above.";
+export const sayGoal = "Say where the rover is to go: the goal of the walk, above.";
 export const noTetherByItself = "No command drives the drum of a tether: take it off.";
 export const waitsFor = (what) => `Waits for ${what}.`;
 export const decision = (act, reason) => `${act}: ${reason}`;
