@@ -1,6 +1,7 @@
 """`footfall plan walk` and `footfall map` with `--robot robot.toml`: from its URDF to a walk, and to maps."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,7 +90,7 @@ def test_a_robot_of_your_own_is_mapped_into_the_files_of_maps(described, tmp_pat
     lines = run(*known, "--layer", "refused_by", "--out", tmp_path / "why.png").stdout.splitlines()
     assert lines[0] == f"leg {told['leg_name']}: a step leads to {told['area_m2']['nothing']:.3f} m²"
     with Image.open(tmp_path / "why.png") as picture:
-        colors = {color for _, color in picture.convert("RGB").getcolors()}
+        colors = {color for _, color in picture.convert("RGB").getcolors() or ()}
     assert colors == {REFUSED[code][1] for code, one in REFUSALS.items() if one.name in told["area_m2"]}
     said = run(*known, "--suggest", 3, "--friction-aware", code=2).stderr
     assert "--friction-aware, --suggest can't be had in maps of ring: only with ATHLETE's legs" in said
@@ -124,7 +125,7 @@ def test_a_server_has_the_robot_of_its_session(described):
 
 
 def test_a_route_names_the_postures_that_there_are(described):
-    robot = footfall.load_robot(described / "robot.toml")
+    robot: Any = footfall.load_robot(described / "robot.toml")
     dem = plane(4.0, 0.1)
     with pytest.raises(InvalidInput, match=r"not for ring \(its postures: neutral\); plan_walk takes it"):
         footfall.plan_route(robot, dem, footfall.stand(robot, dem), (1.0, 0.0))
