@@ -140,14 +140,14 @@ def serve(
     with none_while_loading():
         from footfall.logs import start_logging
         from footfall.session.rover.light_time import LightTime
+        from footfall.session.storage.databases import bind
         from footfall_ui.app import serve as run
         from footfall_ui.listening import Tls
 
-    start_logging(data.expanduser())
+    light_time, folder = LightTime(telemetry=telemetry_delay, commands=command_delay), data.expanduser()
+    start_logging(folder)
     if store is not None:
-        from footfall.session.storage.databases import bind
-
-        bind(data.expanduser(), store)
+        bind(folder, store)
 
     def ready(url: str) -> None:
         # at once, also into a pipe: scripts wait for this line
@@ -164,7 +164,7 @@ def serve(
         port,
         sample=sample,
         session=session,
-        folder=data.expanduser(),
+        folder=folder,
         sim=sim,
         seed=seed,
         physics=physics,
@@ -173,7 +173,7 @@ def serve(
         tls=Tls.of(tls_cert, tls_key),
         behind_tls_proxy=behind_tls_proxy,
         public_url=public_url,
-        light_time=LightTime(telemetry=telemetry_delay, commands=command_delay),
+        light_time=light_time,
         foxglove=foxglove,
         workers=workers,
         worker_beside=worker_beside,
