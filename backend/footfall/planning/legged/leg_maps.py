@@ -91,7 +91,6 @@ def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], 
     T, tally = state.T_site_base, Tally()
     yaw = float(np.arctan2(T[1, 0], T[0, 0]))
     standing = [one for one in ground.robot.legs if one != leg]
-    hip = ground.robot.limbs[leg].limb.placements[0, :3, 3]
     found = []
     for pose in poses(ground, state.soles, state.contacts, standing, float(T[0, 3]), float(T[1, 3]), yaw, state.q):
         own = Tally()
@@ -100,8 +99,12 @@ def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], 
         if isinstance(ahead, Refusal):
             tally.refuse(ahead)
         elif isinstance(sample, Sample):
-            found.append(_Begun(sample, own, apply(pose, hip)))
+            found.append(_Begun(sample, own, _hip(ground, leg, pose)))
     return found, "" if found else told(tally)
+
+
+def _hip(ground: Ground, leg: int, T_site_base: Array) -> Array:
+    return apply(T_site_base, ground.robot.limbs[leg].limb.placements[0, :3, 3])
 
 
 class _Cells:
@@ -120,14 +123,11 @@ class _Cells:
     def refuse_unknown_and_far(self, ready: list[_Begun], state: LeggedState) -> None:
         """Cells that no pose brings the leg to, by their distance alone, and those without a height."""
         reach = self.ground.robot.limbs[self.leg].limb.reach
-        hips = np.array([one.hip for one in ready]) if ready else self._hip(state)[None]
+        hips = [one.hip for one in ready] or [_hip(self.ground, self.leg, state.T_site_base)]
         x, y = np.meshgrid(self.geometry.xs, self.geometry.ys)
         away = np.min([np.hypot(x - hip[0], y - hip[1]) for hip in hips], axis=0)
         self.code[away > reach] = refusals.OUT_OF_RANGE
         self.code[~np.isfinite(height_at(self.ground.dem, x, y))] = refusals.UNKNOWN
-
-    def _hip(self, state: LeggedState) -> Array:
-        return apply(state.T_site_base, self.ground.robot.limbs[self.leg].limb.placements[0, :3, 3])
 
     def left_over(self, near: Array) -> list[tuple[int, int]]:
         """Rows and columns of the cells that are left, those near a place first."""

@@ -11,17 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.compiled import njit
-from footfall.planning.step.ground_nearness_kernel import as_triangle, boxes_apart, ground_height, tile_apart
+from footfall.planning.step.ground_nearness_kernel import (
+    DEPTH,
+    as_triangle,
+    boxes_apart,
+    over_points,
+    tile_apart,
+    unmoved,
+)
 from footfall.robot.separation import SCRATCH, least_apart
-from footfall.robot.shells import CENTER, FIRST, LAST, REACH
+from footfall.robot.shells import CENTER, REACH
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 ROUNDING = 0.001
 """Ground may be so much higher than its greatest height says, as heights are stored as float32 [m]."""
-_DEPTH = 1.0
-"""Ground is looked at as boxes that go so far below its lowest height [m]; any would do."""
 
 
 @njit()
@@ -94,8 +99,18 @@ def ground_bounds(
     for link in range(links):
         boxes[link, :2], boxes[link, 2:] = np.inf, -np.inf
         for i in range(n):
-            over = _over_ground(
-                shells, points, link, poses[i, link], low[i, link], high[i, link], lift, heights, corner, resolution
+            over = over_points(
+                shells,
+                points,
+                link,
+                poses[i, link],
+                low[i, link],
+                high[i, link],
+                lift,
+                heights,
+                corner,
+                resolution,
+                -np.inf,
             )
             finer[i, link] = over
             if over > 0.0:
@@ -106,11 +121,10 @@ def ground_bounds(
         boxes[link, :2] -= beside
         boxes[link, 2:] += beside
         lowest, highest = _extremes(boxes[link, :2], boxes[link, 2:], heights, corner, resolution)
-        bottoms[link], highest = lowest + lift - _DEPTH, highest + lift
+        bottoms[link], highest = lowest + lift - DEPTH, highest + lift
         for i in range(n):
             coarse[i, link] = min(low[i, link, 2] - highest - ROUNDING, beside) - deltas[link]
-    identity, scratch, work = np.zeros((1, 3, 4)), np.empty((SCRATCH, 3)), np.empty((2, 3))
-    identity[0, 0, 0] = identity[0, 1, 1] = identity[0, 2, 2] = 1.0
+    identity, scratch, work = unmoved(), np.empty((SCRATCH, 3)), np.empty((2, 3))
     window = np.empty(4, np.int64)
     for i in range(n):
         for link in range(links):
@@ -170,9 +184,8 @@ def near_triangles(
     """
     shells, points = shells.copy(), points.copy()
     low, high, ground_low, ground_high = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    _over_ground(shells, points, 0, T[0], low, high, lift, heights, corner, resolution)
-    identity, scratch, window = np.zeros((1, 3, 4)), np.empty((SCRATCH, 3)), np.empty(4, np.int64)
-    identity[0, 0, 0] = identity[0, 1, 1] = identity[0, 2, 2] = 1.0
+    over_points(shells, points, 0, T[0], low, high, lift, heights, corner, resolution, -np.inf)
+    identity, scratch, window = unmoved(), np.empty((SCRATCH, 3)), np.empty(4, np.int64)
     _window(low - within, high + within, heights, corner, resolution, window)
     found = np.empty((2 * max((window[1] - window[0]) * (window[3] - window[2]), 0), 3), np.int64)
     count, triangle = 0, shells.shape[0] - 1
@@ -188,36 +201,6 @@ def near_triangles(
                     found[count, 0], found[count, 1], found[count, 2] = row, col, half
                     count += 1
     return found[:count]
-
-
-@njit()
-def _over_ground(
-    shells: Array,
-    points: Array,
-    link: int,
-    T: Array,
-    low: Array,
-    high: Array,
-    lift: float,
-    heights: NDArray[np.float32],
-    corner: Array,
-    resolution: float,
-) -> float:
-    """Least height of a link's points over the ground [m]; −inf where one is off the grid. Writes the box around."""
-    low[:], high[:] = np.inf, -np.inf
-    least, at = np.inf, np.empty(3)
-    for k in range(int(shells[link, FIRST]), int(shells[link, LAST])):
-        x, y, z = (
-            points[k, 0] + shells[link, CENTER],
-            points[k, 1] + shells[link, CENTER + 1],
-            points[k, 2] + shells[link, CENTER + 2],
-        )
-        for row in range(3):
-            at[row] = T[row, 0] * x + T[row, 1] * y + T[row, 2] * z + T[row, 3]
-            low[row], high[row] = min(low[row], at[row]), max(high[row], at[row])
-        ground = ground_height(heights, (at[0] - corner[0]) / resolution, (at[1] - corner[1]) / resolution)
-        least = min(least, at[2] - lift - ground) if ground > -np.inf else -np.inf
-    return least
 
 
 @njit()

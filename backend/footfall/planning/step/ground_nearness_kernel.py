@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 LEAF = 4
 """Cells along the side of the boxes that stand for ground."""
-_DEPTH = 1.0
+DEPTH = 1.0
 """How far those boxes go down below the lowest ground of their tile [m]; any would do."""
 
 
@@ -53,17 +53,23 @@ def ground_bounds(
     least, posture, lowest = below, -1, -1
     for i in range(n):
         for link in range(links):
-            spare = (
-                _over_points(
-                    shells, points, link, poses[i, link], low[i, link], high[i, link], lift, heights, corner, resolution
-                )
-                - deltas[link]
+            over = over_points(
+                shells,
+                points,
+                link,
+                poses[i, link],
+                low[i, link],
+                high[i, link],
+                lift,
+                heights,
+                corner,
+                resolution,
+                np.inf,
             )
-            if spare < least:
-                least, posture, lowest = spare, i, link
+            if over > 0.0 and over - deltas[link] < least:
+                least, posture, lowest = over - deltas[link], i, link
     out, near = np.empty((n, links, tiles)), least
-    identity, scratch, work = np.zeros((1, 3, 4)), np.empty((SCRATCH, 3)), np.empty((2, 3))
-    identity[0, 0, 0] = identity[0, 1, 1] = identity[0, 2, 2] = 1.0
+    identity, scratch, work = unmoved(), np.empty((SCRATCH, 3)), np.empty((2, 3))
     ground_low, ground_high = np.empty(3), np.empty(3)
     for i in range(n):
         for link in range(links):
@@ -89,7 +95,7 @@ def ground_bounds(
                         corner,
                         resolution,
                         windows[tile],
-                        ground_low[2] - _DEPTH,
+                        ground_low[2] - DEPTH,
                         identity,
                         scratch,
                         work,
@@ -136,7 +142,7 @@ def ground_depths(
 
 
 @njit()
-def _over_points(
+def over_points(
     shells: Array,
     points: Array,
     link: int,
@@ -147,11 +153,14 @@ def _over_points(
     heights: NDArray[np.float32],
     corner: Array,
     resolution: float,
+    off: float,
 ) -> float:
-    """Least height of a link's points over the ground [m]; inf where one is not above it. Writes the box around."""
+    """Least height of a link's points over the ground [m], one off the grid counting as ``off``.
+
+    Writes the box around the link.
+    """
     low[:], high[:] = np.inf, -np.inf
-    least, above = np.inf, True
-    at = np.empty(3)
+    least, at = np.inf, np.empty(3)
     for k in range(int(shells[link, FIRST]), int(shells[link, LAST])):
         x, y, z = (
             points[k, 0] + shells[link, CENTER],
@@ -161,12 +170,19 @@ def _over_points(
         for row in range(3):
             at[row] = T[row, 0] * x + T[row, 1] * y + T[row, 2] * z + T[row, 3]
             low[row], high[row] = min(low[row], at[row]), max(high[row], at[row])
-        over = at[2] - lift - ground_height(heights, (at[0] - corner[0]) / resolution, (at[1] - corner[1]) / resolution)
-        if over <= 0.0:
-            above = False
-        elif over < least:
+        ground = ground_height(heights, (at[0] - corner[0]) / resolution, (at[1] - corner[1]) / resolution)
+        over = at[2] - lift - ground if ground > -np.inf else off
+        if over < least:
             least = over
-    return least if above else np.inf
+    return least
+
+
+@njit()
+def unmoved() -> Array:
+    """A pose that moves nothing, (1, 3, 4)."""
+    pose = np.zeros((1, 3, 4))
+    pose[0, 0, 0] = pose[0, 1, 1] = pose[0, 2, 2] = 1.0
+    return pose
 
 
 @njit()
