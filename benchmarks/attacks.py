@@ -40,7 +40,7 @@ def figures(quick: bool) -> Iterator[Figure]:
         data = Path(work) / "data"
         with Sessions(data, InlineJobs()) as sessions:
             live = sessions.create("attacked")
-            live.load_terrain(rock_field(size=40.0, resolution=0.04, seed=3), "made for the benchmark")
+            live.terrains.load(rock_field(size=40.0, resolution=0.04, seed=3), "made for the benchmark")
             name = live.id
         server = ServerProcess(data, name, Path(work) / "log")
         server.start()

@@ -73,7 +73,7 @@ class FoxgloveServer:
             live = self._sessions.current
             if live is not None and live is not shown:
                 unlisten()
-                shown, unlisten = live, live.recorder.listen(self._take(live))
+                shown, unlisten = live, live.rover.recorder.listen(self._take(live))
                 self._server.clear_session(live.id)
                 self._advertise(live)
             with contextlib.suppress(queue.Empty):

@@ -41,8 +41,8 @@ def stood(session: LiveSession) -> RobotState:
     """A rover on small ground, which the session shows."""
     world = fractal(size=6.0, resolution=0.06, roughness=0.02, hurst=0.9, seed=12)
     state = footfall.stand(session.robot, world)
-    session.load_terrain(world, "fractal ground")
-    session.set_state(state)
+    session.terrains.load(world, "fractal ground")
+    session.stances.set(state)
     return state
 
 
@@ -52,9 +52,9 @@ def legs_in_each_other(sessions: Sessions) -> bytes:
     posture = np.array(state.posture)
     posture[12] += 0.95
     posture[18] -= 0.95
-    session.set_state(replace(state, posture=posture))
-    session.choose_footfall(0, 2.0, 0.4)
-    session.plan_step().finish()
+    session.stances.set(replace(state, posture=posture))
+    session.maps.choose_footfall(0, 2.0, 0.4)
+    session.plans.step().finish()
     if session.state.plan_status != Status.START_INVALID.value:
         sys.exit(f"{session.name}: {session.state.plan_status}, {session.state.plan_reason}")
     return session.export_bundle()
@@ -62,7 +62,7 @@ def legs_in_each_other(sessions: Sessions) -> bytes:
 
 def stop_carried_along(sessions: Sessions) -> bytes:
     with acting(LOCAL):
-        sessions.create("Before").stop("dust storm")
+        sessions.create("Before").commands.stop("dust storm")
         session = sessions.create("A session that began under a stop")
     stood(session)
     session.add_note("The rover stands; nobody cleared the stop of the session before.")
@@ -73,7 +73,7 @@ def half_a_character(sessions: Sessions) -> bytes:
     """As versions wrote it that let such text in: the chain of the log made anew over it."""
     session = sessions.create("Cameras HALF")
     session.add_note("cold HALF cameras")
-    session.take_complaint("fault HALF", about_rover="other")
+    session.rover.take_complaint("fault HALF", about_rover="other")
     with zipfile.ZipFile(io.BytesIO(session.export_bundle())) as bundle:
         files = {name: bundle.read(name).replace(b"HALF", HALF.encode()) for name in bundle.namelist()}
     previous, lines = "0" * 32, []

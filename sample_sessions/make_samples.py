@@ -61,30 +61,30 @@ def rocky_world(robot: Robot) -> tuple[Dem, RobotState]:
 def rock_step(session: LiveSession) -> None:
     """From nine image pairs to exported commands: leg 2 steps over a rock."""
     world, state = rocky_world(session.robot)
-    session.load_terrain(world, "the simulated rover's world")
-    session.take_images(render_snapshot(session.robot, state, world, seed=1))
-    session.build_terrain().finish()
-    session.compute_maps(2).finish()
+    session.terrains.load(world, "the simulated rover's world")
+    session.rover.take_images(render_snapshot(session.robot, state, world, seed=1))
+    session.terrains.build().finish()
+    session.maps.compute(2).finish()
     x, y = wheel(session.robot, state, 2) + (0.75, -0.25)
-    session.choose_footfall(2, float(x), float(y))
-    plan = session.plan_step(settings=StepSettings(seed=1)).finish()
+    session.maps.choose_footfall(2, float(x), float(y))
+    plan = session.plans.step(settings=StepSettings(seed=1)).finish()
     require(session, Status.FOUND)
-    session.export_sequence(session.make_sequence(plan), "seqjson")
+    session.sequences.export(session.sequences.make(plan), "seqjson")
     session.add_note("Leg 3 over the rock, as in the field test of 2008.")
 
 
 def rock_walk(session: LiveSession) -> None:
     """From image pairs of half the size to the commands of a whole walk: one metre ahead, among the rocks."""
     world, state = rocky_world(session.robot)
-    session.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
-    session.build_terrain().finish()
-    walk = session.plan_walk(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
+    session.rover.take_images(render_snapshot(session.robot, state, world, seed=1, scale=0.5))
+    session.terrains.build().finish()
+    walk = session.walks.plan(WalkGoal(1.0, 0.0, 0.0), WalkSettings(seed=2)).finish()
     found = session.get(walk)
     assert isinstance(found, WalkResult)
     if found.plan is None:
         sys.exit(f"{session.name}: {found.status}, {found.reason}")
-    sequence = session.command_foot_moves(walk, 0, found.plan.foot_moves + 1)
-    session.export_sequence(sequence, "csv")
+    sequence = session.walks.command(walk, 0, found.plan.foot_moves + 1)
+    session.sequences.export(sequence, "csv")
     session.add_note(f"{foot_moves_told(found.plan)}, and the chassis is a metre farther.")
 
 
@@ -92,26 +92,26 @@ def fractal_step(session: LiveSession) -> None:
     """A step on fractal ground, searched by SBL, with the support that survives the loss of any leg."""
     world = fractal(size=8.0, resolution=0.04, roughness=0.06, hurst=0.8, seed=5)
     state = footfall.stand(session.robot, world)
-    session.load_terrain(world, "fractal ground")
-    session.set_state(state)
-    session.compute_maps(1, MapSettings(conservative=True)).finish()
+    session.terrains.load(world, "fractal ground")
+    session.stances.set(state)
+    session.maps.compute(1, MapSettings(conservative=True)).finish()
     x, y = wheel(session.robot, state, 1) + (-0.45, -0.15)
-    session.choose_footfall(1, float(x), float(y))
-    session.plan_step(settings=StepSettings(planner="sbl", seed=7)).finish()
+    session.maps.choose_footfall(1, float(x), float(y))
+    session.plans.step(settings=StepSettings(planner="sbl", seed=7)).finish()
     require(session, Status.FOUND)
-    session.make_sequence()
+    session.sequences.make()
 
 
 def refused_step(session: LiveSession) -> None:
     """A footfall that the maps colour red is asked for all the same; the answer says why not."""
     world = fractal(size=8.0, resolution=0.04, roughness=0.03, hurst=0.9, seed=8)
     state = footfall.stand(session.robot, world)
-    session.load_terrain(world, "fractal ground")
-    session.set_state(state)
-    session.compute_maps(0).finish()
+    session.terrains.load(world, "fractal ground")
+    session.stances.set(state)
+    session.maps.compute(0).finish()
     x, y = wheel(session.robot, state, 0) + (0.8, 0.0)
-    session.choose_footfall(0, float(x), float(y))
-    session.plan_step(settings=StepSettings(seed=1)).finish()
+    session.maps.choose_footfall(0, float(x), float(y))
+    session.plans.step(settings=StepSettings(seed=1)).finish()
     require(session, Status.GOAL_INVALID)
     session.add_note("Out of the leg's reach: the body would have to move first.")
 
@@ -120,23 +120,23 @@ def edited_export(session: LiveSession) -> None:
     """A sequence is edited, undone, edited again and exported in every format."""
     world = fractal(size=8.0, resolution=0.04, roughness=0.02, hurst=0.9, seed=9)
     state = footfall.stand(session.robot, world)
-    session.load_terrain(world, "fractal ground")
-    session.set_state(state)
+    session.terrains.load(world, "fractal ground")
+    session.stances.set(state)
     x, y = wheel(session.robot, state, 4) + (0.25, 0.2)
-    session.choose_footfall(4, float(x), float(y))
-    session.plan_step(settings=StepSettings(planner="line", seed=1)).finish()
+    session.maps.choose_footfall(4, float(x), float(y))
+    session.plans.step(settings=StepSettings(planner="line", seed=1)).finish()
     require(session, Status.FOUND)
-    made = session.make_sequence(as_commanded=True)  # rows that every format can hold
+    made = session.sequences.make(as_commanded=True)  # rows that every format can hold
     sequence = session.get(made)
     assert isinstance(sequence, Sequence)
     commands = sequence.commands
     slower = Command("LEG_MOVE", 4, commands[0].joints, commands[0].duration + 2.0, commands[0].phase)
-    session.edit_sequence(made, Edit("set", 0, slower))
-    session.undo_sequence()
-    waiting = session.edit_sequence(made, Edit("insert", 1, Command("WAIT", None, None, 3.0)))
-    final = session.edit_sequence(waiting, Edit("set", 0, slower))
+    session.sequences.edit(made, Edit("set", 0, slower))
+    session.sequences.undo()
+    waiting = session.sequences.edit(made, Edit("insert", 1, Command("WAIT", None, None, 3.0)))
+    final = session.sequences.edit(waiting, Edit("set", 0, slower))
     for form in ("json", "csv", "seqjson"):
-        session.export_sequence(final, form)
+        session.sequences.export(final, form)
 
 
 def require(session: LiveSession, status: Status) -> None:

@@ -42,8 +42,8 @@ def console() -> Iterator[httpx.Client]:
         Sessions(Path(folder), jobs) as sessions,
     ):
         live, ground = sessions.create("console"), plane(size=8.0, resolution=0.02)
-        live.load_terrain(ground, "made for the benchmark")
-        live.set_state(footfall.stand(live.robot, ground))
+        live.terrains.load(ground, "made for the benchmark")
+        live.stances.set(footfall.stand(live.robot, ground))
         ready = threading.Event()
         server = Server(create_app(sessions, scene=True), listening, lambda _: ready.set())
         thread = threading.Thread(target=server.run, name="server")

@@ -79,7 +79,7 @@ class Soak:
         write_terrain(self._dem, world)
         with Sessions(self.data, jobs=InlineJobs()) as sessions:
             live = sessions.create("soak")
-            live.load_terrain(self._dem, "made for the soak")
+            live.terrains.load(self._dem, "made for the soak")
             self.session, self._robot = live.id, live.robot
         self._state = stand(self._robot, self._dem)
         self._set_up()

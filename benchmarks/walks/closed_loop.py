@@ -58,12 +58,12 @@ class LinkedRover:
         self._closing = threading.Event()
         self._images = self._told = 0
         # telemetry is as old as the rover says, however slow the machine is
-        live.link._clock = lambda: PERIOD * self._told
+        live.rover.link._clock = lambda: PERIOD * self._told
         self._thread = threading.Thread(target=self._run, name="rover")
 
     def __enter__(self) -> Self:
-        self._live.rover_connected(self._inbox.put)
-        self._live.take_telemetry(self._rover.frame())
+        self._live.rover.connected(self._inbox.put)
+        self._live.rover.take_telemetry(self._rover.frame())
         self._thread.start()
         return self
 
@@ -84,12 +84,12 @@ class LinkedRover:
             else:
                 self._closing.wait(PERIOD)
             self._told += 1
-            self._live.take_telemetry(self._rover.frame())
+            self._live.rover.take_telemetry(self._rover.frame())
 
     def _goes_on(self) -> None:
         for _ in range(round(PERIOD / TIME_STEP)):
             for said in self._rover.step(TIME_STEP):
-                self._live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+                self._live.rover.take_acknowledgement(said.id, said.state, said.reason, said.time)
             self.watch.look()
 
     def _hear(self, text: str) -> None:
@@ -100,7 +100,7 @@ class LinkedRover:
                 swings = sequence.commands[message.row].phase == "swing"
                 self.watch.row(message.row, moved_legs(sequence)[message.row], swings)
             for said in rover.command(message):
-                live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+                live.rover.take_acknowledgement(said.id, said.state, said.reason, said.time)
         elif isinstance(message, ImageRequestMessage):
             self._images += 1
             seed = 1000 * self._seed + self._images
@@ -109,13 +109,13 @@ class LinkedRover:
                 taken = render_snapshot(
                     rover.robot, rover.state(), rover.dem, seed=seed, pairs=message.pairs, scale=self._scale
                 )
-            live.take_images(taken)
+            live.rover.take_images(taken)
         elif isinstance(message, QueryMessage):
             said = rover.became(message.id)
-            live.take_acknowledgement(said.id, said.state, said.reason, said.time)
+            live.rover.take_acknowledgement(said.id, said.state, said.reason, said.time)
         elif isinstance(message, StopMessage):
             rover.stop(message.epoch)
-            live.take_stop_acknowledgement(message.id, rover.time)
+            live.rover.take_stop_acknowledgement(message.id, rover.time)
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ class AgeDrawing:
         """As the view has it."""
         if live.state.dem is None:
             self._forget()
-        elif live.view.shown.age:
+        elif live.choices.view.shown.age:
             self._show(read(live, live.state.dem, Dem))
         elif self._handle is not None:
             self._handle.visible = False

@@ -33,7 +33,7 @@ class ContoursDrawing:
 
     def draw(self, live: LiveSession) -> None:
         """As the view has it; the terrain is the session's."""
-        asked = live.view.shown.contours and live.state.dem is not None
+        asked = live.choices.view.shown.contours and live.state.dem is not None
         if asked and live.state.dem is not None and self._of != live.state.dem:
             self._make(read(live, live.state.dem, Dem))
         if live.state.dem is None:

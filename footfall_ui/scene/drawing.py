@@ -162,7 +162,7 @@ class Scene:
             self._redrawing.mark()
 
     def _concerns(self, seat: str) -> bool:
-        return self._who is None or self._live is None or self._live.concerns(self._who, seat)
+        return self._who is None or self._live is None or self._live.choices.concerns(self._who, seat)
 
     def _of_session(self, draw: Callable[[LiveSession], None]) -> Callable[[], None]:
         def drawn() -> None:
@@ -186,8 +186,8 @@ class Scene:
         for drawing in (self._support, self._forces, self._collision, self._failing):
             drawing.hide()
         self._robot = live.robot
-        self._look_along(live.view.leg)
-        self._looking.forget(live.view.looks)
+        self._look_along(live.choices.view.leg)
+        self._looking.forget(live.choices.view.looks)
         self._rover = RobotDrawing(self._server, self._robot)
         self._torques = TorqueDrawing(self._server, self._robot)
         self._cameras = CamerasDrawing(self._server, self._robot.description)
@@ -209,50 +209,51 @@ class Scene:
             self._rover.hide()
             return
         self._rover.place(state.posture, state.T_site_base)
-        self._rover.highlight(leg_links(self._robot, live.view.leg), self._colliding(live))
+        self._rover.highlight(leg_links(self._robot, live.choices.view.leg), self._colliding(live))
 
     def _draw_torques(self, live: LiveSession) -> None:
         state = rover_state(live)
         if self._torques is None:
             return
-        if state is None or not live.view.shown.torques:
+        if state is None or not live.choices.view.shown.torques:
             self._torques.hide()
         else:
             self._torques.show(state)
 
     def _draw_forces(self, live: LiveSession) -> None:
         state = rover_state(live)
-        if state is None or self._robot is None or not live.view.shown.forces:
+        if state is None or self._robot is None or not live.choices.view.shown.forces:
             self._forces.hide()
         else:
-            self._forces.show(self._robot, state, live.view.leg)
+            self._forces.show(self._robot, state, live.choices.view.leg)
 
     def _draw_support(self, live: LiveSession) -> None:
         state = rover_state(live)
-        if state is None or self._robot is None or not live.view.shown.support:
+        if state is None or self._robot is None or not live.choices.view.shown.support:
             self._support.hide()
         else:
             dem = read(live, live.state.dem, Dem) if live.state.dem else None
-            self._support.show(self._robot, state, dem, friction_of(live), live.view.shown.region)
+            self._support.show(self._robot, state, dem, friction_of(live), live.choices.view.shown.region)
 
     def _draw_cameras(self, live: LiveSession) -> None:
         if self._cameras is None:
             return
-        if live.view.shown.cameras:
+        if live.choices.view.shown.cameras:
             self._cameras.show()
         else:
             self._cameras.hide()
 
     def _draw_predicted(self, live: LiveSession) -> None:
-        row, run = row_under_way(live.state), live.state.run
-        if row is None or run is None or live.frame is None or self._robot is None or not live.view.shown.predicted:
+        row, run, frame = row_under_way(live.state), live.state.run, live.rover.frame
+        shown = live.choices.view.shown.predicted
+        if row is None or run is None or frame is None or self._robot is None or not shown:
             self._predicted.hide()
             return
         sequence = read(live, run.sequence, Sequence)
-        self._predicted.show(self._robot, alongside(self._robot, sequence, row, live.frame.state))
+        self._predicted.show(self._robot, alongside(self._robot, sequence, row, frame.state))
 
     def _draw_look(self, live: LiveSession) -> None:
-        state, view = rover_state(live), live.view
+        state, view = rover_state(live), live.choices.view
         if state is not None and self._robot is not None:
             self._looking.look(view.look, view.looks, self._robot, state, view.leg)
 
@@ -261,8 +262,10 @@ class Scene:
     def _draw_ground(self, live: LiveSession) -> None:
         dem = read(live, live.state.dem, Dem) if live.state.dem else None
         # where maps are of older ground or another posture they are not shown: their green would be a wrong green
-        leg, layer = live.view.leg, live.view.layer
-        self._terrain.show(dem, live.maps_shown(leg), layer, live.maps_changed(leg, layer or ""), live.view.opacity)
+        leg, layer = live.choices.view.leg, live.choices.view.layer
+        self._terrain.show(
+            dem, live.maps.shown(leg), layer, live.fits.maps_changed(leg, layer or ""), live.choices.view.opacity
+        )
 
     def _draw_what_if(self, live: LiveSession) -> None:
         state, dragged = live.state, self._hand.stance(live)
@@ -274,11 +277,11 @@ class Scene:
             self._what_if.show(self._robot, read(live, state.state, RobotState))
 
     def _draw_footfall(self, live: LiveSession) -> None:
-        chosen = live.choices.footfall
+        chosen = live.choices.now.footfall
         if chosen is None or live.state.dem is None or self._robot is None:
             self._footfall.hide()
             return
-        answer = live.footfall_answer(chosen)
+        answer = live.maps.footfall_answer(chosen)
         if not answer["known"]:
             self._footfall.hide()
             return
@@ -289,14 +292,14 @@ class Scene:
         )
 
     def _draw_suggestions(self, live: LiveSession) -> None:
-        found = live.suggestions_shown(live.view.leg) if live.view.shown.suggestions else None
+        found = live.maps.suggestions_shown(live.choices.view.leg) if live.choices.view.shown.suggestions else None
         if found is None:
             self._suggested.hide()
         else:
             self._suggested.show(found)
 
     def _draw_tape(self, live: LiveSession) -> None:
-        self._tape.show(live.view.tape if live.view.shown.tape else ())
+        self._tape.show(live.choices.view.tape if live.choices.view.shown.tape else ())
 
     # -- what is planned -----------------------------------------------------------------------
 
@@ -322,8 +325,8 @@ class Scene:
         if not isinstance(plan, WalkPlan) or plan.tethered is None:
             self._tether.hide()
         else:
-            follows = live.view.show_ghost and live.played == live.state.newest(WALK)
-            self._tether.show(plan, plan.tethered, live.view.scrub if follows else 0.0)
+            follows = live.choices.view.show_ghost and live.review.played == live.state.newest(WALK)
+            self._tether.show(plan, plan.tethered, live.choices.view.scrub if follows else 0.0)
 
     def _draw_failing(self, live: LiveSession) -> None:
         result = walk_here(live)
@@ -346,17 +349,17 @@ class Scene:
 
     def _draw_ghost(self, live: LiveSession) -> None:
         motion = played(live)
-        if motion is None or self._robot is None or not live.view.show_ghost:
+        if motion is None or self._robot is None or not live.choices.view.show_ghost:
             self._ghost.hide()
         else:
-            self._ghost.show(self._robot, motion, live.view.scrub)
+            self._ghost.show(self._robot, motion, live.choices.view.scrub)
 
     def _draw_swept(self, live: LiveSession) -> None:
-        motion = played(live) if live.view.shown.swept else None
-        if motion is None or live.played is None or self._robot is None:
+        motion = played(live) if live.choices.view.shown.swept else None
+        if motion is None or live.review.played is None or self._robot is None:
             self._swept.hide()
         else:
-            self._swept.show(self._robot, motion, live.played)
+            self._swept.show(self._robot, motion, live.review.played)
 
     def _draw_sag(self, live: LiveSession) -> None:
         chosen = live.state.execution
@@ -365,8 +368,8 @@ class Scene:
             self._sag.hide()
         else:
             # the ghost of its commands is this very motion
-            follows = live.view.show_ghost and live.played == live.state.plan
-            self._sag.show(self._robot, done, live.view.scrub if follows else None)
+            follows = live.choices.view.show_ghost and live.review.played == live.state.plan
+            self._sag.show(self._robot, done, live.choices.view.scrub if follows else None)
 
     # -- clicks --------------------------------------------------------------------------------
 
@@ -389,9 +392,9 @@ class Scene:
             return
         x, y, z = (float(one) for one in point)
         who = actor()
-        if who is not None and who.page and who.page == live.view.goal_page:
-            live.set_view(goal=(x, y), goal_page="")
-        elif live.view.shown.tape:
-            live.set_view(tape=live.view.measured((x, y, z)))
+        if who is not None and who.page and who.page == live.choices.view.goal_page:
+            live.choices.set_view(goal=(x, y), goal_page="")
+        elif live.choices.view.shown.tape:
+            live.choices.set_view(tape=live.choices.view.measured((x, y, z)))
         else:
-            live.choose_footfall(live.view.leg, x, y)
+            live.maps.choose_footfall(live.choices.view.leg, x, y)

@@ -33,7 +33,7 @@ class GoalDrawing:
 
     def draw(self, live: LiveSession) -> None:
         """As the view has it; made anew where goal or ground are others."""
-        goal = live.view.goal
+        goal = live.choices.view.goal
         if goal is None:
             self._of = None
             self._drawn.clear()

@@ -38,7 +38,7 @@ class HandPart:
 
     def draw(self, live: LiveSession) -> None:
         """The handle where the session has it."""
-        held = live.held
+        held = live.hand.held
         dem = None if live.state.dem is None else live.get(live.state.dem)
         if held is None or not isinstance(dem, Dem):
             self._handles.hide()
@@ -47,7 +47,7 @@ class HandPart:
 
     def stance(self, live: LiveSession) -> RobotState | None:
         """How the rover would stand with the chassis where it is dragged to; None where it is not in hand."""
-        held = live.held
+        held = live.hand.held
         return None if held is None or held.place == held.origin else held.stance
 
     def _dragged(self, drag: Drag) -> None:
@@ -57,11 +57,11 @@ class HandPart:
         with acting(self._visitors.of(self._server, drag.client)):
             # farther than a shift may be, or removed by somebody while it was dragged: the latest place stays
             with suppress(FootFallError):
-                live.hold(drag.what, place_of(drag.what, drag.T_site_handle, _chassis(live)), drag.index)
+                live.hand.hold(drag.what, place_of(drag.what, drag.T_site_handle, _chassis(live)), drag.index)
             if drag.over:
                 # the session tells every page why it was refused
                 with suppress(FootFallError):
-                    live.commit_hand()
+                    live.hand.commit()
 
 
 def _chassis(live: LiveSession) -> NDArray[np.float64]:

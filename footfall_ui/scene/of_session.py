@@ -24,14 +24,14 @@ def read(live: LiveSession, digest: str, kind: type[_V]) -> _V:
 
 def rover_state(live: LiveSession) -> RobotState | None:
     """What the rover says of itself; before it says anything, what is planned from."""
-    if live.frame is not None:
-        return live.frame.state
+    if live.rover.frame is not None:
+        return live.rover.frame.state
     return None if live.state.state is None else read(live, live.state.state, RobotState)
 
 
 def played(live: LiveSession) -> Motion | None:
     """What the ghost plays."""
-    return None if live.played is None else motion_of(live.get(live.played))
+    return None if live.review.played is None else motion_of(live.get(live.review.played))
 
 
 def walk_here(live: LiveSession) -> WalkResult | GaitResult | None:
@@ -41,7 +41,7 @@ def walk_here(live: LiveSession) -> WalkResult | GaitResult | None:
     for event in reversed(live.events()):
         if event.type == "product" and event.payload["kind"] in (WALK.name, GAIT.name):
             found = live.get(event.payload["digest"])
-            if isinstance(found, (WalkResult, GaitResult)) and live.ground_holds(event.payload["digest"]):
+            if isinstance(found, (WalkResult, GaitResult)) and live.fits.ground_holds(event.payload["digest"]):
                 return found
             return None
     return None

@@ -49,7 +49,7 @@ class TracksDrawing:
 
     def draw(self, live: LiveSession) -> None:
         """As the view has it."""
-        if live.state.dem is None or not live.view.shown.tracks:
+        if live.state.dem is None or not live.choices.view.shown.tracks:
             self._of = None
             self._drawn.clear()
             return

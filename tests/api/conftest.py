@@ -10,7 +10,7 @@ from tests.support.server import Running, running_server
 
 
 def _prepare(sessions: Sessions) -> None:
-    sessions.create("field test").load_terrain(rock_field(size=10.0, resolution=0.1, seed=3), "made for the tests")
+    sessions.create("field test").terrains.load(rock_field(size=10.0, resolution=0.1, seed=3), "made for the tests")
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +52,8 @@ def rover_server(tmp_path_factory):
 def _stand(sessions: Sessions) -> None:
     live = sessions.create("standing")
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the tests")
-    live.set_state(stand(live.robot, dem))
+    live.terrains.load(dem, "made for the tests")
+    live.stances.set(stand(live.robot, dem))
 
 
 @pytest.fixture(scope="module")

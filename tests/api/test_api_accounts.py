@@ -219,7 +219,7 @@ def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
 def test_the_servers_own_simulated_rover_comes_in(server):
     server.rover.start()
     live = server.sessions.current
-    until(lambda: live.frame, "telemetry of the simulated rover")
+    until(lambda: live.rover.frame, "telemetry of the simulated rover")
 
 
 def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
@@ -323,8 +323,8 @@ CLICK |= {"screen_pos": ((0.5, 0.5),), "modifier": None}
 def test_a_viewers_clicks_in_the_scene_choose_nothing(server, tokens):
     """What viser's page sends is heard from a planner; from a viewer only where it looks from."""
     live = server.sessions.current
-    live.load_terrain(plane(size=10.0, resolution=0.1), "made for this test")
-    live.set_state(stand(live.robot, live.get(live.state.dem)))
+    live.terrains.load(plane(size=10.0, resolution=0.1), "made for this test")
+    live.stances.set(stand(live.robot, live.get(live.state.dem)))
     for role in (Role.VIEWER, Role.PLANNER):
         protocol = Subprotocol(f"viser-v{viser.__version__}")
         with line(server, "/scene", bearer(tokens[role]), subprotocols=[protocol]) as scene:

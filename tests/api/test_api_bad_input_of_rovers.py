@@ -147,7 +147,7 @@ def test_a_rover_that_heard_of_an_epoch_that_can_not_be_is_linked_and_can_be_sto
         assert "no ground can have told it" in told(garbled)
         assert counts(ground)[0] - before == Counter({"wrong-field": 1})
         assert ground.get("/sessions/current").json()["link"]["connected"]
-        assert plain.sessions.current.epoch < 1 << 51
+        assert plain.sessions.current.rover.epoch < 1 << 51
         garbled.send(encode(EpochMessage("garbled", 1 << 52)))  # it keeps the newest that it has heard
         assert "no ground can have told it" in told(garbled)
         ground.post("/stop")
@@ -157,8 +157,8 @@ def test_a_rover_that_heard_of_an_epoch_that_can_not_be_is_linked_and_can_be_sto
         until(lambda: ground.get("/stop").json()["stop_acknowledged"], "its acknowledgement")
         assert ground.post("/stop/clear").json()["stopped"] is False
         following = plain.sessions.create("the next one")
-        until(lambda: following.link.connected, "the rover in it")
-        assert following.epoch < 1 << 51
+        until(lambda: following.rover.link.connected, "the rover in it")
+        assert following.rover.epoch < 1 << 51
     plain.until_rover_left()
     # of a ground whose clock is decades ahead: that may be
     ahead = int(time.time()) + 50 * 31_557_600
@@ -171,7 +171,7 @@ def test_a_rover_that_heard_of_an_epoch_that_can_not_be_is_linked_and_can_be_sto
         far.send(json.dumps({**GOOD, "number": number, "time": 6e9}))
         until(lambda: ground.get("/sessions/current/telemetry").json().get("number") == number, "its telemetry")
     plain.until_rover_left()
-    assert following.link.faults == 0
+    assert following.rover.link.faults == 0
 
 
 def test_another_version_of_the_subprotocol_is_turned_away_and_counted(plain, ground):
@@ -242,7 +242,7 @@ def test_no_mutation_of_a_message_is_passed_over_in_silence(plain: Running, grou
     """A known bad message goes after each: what came before was answered by then. Every answer is a count."""
     live = plain.sessions.current
     assert live is not None
-    door, link = live.link, ground.get("/info").json()["rover_link"]
+    door, link = live.rover.link, ground.get("/info").json()["rover_link"]
     before, taken = Counter(link["faults_by_kind"]), door.frames
     rover.send(message)
     rover.send('{"type": "the-end"}')
@@ -323,7 +323,7 @@ def test_a_request_that_is_wrong_is_a_problem_and_counted(ground, fresh, content
     assert answer.json()["type"] == "/problems/invalid-telemetry"
     assert answer.json()["fault"] == kind
     assert says in answer.json()["detail"]
-    assert fresh.link.kinds == Counter({kind: 1})
+    assert fresh.rover.link.kinds == Counter({kind: 1})
 
 
 def test_of_several_frames_the_good_ones_are_taken_and_the_others_named(ground, fresh):
@@ -332,7 +332,7 @@ def test_of_several_frames_the_good_ones_are_taken_and_the_others_named(ground, 
     answer = ground.post("/rover/telemetry", content=body(frames)).json()
     assert answer["taken"] == 2
     assert [(one["frame"], "mode" in one["detail"]) for one in answer["refused"]] == [(1, True)]
-    assert (fresh.link.frames, fresh.link.gaps, fresh.link.faults) == (2, 1, 1)
+    assert (fresh.rover.link.frames, fresh.rover.link.gaps, fresh.rover.link.faults) == (2, 1, 1)
 
 
 def test_requests_are_refused_while_a_rover_is_linked(ground, rover):
@@ -356,13 +356,13 @@ def test_frames_by_request_on_their_way_count_for_nothing_once_a_rover_is_linked
     on_their_way = []
     sent = [message_object(frame) for frame in moving_frames(2)]
     with monkeypatch.context() as far:
-        far.setattr(fresh.link, "hear", lambda use, *_: on_their_way.append(use))
+        far.setattr(fresh.rover.link, "hear", lambda use, *_: on_their_way.append(use))
         assert ground.post("/rover/telemetry", content=body(sent)).json()["taken"] == 2
     with linked(plain, HelloMessage("athlete", 6)):
-        until(lambda: fresh.link.connected, "the link")
+        until(lambda: fresh.rover.link.connected, "the link")
         for arrive in on_their_way:
             arrive(time.monotonic())
-        assert (fresh.link.late, fresh.link.frame, fresh.link.age) == (2, None, None)
+        assert (fresh.rover.link.late, fresh.rover.link.frame, fresh.rover.link.age) == (2, None, None)
 
 
 def test_images_by_request(ground, fresh):
@@ -379,4 +379,4 @@ def test_images_by_request(ground, fresh):
     assert fresh.state.snapshot == answer.json()["digest"]
     assert "speaks 2" in ground.post("/rover/images", params={"protocol": 1}, content=content).json()["detail"]
     assert ground.post("/rover/images", params={"protocol": 2}, content=content[:-5]).status_code == 422
-    assert fresh.link.kinds == Counter({"wrong-version": 1, "wrong-field": 1})
+    assert fresh.rover.link.kinds == Counter({"wrong-version": 1, "wrong-field": 1})

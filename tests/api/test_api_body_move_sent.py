@@ -20,7 +20,7 @@ def rest(tmp_path_factory):
     from footfall.terrain.generate import rock_field
 
     def prepare(sessions) -> None:
-        sessions.create("chassis").load_terrain(rock_field(size=10.0, resolution=0.1, seed=3), "made for the tests")
+        sessions.create("chassis").terrains.load(rock_field(size=10.0, resolution=0.1, seed=3), "made for the tests")
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running:
         running.rover.start()

@@ -16,7 +16,7 @@ def rest(tmp_path_factory):
     """A client of a server with a session on level ground; no rover."""
 
     def prepare(sessions):
-        sessions.create("level").load_terrain(plane(size=10.0, resolution=0.1), "made for the tests")
+        sessions.create("level").terrains.load(plane(size=10.0, resolution=0.1), "made for the tests")
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running, running.client() as client:
         yield client

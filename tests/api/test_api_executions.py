@@ -24,10 +24,10 @@ def client(tmp_path_factory):
 
         live = sessions.create("sagging")
         dem = wavy(half=4.0)
-        live.load_terrain(dem, "made for the tests")
+        live.terrains.load(dem, "made for the tests")
         rover = CompliantRover(live.robot, dem)
         stood = stand(live.robot, dem)
-        live.set_state(rover.state(rover.let_down(stood.posture, stood.T_site_base)))
+        live.stances.set(rover.state(rover.let_down(stood.posture, stood.T_site_base)))
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running, running.client() as made:
         yield made

@@ -135,7 +135,7 @@ def test_listeners_and_what_they_missed_are_listed(plain, ground):
         lines = stream.iter_lines()
         next(lines)
         for frame in moving_frames(50):
-            live.take_telemetry(frame)
+            live.rover.take_telemetry(frame)
         (one,) = until(lambda: ground.get("/sessions/current/listeners").json()["listeners"], "the listener")
         assert (one["rate"], one["session"], one["slow"]) == (0.1, live.id, False)
         until(lambda: ground.get("/sessions/current/listeners").json()["listeners"][0]["dropped"] >= 48, "the drops")

@@ -31,7 +31,7 @@ def _prepare(sessions: Sessions) -> None:
     taken = cast(Snapshot, live.get(str(live.state.snapshot)))
     by_name = {pair.name: pair for pair in taken.pairs}
     dark = replace(by_name["nav0"], left=np.zeros_like(by_name["nav0"].left))
-    live.take_images(Snapshot(taken.state, (by_name["haz0"], by_name["haz2"], dark), {"nav5": "pair nav5: late"}))
+    live.rover.take_images(Snapshot(taken.state, (by_name["haz0"], by_name["haz2"], dark), {"nav5": "pair nav5: late"}))
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_the_list_says_when_they_came_and_whether_the_rover_has_moved_since(clie
         """What is said right after telemetry came: on a busy machine it may be old again by then."""
 
         def said() -> dict | None:
-            live.take_telemetry(TelemetryFrame(next(numbers), replace(state, **changes), state.posture))
+            live.rover.take_telemetry(TelemetryFrame(next(numbers), replace(state, **changes), state.posture))
             found, look = client.get(IMAGES).json()["since"], client.get("/sessions/current").json()["look"]
             if found["moved"] is None or look["moved"] is None:
                 return None
@@ -128,16 +128,16 @@ def test_a_pixel_shows_the_ground_that_opencv_projects_there(client, haz2, dem, 
 def test_images_are_seen_from_where_the_rover_is_on_the_map(client, live, haz2, dem):
     """A snapshot that had to be moved onto the map: clicks and lines follow."""
     moved = frames.transform(frames.rotation("z", 0.05), (0.12, -0.07, 0.0))
-    live.load_terrain(replace(dem, correction=moved), "made for the tests")
+    live.terrains.load(replace(dem, correction=moved), "made for the tests")
     try:
         point = np.array(at(client, "haz2", "left", 230, 300)["point"])
         assert pixels(haz2, "left", point[None], moved)[0] == pytest.approx([230, 300], abs=1e-3)
         drawn = client.get(f"{IMAGES}/haz2/left/overlay").json()
-        chosen = live.footfall_answer(live.state.footfall)
+        chosen = live.maps.footfall_answer(live.state.footfall)
         expected = pixels(haz2, "left", np.array([[chosen["x"], chosen["y"], chosen["z"]]]), moved)[0]
         assert drawn["footfall"]["at"] == pytest.approx(expected, abs=0.06)
     finally:
-        live.undo_terrain()
+        live.terrains.undo()
 
 
 def test_what_is_no_ground_says_what_it_is(client):
@@ -173,7 +173,7 @@ def test_plan_and_footfall_are_where_the_leg_goes(client, haz2, live):
     drawn = client.get(f"{IMAGES}/haz2/left/overlay").json()
     assert {one["phase"] for one in drawn["path"]} == {"lift", "swing", "lower"}
     plan = client.get("/sessions/current/plans/current").json()["plan"]
-    chosen = live.footfall_answer(live.state.footfall)
+    chosen = live.maps.footfall_answer(live.state.footfall)
     footfall = drawn["footfall"]
     assert (footfall["leg"], footfall["seen"]) == (2, "in sight")
     expected = pixels(haz2, "left", np.array([[chosen["x"], chosen["y"], chosen["z"]]]))[0]

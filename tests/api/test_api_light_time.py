@@ -74,7 +74,7 @@ def test_impossible_delays_are_refused(plain, ground, delays, says):
 
 def test_what_a_rover_said_before_it_left_is_heard_and_recorded_with_its_times(plain, ground, tmp_path):
     live = plain.sessions.create("left at once")
-    live.clear_stop()  # of the test before
+    live.commands.clear_stop()  # of the test before
     frames = moving_frames(200)
     with linked(plain) as rover:
         rover.send(encode(HelloMessage("athlete", 6)))
@@ -82,10 +82,10 @@ def test_what_a_rover_said_before_it_left_is_heard_and_recorded_with_its_times(p
             rover.send(encode(frame))
         rover.send(encode(AckMessage("c1", "refused", "no", 1234.5)))
     plain.until_rover_left()
-    assert live.link.frames == len(frames)
-    assert live.link.gaps == 0
+    assert live.rover.link.frames == len(frames)
+    assert live.rover.link.gaps == 0
     live.close()
-    (path,) = live.recorder.paths()
+    (path,) = live.rover.recorder.paths()
     recording = Recording(path)
     assert digests(recording.frames()) == digests(frames)
     bodies = [one.content for one in recording.said() if isinstance(one.content, dict)]

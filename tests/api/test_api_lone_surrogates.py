@@ -118,7 +118,7 @@ def older(server):
     with server.client() as client:
         client.post("/sessions", json={"name": "HALF"})
         client.post("/sessions/current/notes", json={"text": "HALF"})
-        server.sessions.current.take_complaint("HALF", about_rover="other")
+        server.sessions.current.rover.take_complaint("HALF", about_rover="other")
         bundle = client.get(f"/recordings/{server.sessions.current.id}.zip").content
         made = client.post(
             "/recordings", content=as_older_versions_wrote_it(bundle), headers={"content-type": "application/zip"}

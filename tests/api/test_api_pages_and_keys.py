@@ -49,7 +49,7 @@ def client(tmp_path_factory):
     with Sessions(tmp_path_factory.mktemp("sessions"), InlineJobs()) as sessions:
         for name in ("one", "two", "three"):
             live = sessions.create(name)
-        live.load_terrain(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
+        live.terrains.load(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
         yield Local(assemble(sessions))
 
 

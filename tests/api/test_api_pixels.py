@@ -64,7 +64,7 @@ def test_images_on_the_link_are_dropped_with_the_reason_and_the_link_stays(plain
     url = "ws" + plain.api.removeprefix("http") + "/rover"
     with connect(url, subprotocols=[Subprotocol("footfall-rover-2")], proxy=None) as rover:
         rover.send(encode(HelloMessage("athlete", 6)))
-        until(lambda: live.link.connected, "the link")
+        until(lambda: live.rover.link.connected, "the link")
         rover.send(encode_images("large", snapshot(3, 8)))
         while (message := json.loads(rover.recv(timeout=BOUND)))["type"] != "error":
             pass
@@ -90,7 +90,7 @@ def _pair(ground, left: bytes, right: bytes):
 
 def test_an_uploaded_pair_is_counted_before_it_is_unpacked(plain, ground, budget):
     live = plain.sessions.create("uploads")
-    live.set_state(snapshot(1, 8).state)
+    live.stances.set(snapshot(1, 8).state)
     told = problem(_pair(ground, png_that_claims(16, 16), png_that_claims(1, 1)), 422, "invalid-images")
     assert (told["pixels"], told["limit"]) == (257, 2 * PIXELS)
     damaged = problem(_pair(ground, png_that_claims(8, 8), png_that_claims(8, 8)), 422, "invalid-images")

@@ -113,13 +113,13 @@ def test_targets_off_the_map_and_on_unknown_ground_are_answers(standing, standin
     grid = dem.geometry  # type: ignore[union-attr]
     row, col = grid.cell(*target)
     heights[row, col] = np.nan
-    live.load_terrain(from_heights(heights, grid.resolution, grid.x0, grid.y0, "hole"), "a hole at the target")
+    live.terrains.load(from_heights(heights, grid.resolution, grid.x0, grid.y0, "hole"), "a hole at the target")
     try:
         unknown = planned(standing, target)
         assert unknown["status"] == "unknown_ground"
         assert "is unknown; take images that show it, or choose a place" in unknown["reason"]
     finally:
-        live.undo_terrain()
+        live.terrains.undo()
 
 
 def test_starts_that_can_not_be_say_the_way_out(standing, standing_server: Running, target):
@@ -129,20 +129,20 @@ def test_starts_that_can_not_be_say_the_way_out(standing, standing_server: Runni
     try:
         sunk = np.array(real.posture)  # type: ignore[union-attr]
         sunk[6 * LEG + 1] += 0.15
-        live.set_state(replace(real, posture=sunk))  # type: ignore[type-var]
+        live.stances.set(replace(real, posture=sunk))  # type: ignore[type-var]
         answer = planned(standing, target)
         assert answer["status"] == "start_invalid"
         assert re.search(r"leg2_wheel cuts 0\.\d{3} m into terrain \(0\.030 m is allowed\)", answer["reason"])
         assert "the smallest way out found: lift the wheel straight up by 0." in answer["reason"]
         beyond = np.array(real.posture)  # type: ignore[union-attr]
         beyond[8] = live.robot.upper[8] + 0.1
-        live.set_state(replace(real, posture=beyond))  # type: ignore[type-var]
+        live.stances.set(replace(real, posture=beyond))  # type: ignore[type-var]
         answer = planned(standing, target)
         assert answer["status"] == "start_invalid"
         assert f"{live.robot.joint_names[8]} is 0.1 rad outside its limits" in answer["reason"]
         assert "turn it down to" in answer["reason"]
     finally:
-        live.set_state(real)  # type: ignore[arg-type]
+        live.stances.set(real)  # type: ignore[arg-type]
 
 
 def test_alternatives_are_compared_and_chosen(standing, target):
@@ -206,8 +206,8 @@ def test_a_step_is_planned_from_the_end_of_another(standing, target):
 def _stand(sessions):
     live = sessions.create("killed")
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
 
 
 def test_a_worker_killed_under_a_real_plan(tmp_path):

@@ -41,7 +41,7 @@ def served(monkeypatch, tmp_path, athlete):
         text="The state at another time, as a job.",
         order=WhatIfOrder,
         answer=RobotState,
-        ask=lambda live, order: live.ask(kind, settings_value(BodyShift, order)),
+        ask=lambda live, order: live.stances.ask(kind, settings_value(BodyShift, order)),
     )
     monkeypatch.setitem(KINDS, kind.name, kind)
     monkeypatch.setitem(SERVED, kind, entry)
@@ -51,8 +51,8 @@ def served(monkeypatch, tmp_path, athlete):
     monkeypatch.setattr(pool, "_recipes", PRODUCTS)
     with Sessions(tmp_path, pool, robot=athlete) as sessions:
         live = sessions.create("echoes")
-        live.load_terrain(plane(size=4.0, resolution=0.5))
-        live.set_state(RobotState(athlete.name, 0.0, athlete.posture("stand"), np.eye(4), *BEARS, "idle"))
+        live.terrains.load(plane(size=4.0, resolution=0.5))
+        live.stances.set(RobotState(athlete.name, 0.0, athlete.posture("stand"), np.eye(4), *BEARS, "idle"))
         yield Local(assemble(sessions))
     answer_models._model.cache_clear()
 

@@ -90,8 +90,11 @@ def test_an_epoch_that_another_session_told_is_outdone(server, client, link):
     assert hears(link, "clear_stop")["epoch"] == later + 2
     # another session, whose log knows nothing of this one, goes on from there over the same connection
     client.post("/sessions", json={"name": "another"}).raise_for_status()
-    until(lambda: server.sessions.current is not live and server.sessions.current.link.connected, "the other session")
-    until(lambda: server.sessions.current.epoch > later + 2, "a newer epoch")
+    until(
+        lambda: server.sessions.current is not live and server.sessions.current.rover.link.connected,
+        "the other session",
+    )
+    until(lambda: server.sessions.current.rover.epoch > later + 2, "a newer epoch")
 
 
 def test_the_link_is_free_again_after_a_rover_left(server, client, link):

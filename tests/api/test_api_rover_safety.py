@@ -18,7 +18,7 @@ from footfall.api.routes import rover as link_end
 from footfall.core.errors import InvalidImages
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
-from footfall.session.live import LiveSession
+from footfall.session.rover.linked import LinkedRover
 from footfall.session.storage.store import SessionStore
 from footfall.telemetry.link import AckMessage, ErrorMessage, HelloMessage, encode
 from footfall.telemetry.state import TelemetryFrame
@@ -33,7 +33,7 @@ def quiet(tmp_path_factory):
     """A server with a session on level ground; no rover."""
 
     def prepare(sessions):
-        sessions.create("level").load_terrain(plane(size=10.0, resolution=0.1), "made for the tests")
+        sessions.create("level").terrains.load(plane(size=10.0, resolution=0.1), "made for the tests")
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running:
         yield running
@@ -161,7 +161,7 @@ def test_a_silent_rover_follows_and_hears_the_stop_of_the_new_session(quiet, cli
 
 
 def test_a_rover_that_leaves_while_it_is_handed_over_has_left(quiet, client, monkeypatch):
-    handed_over = LiveSession.rover_connected
+    handed_over = LinkedRover.connected
 
     def slowly(live, *said):
         handed_over(live, *said)
@@ -169,7 +169,7 @@ def test_a_rover_that_leaves_while_it_is_handed_over_has_left(quiet, client, mon
 
     with rover_of(quiet):
         linked(client)
-        monkeypatch.setattr(LiveSession, "rover_connected", slowly)
+        monkeypatch.setattr(LinkedRover, "connected", slowly)
         client.post("/sessions", json={"name": "fourth"})
         linked(client)
     until(lambda: not current(client)["link"]["connected"], "the leaving of the rover")
@@ -203,7 +203,7 @@ def test_the_acknowledgement_of_a_stop_waits_behind_nothing_that_the_rover_says(
         assert go_on.wait(BOUND)
         used.append(command_id)
 
-    monkeypatch.setattr(LiveSession, "take_acknowledgement", slowly)
+    monkeypatch.setattr(LinkedRover, "take_acknowledgement", slowly)
     with rover_of(quiet) as link:
         linked(client)
         stop = client.post("/stop").json()
@@ -260,7 +260,7 @@ def test_a_rover_killed_in_mid_command(tmp_path, athlete):
     dem = plane(size=10.0, resolution=0.1)
 
     def prepare(sessions):
-        sessions.create("killed").load_terrain(dem, "made for the tests")
+        sessions.create("killed").terrains.load(dem, "made for the tests")
 
     state = stand(athlete, dem)
     x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)

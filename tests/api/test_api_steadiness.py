@@ -11,8 +11,8 @@ from footfall.core.frames import apply
 from footfall.maps.standing import contacts
 from footfall.planning.stance.stand import stand
 from footfall.robot.kinematics import center_of_mass, wheel_centers
+from footfall.session.core import present
 from footfall.session.jobs.local import InlineJobs
-from footfall.session.recorded import present
 from footfall.session.registry import Sessions
 from footfall.session.steadiness import along, judged
 from footfall.telemetry.state import TelemetryFrame
@@ -30,13 +30,13 @@ def served(tmp_path_factory):
     def prepare(sessions: Sessions) -> None:
         live = sessions.create("standing")
         dem = wavy(half=4.0)
-        live.load_terrain(dem, "made for the tests")
+        live.terrains.load(dem, "made for the tests")
         stood = stand(live.robot, dem)
-        live.set_state(stood)
+        live.stances.set(stood)
         x, y, _ = apply(stood.T_site_base, wheel_centers(live.robot, stood.posture))[LEG]
-        live.choose_footfall(LEG, float(x) + 0.1, float(y) + 0.1)
-        live.plan_step(LEG).finish()
-        live.make_sequence()
+        live.maps.choose_footfall(LEG, float(x) + 0.1, float(y) + 0.1)
+        live.plans.step(LEG).finish()
+        live.sequences.make()
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running, running.client() as client:
         live = running.sessions.current
@@ -68,7 +68,7 @@ def test_a_course_has_its_worst_moments(served):
             assert worst["margin"] == min(margins)
             at = margins.index(worst["margin"])
             assert (worst["moment"], worst["row"]) == (course["moments"][at], course["rows"][at])
-    assert client.get("/sessions/current/steadiness/current").json()["digest"] == live.played
+    assert client.get("/sessions/current/steadiness/current").json()["digest"] == live.review.played
 
 
 def test_a_course_is_told_once(served):
@@ -83,7 +83,7 @@ def test_what_does_not_move_has_no_course(served):
     problem(client.get(f"/sessions/current/steadiness/{live.state.dem}"), 404, "not-found")
     far = {"leg": LEG, "x": 3.9, "y": 3.9}
     client.post("/sessions/current/footfalls", json=far).raise_for_status()
-    planned = live.plan_step(LEG).finish()
+    planned = live.plans.step(LEG).finish()
     refused = problem(client.get(f"/sessions/current/steadiness/{planned}"), 409, "conflict")
     assert "there is no plan, so nothing moves" in refused["detail"]
 
@@ -93,7 +93,7 @@ def test_telemetry_says_which_wheels_bear(served):
     state = live.get(live.state.state)
     forces = np.tile([0.0, 0.0, 1400.0], (6, 1))
     forces[LEG] = 0.0
-    live.take_telemetry(TelemetryFrame(1, replace(state, wheel_forces=forces), state.posture))
+    live.rover.take_telemetry(TelemetryFrame(1, replace(state, wheel_forces=forces), state.posture))
     found = judged(live)
     assert found.measured
     assert found.support.legs == (0, 1, 3, 4, 5)
@@ -106,7 +106,7 @@ def test_without_state_there_is_nothing_to_judge(tmp_path):
             judged(live)
         robot = live.robot
         dem = wavy(half=4.0)
-        live.set_state(stand(robot, dem))
+        live.stances.set(stand(robot, dem))
         found = judged(live)
         assert np.isnan(found.margins["friction"])
         assert found.margins["plain"] > 1.0

@@ -29,14 +29,14 @@ def served(tmp_path_factory):
     def prepare(sessions: Sessions) -> None:
         live = sessions.create("sagging")
         dem = plane(size=10.0, resolution=0.1)
-        live.load_terrain(dem)
+        live.terrains.load(dem)
         rover, stood = CompliantRover(live.robot, dem), stand(live.robot, dem)
         rest = rover.let_down(stood.posture, stood.T_site_base)
         state = rover.state(rest)
-        live.set_state(state)
+        live.stances.set(state)
         x, y, _ = apply(state.T_site_base, wheel_centers(live.robot, state.posture))[LEG]
-        live.plan_step(LEG, (float(x) + 0.1, float(y) - 0.3)).finish()
-        live.rover_connected(lambda _: None)
+        live.plans.step(LEG, (float(x) + 0.1, float(y) - 0.3)).finish()
+        live.rover.connected(lambda _: None)
         held.update(state=state, rest=rest)
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running, running.client() as client:
@@ -73,7 +73,7 @@ def test_the_measured_stiffness_is_taken_over(served):
     assert summary["undo"]["kind"] == "stiffness"
     (event,) = [one for one in client.get(f"{SESSION}/log").json()["events"] if one["type"] == "stiffness_taken_over"]
     assert event["payload"]["by"]["name"] == "local"
-    live.take_telemetry(TelemetryFrame(900, state, rest.commanded))
+    live.rover.take_telemetry(TelemetryFrame(900, state, rest.commanded))
     # where the order does not say; else what it says
     assert commanded(client)["joint_scale"] == told["now"]
     assert commanded(client, {"compliance": {"wheel_scale": 0.9}})["joint_scale"] == told["now"]
@@ -98,16 +98,16 @@ def test_what_is_gone_on_from_is_what_was_made_last(served):
 
 def test_the_clearance_of_a_wheel_in_the_air(served):
     client, live, state, rest = served
-    live.take_telemetry(TelemetryFrame(1000, state, rest.commanded))
+    live.rover.take_telemetry(TelemetryFrame(1000, state, rest.commanded))
     assert client.get(f"{SESSION}/clearance").json() == {"time": 0.0, "reason": "no wheel is in the air", "wheels": []}
-    sequence = live.get(live.make_sequence(live.plan_execution().finish()))
-    live.take_telemetry(TelemetryFrame(1001, state, rest.commanded))
-    live.send(live.arm()["token"])
+    sequence = live.get(live.sequences.make(live.executions.plan().finish()))
+    live.rover.take_telemetry(TelemetryFrame(1001, state, rest.commanded))
+    live.commands.send(live.commands.arm()["token"])
     row = max(range(len(sequence.commands)), key=lambda one: sequence.commands[one].phase == "swing")
     forces = state.wheel_forces.copy()
     forces[LEG] = 0.0
     there = replace(state, posture=sequence.predicted[row], T_site_base=sequence.poses[row], wheel_forces=forces)
-    live.take_telemetry(TelemetryFrame(1002, there, sequence.commanded[row]))
+    live.rover.take_telemetry(TelemetryFrame(1002, there, sequence.commanded[row]))
     (wheel,) = client.get(f"{SESSION}/clearance").json()["wheels"]
     measured = wheel["measured"]
     hub = apply(there.T_site_base, wheel_centers(live.robot, there.posture))[LEG]

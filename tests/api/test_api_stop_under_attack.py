@@ -84,7 +84,7 @@ class Rover:
 @pytest.fixture
 def rover(server):
     made = Rover(server)
-    until(lambda: server.sessions.current.link.connected, "the link")
+    until(lambda: server.sessions.current.rover.link.connected, "the link")
     yield made
     cleared(server)
     made.close()
@@ -121,7 +121,7 @@ def cleared(server: Running) -> None:
 
     def could_be() -> bool:
         with suppress(Conflict):
-            live.clear_stop()
+            live.commands.clear_stop()
             return True
         return False
 
@@ -138,7 +138,7 @@ def assert_stops_reach(server: Running, rover: Rover, clears: bool = True) -> No
 
     def arrives(before: int) -> None:
         until(lambda: len(rover.stops) > before, "the stop at the rover")
-        until(lambda: live.gate["stop_acknowledged"], "the rover's word")
+        until(lambda: live.commands.gate["stop_acknowledged"], "the rover's word")
 
     with server.client() as client:
         before = len(rover.stops)
@@ -186,7 +186,7 @@ def test_a_stop_reaches_a_rover_that_talks_without_end(server):
             said.append(100)
 
     rover = Rover(server)
-    until(lambda: server.sessions.current.link.connected, "the link")
+    until(lambda: server.sessions.current.rover.link.connected, "the link")
     talking = threading.Thread(target=talk, args=(rover,))
     talking.start()
     try:

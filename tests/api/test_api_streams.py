@@ -52,7 +52,7 @@ def test_only_the_newest_telemetry_waits_and_it_grows_old(live, frames, monkeypa
         first = asyncio.ensure_future(anext(stream))
         await asyncio.sleep(0)
         for number in range(100):
-            live.take_telemetry(frames(number))
+            live.rover.take_telemetry(frames(number))
         monkeypatch.setattr(mailbox.time, "monotonic", lambda real=mailbox.time.monotonic: real() + 30.0)
         message = await first
         await stream.aclose()
@@ -70,7 +70,7 @@ def test_who_comes_while_the_rover_is_silent_hears_how_it_was(live, frames):
     async def listen(meanwhile):
         stream = await started(live)
         if meanwhile is not None:
-            live.take_telemetry(frames(meanwhile))
+            live.rover.take_telemetry(frames(meanwhile))
         message = await asyncio.wait_for(anext(stream), 5.0)
         live.add_note("nothing more")
         assert (await asyncio.wait_for(anext(stream), 5.0)).event == "event"
@@ -79,8 +79,8 @@ def test_who_comes_while_the_rover_is_silent_hears_how_it_was(live, frames):
 
     with pytest.raises(TimeoutError):
         asyncio.run(asyncio.wait_for(listen(None), 0.2))
-    live.take_telemetry(frames(1))
-    live.take_telemetry(frames(2), time.monotonic() - 30.0)
+    live.rover.take_telemetry(frames(1))
+    live.rover.take_telemetry(frames(2), time.monotonic() - 30.0)
     heard = asyncio.run(listen(None))
     assert heard["number"] == 2
     assert 30.0 <= heard["age_s"] < 40.0
@@ -97,7 +97,7 @@ def test_a_listener_that_never_reads_is_let_go(live, monkeypatch):
         pending = asyncio.ensure_future(anext(stream))
         await asyncio.sleep(0)
         for number in range(50):
-            live.set_view(scrub=number / 50)
+            live.choices.set_view(scrub=number / 50)
         with pytest.raises(StopAsyncIteration):
             await pending
 
@@ -113,8 +113,8 @@ def test_a_slow_listener_shows_and_what_it_missed_stays_counted(live, frames, mo
         await asyncio.sleep(0)
         (fresh,) = streams.listeners(live.id)
         for number in range(30):
-            live.take_telemetry(frames(number))
-        live.set_view(scrub=0.5)
+            live.rover.take_telemetry(frames(number))
+        live.choices.set_view(scrub=0.5)
         monkeypatch.setattr(mailbox.time, "monotonic", lambda real=time.monotonic: real() + 2.0)
         (slow,) = streams.listeners(live.id)
         assert streams.listeners("another session") == []
@@ -147,7 +147,7 @@ def test_a_listener_that_says_what_it_hears_is_never_further_behind(live, frames
 
         taking = asyncio.ensure_future(take())
         for number in range(10):
-            live.take_telemetry(frames(number))
+            live.rover.take_telemetry(frames(number))
             await asyncio.sleep(0.03)
         before, behind = list(got), streams.listeners(live.id)[0]
         box.heard(77)  # of no message under way
@@ -176,7 +176,7 @@ def test_the_line_sends_no_more_than_was_heard_and_takes_nothing_else(server, fr
         for socket in (line, other):
             assert json.loads(socket.recv(timeout=BOUND))["type"] == "link"
         for number in range(6):
-            live.take_telemetry(frames(number))
+            live.rover.take_telemetry(frames(number))
             until_number(other, number)
         live.add_note("all is said")
         told = until_note(line)

@@ -62,8 +62,8 @@ def say(server: Running, frames: list[TelemetryFrame]) -> None:
         socket.send(encode(HelloMessage("athlete", 6)))
         for frame in frames:
             socket.send(encode(frame))
-        until(lambda: live.frame is not None and live.frame.number == frames[-1].number, "the last frame")
-    until(lambda: not live.link.connected, "the end of the link")
+        until(lambda: live.rover.frame is not None and live.rover.frame.number == frames[-1].number, "the last frame")
+    until(lambda: not live.rover.link.connected, "the end of the link")
 
 
 def recorded(frames: list[TelemetryFrame], path, period: float = 0.1) -> Recording:
@@ -123,8 +123,8 @@ def test_record_download_and_play_into_a_second_session(plain, tmp_path):
     told = json.loads(run.stdout)
     assert told["played"]["frames"] == 57
     assert told["recorded"]["gaps"] == 3
-    until(lambda: second.link.frames == 57, "the last frame")
-    assert (second.link.gaps, second.link.late, second.link.faults) == (3, 0, 0)
+    until(lambda: second.rover.link.frames == 57, "the last frame")
+    assert (second.rover.link.gaps, second.rover.link.late, second.rover.link.faults) == (3, 0, 0)
     second.close()
     assert digests(kept(plain, second.id, tmp_path)) == digests(frames)
     (again,) = listed(plain, second.id)
@@ -150,30 +150,30 @@ def test_commands_are_refused_and_a_stop_pauses(plain, tmp_path):
 
     thread = threading.Thread(target=lambda: asyncio.run(run()))
     thread.start()
-    until(lambda: live.frame is not None and live.frame.number > 10, "the recording under way")
-    live.stop("look at this")
-    until(lambda: live.gate["stop_acknowledged"], "the acknowledgement")
-    live.request_images()
-    until(lambda: "takes no new images" in live.link.fault, "the refusal of images")
+    until(lambda: live.rover.frame is not None and live.rover.frame.number > 10, "the recording under way")
+    live.commands.stop("look at this")
+    until(lambda: live.commands.gate["stop_acknowledged"], "the acknowledgement")
+    live.rover.request_images()
+    until(lambda: "takes no new images" in live.rover.link.fault, "the refusal of images")
     command = {"type": "command", "id": "c1", "sequence": "s", "row": 0, "name": "WAIT", "leg": None, "joints": None}
-    live.link.send(json.dumps({**command, "duration": 1.0, "force": None, "epoch": 0}))
+    live.rover.link.send(json.dumps({**command, "duration": 1.0, "force": None, "epoch": 0}))
     until(lambda: "c1" in told(live), "the refusal of the command")
     assert told(live)["c1"] == ("refused", players.REFUSAL)
-    assert live.frame is not None
-    held = live.frame.number
+    assert live.rover.frame is not None
+    held = live.rover.frame.number
     assert held < 399
     loops[0].call_soon_threadsafe(player.control, "rate 100")
-    live.clear_stop()
+    live.commands.clear_stop()
     thread.join(BOUND)
     assert not thread.is_alive()
-    until(lambda: live.frame.number == 399, "the last frame")
-    assert (live.link.gaps, live.link.late) == (0, 0)
+    until(lambda: live.rover.frame.number == 399, "the last frame")
+    assert (live.rover.link.gaps, live.rover.link.late) == (0, 0)
 
 
 def told(live) -> dict[str, tuple[str, str]]:
     """Acknowledgements of commands in the recording that is being written."""
     found = {}
-    for path in live.recorder.paths():
+    for path in live.rover.recorder.paths():
         try:
             said = list(Recording(path).said())
         except InvalidInput:
@@ -219,7 +219,7 @@ def test_seek_back_and_forth(plain, tmp_path):
     assert len(jumps) == 2
     assert jumps[0][1] == 150
     assert jumps[1][1] == 5
-    assert (player.played.connections, live.link.restarts, live.link.late) == (2, 1, 0)
+    assert (player.played.connections, live.rover.link.restarts, live.rover.link.late) == (2, 1, 0)
 
 
 def test_the_command_is_controlled_by_lines(plain, tmp_path):
@@ -230,9 +230,9 @@ def test_the_command_is_controlled_by_lines(plain, tmp_path):
     run = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=BOUND)
     assert run.returncode == 0, run.stderr
     assert "say pause, go, seek SECONDS or rate FACTOR" in run.stderr
-    until(lambda: live.frame is not None and live.frame.number == 599, "the last frame")
-    assert 5 <= live.link.frames < 100
-    assert run.stdout == f"{live.link.frames} frames and 0 sets of images of athlete played\n"
+    until(lambda: live.rover.frame is not None and live.rover.frame.number == 599, "the last frame")
+    assert 5 <= live.rover.link.frames < 100
+    assert run.stdout == f"{live.rover.link.frames} frames and 0 sets of images of athlete played\n"
 
 
 def test_a_recording_that_goes_back_is_played_as_it_was_taken(plain, tmp_path):
@@ -240,7 +240,7 @@ def test_a_recording_that_goes_back_is_played_as_it_was_taken(plain, tmp_path):
     live = plain.sessions.create("restarted")
     player = play(plain, recorded(frames, tmp_path / "a.mcap"))
     asyncio.run(player.run())
-    until(lambda: live.link.frames == len(frames), "the last frame")
+    until(lambda: live.rover.link.frames == len(frames), "the last frame")
     live.close()
     assert digests(kept(plain, live.id, tmp_path)) == digests(frames)
 
@@ -260,7 +260,7 @@ def test_images_are_played_too(plain, tmp_path, nav_snapshot):
     until(lambda: live.state.snapshot, "the images")
     assert live.state.snapshot == nav_snapshot.digest
     live.close()
-    (again,) = live.recorder.paths()
+    (again,) = live.rover.recorder.paths()
     (sent,) = [one.content for one in Recording(again).said() if isinstance(one.content, bytes)]
     assert decode_images(sent)[1].digest == nav_snapshot.digest
 

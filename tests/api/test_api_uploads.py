@@ -24,7 +24,7 @@ def path(server):
     with server.client() as client:
         made = client.post("/sessions", json={"name": "uploads"}).headers["location"].removeprefix("/api/v1")
         flat = plane(size=10.0, resolution=0.1)
-        server.sessions.current.load_terrain(flat)
+        server.sessions.current.terrains.load(flat)
         assert client.post(f"{made}/state", json={"stand": {"x": 0.0, "y": 0.0}}).status_code == 201
         return made
 

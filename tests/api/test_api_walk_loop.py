@@ -33,12 +33,12 @@ def client(server):
 def asked(server):
     """What a rover that stands, and never answers, is asked for."""
     live, asked = server.sessions.current, []
-    live.rover_connected(asked.append)
-    live.take_telemetry(
+    live.rover.connected(asked.append)
+    live.rover.take_telemetry(
         TelemetryFrame(0, stand(live.robot, plane(size=8.0, resolution=0.1)), live.robot.posture("stand"))
     )
     yield asked
-    live.rover_disconnected()
+    live.rover.disconnected()
 
 
 def test_without_a_rover_or_a_walk_nothing_begins(client):

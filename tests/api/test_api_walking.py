@@ -23,7 +23,7 @@ GOAL = {"goal": {"x": 0.4, "y": 0.1}, "settings": {"seed": 1}}
 def server(tmp_path_factory):
     def prepare(sessions: Sessions) -> None:
         live = sessions.create("walking")
-        live.load_terrain(wavy(half=4.0), "made for the tests")
+        live.terrains.load(wavy(half=4.0), "made for the tests")
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as running:
         yield running
@@ -34,7 +34,7 @@ def rover(server):
     """That of the session, which gives way."""
     live = server.sessions.current
     made = YieldingRover(live, stand(live.robot, live.get(live.state.dem)))
-    live.snapshot_state()
+    live.stances.freeze()
     return made
 
 
@@ -182,7 +182,7 @@ def test_the_rest_is_planned_anew_from_where_the_rover_is(client, second, walk, 
 def test_a_walk_of_another_terrain_is_refused(client, server, walk, listening):
     live = server.sessions.current
     ground = wavy(half=4.0)
-    live.load_terrain(replace(ground, heights=ground.heights + np.float32(0.05)), "another")
+    live.terrains.load(replace(ground, heights=ground.heights + np.float32(0.05)), "another")
     told = client.get(WALKING).json()
     assert "the terrain has changed since the walk was planned" in told["against"]
     next_one = {"first": told["next"]}

@@ -84,27 +84,27 @@ def test_live_channels_schemas_and_messages_are_those_of_the_recording(sessions,
     frames = moving_frames(30)
 
     def say() -> None:
-        live.rover_connected(lambda text: None)
+        live.rover.connected(lambda text: None)
         for frame in frames[:10]:
-            live.take_telemetry(frame)
-        live.take_images(snapshot)
-        live.stop("enough")
-        live.take_stop_acknowledgement(time=12.0)
+            live.rover.take_telemetry(frame)
+        live.rover.take_images(snapshot)
+        live.commands.stop("enough")
+        live.rover.take_stop_acknowledgement(time=12.0)
 
-    until(lambda: live.recorder._listeners, "the looking on")
+    until(lambda: live.rover.recorder._listeners, "the looking on")
     with connect(shown.url, subprotocols=[Subprotocol("foxglove.sdk.v1")], proxy=None) as socket:
         viewer = Viewer(socket)
         viewer.look(0.5)
         say()
         for frame in frames[10:]:
-            live.take_telemetry(frame)
-        live.take_images(snapshot)
-        live.stop("enough")
+            live.rover.take_telemetry(frame)
+        live.rover.take_images(snapshot)
+        live.commands.stop("enough")
         viewer.look(1.0)
         assert {one["topic"] for one in viewer.channels.values()} >= {topic for topic, _, _ in viewer.got}
     live.close()
 
-    (path,) = live.recorder.paths()
+    (path,) = live.rover.recorder.paths()
     with path.open("rb") as file:
         reader = make_reader(file)
         summary = reader.get_summary()
@@ -135,9 +135,9 @@ def test_live_channels_schemas_and_messages_are_those_of_the_recording(sessions,
 
 def test_it_follows_the_session_that_becomes_current(sessions, shown):
     before = sessions.current
-    until(lambda: before.recorder._listeners, "the first session")
+    until(lambda: before.rover.recorder._listeners, "the first session")
     after = sessions.create("another")
-    until(lambda: after.recorder._listeners and not before.recorder._listeners, "the next session")
+    until(lambda: after.rover.recorder._listeners and not before.rover.recorder._listeners, "the next session")
 
 
 def test_a_port_in_use_is_told(sessions, shown):

@@ -44,9 +44,9 @@ START = (1.0, 2.6)
 def _prepare(sessions):
     live = sessions.create("two operators")
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the tests")
-    live.set_state(stand(live.robot, dem))
-    live.choose_footfall(2, *START)
+    live.terrains.load(dem, "made for the tests")
+    live.stances.set(stand(live.robot, dem))
+    live.maps.choose_footfall(2, *START)
 
 
 @pytest.fixture(scope="module")

@@ -85,8 +85,8 @@ def test_the_ground_is_drawn_in_the_end(server, tmp_path, monkeypatch, athlete, 
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
         live = sessions.create("failing")
         dem = wavy(half=3.0)
-        live.load_terrain(dem, "made for the test")
-        live.set_state(stand(athlete, dem))
+        live.terrains.load(dem, "made for the test")
+        live.stances.set(stand(athlete, dem))
         with closing(Scene(server)) as scene, caplog.at_level(logging.CRITICAL):
             scene.follow(live)
             ground = until(lambda: server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the ground")
@@ -95,7 +95,7 @@ def test_the_ground_is_drawn_in_the_end(server, tmp_path, monkeypatch, athlete, 
             # another terrain: the older one's colours must not stay
             after = wavy(half=2.0)
             failed.clear()
-            live.load_terrain(after, "made for the test")
+            live.terrains.load(after, "made for the test")
             until(lambda: server.scene.get_handle_by_name(f"/terrain/{after.digest}/texture"), "the ground")
             until(lambda: not server.scene.get_handle_by_name(f"/terrain/{dem.digest}/texture"), "the old one's end")
     kept = [getattr(message, "name", "") for message in buffer.message_from_id.values()]

@@ -50,14 +50,14 @@ def test_the_latest_route_is_drawn_on_its_ground_alone(tmp_path, athlete, ground
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     with Sessions(tmp_path, InlineJobs(), robot=athlete) as sessions:
         live = sessions.create("routes")
-        live.load_terrain(ground)
+        live.terrains.load(ground)
         state = footfall.stand(athlete, ground)
-        live.set_state(state)
+        live.stances.set(state)
         drawing = RouteDrawing(server)
         drawing.draw(live)
         assert server.scene.get_handle_by_name(LINE) is None
 
-        live.ask(ROUTE, RouteRequest((2.0, 0.5))).finish()
+        live.stances.ask(ROUTE, RouteRequest((2.0, 0.5))).finish()
         drawing.draw(live)
         line, label = server.scene.get_handle_by_name(LINE), server.scene.get_handle_by_name(LABEL)
         assert isinstance(label, viser.LabelHandle)
@@ -68,7 +68,7 @@ def test_the_latest_route_is_drawn_on_its_ground_alone(tmp_path, athlete, ground
         drawing.draw(live)
         assert server.scene.get_handle_by_name(LINE) is line  # as it was
 
-        refused = live.get(live.ask(ROUTE, RouteRequest((5.0, 0.0), RouteSettings(no_go=ROUND))).finish())
+        refused = live.get(live.stances.ask(ROUTE, RouteRequest((5.0, 0.0), RouteSettings(no_go=ROUND))).finish())
         assert isinstance(refused, RouteResult)
         assert refused.plan is None
         drawing.draw(live)
@@ -77,7 +77,7 @@ def test_the_latest_route_is_drawn_on_its_ground_alone(tmp_path, athlete, ground
         assert label.text == "✕ the route ends here"
         np.testing.assert_allclose(label.position[:2], refused.cut_off)
 
-        live.load_terrain(wavy(half=5.0))
+        live.terrains.load(wavy(half=5.0))
         drawing.draw(live)
         assert server.scene.get_handle_by_name(LINE) is None
     server.stop()

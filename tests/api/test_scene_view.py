@@ -16,9 +16,9 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.sequence.commands import Sequence
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL
+from footfall.session.core import present
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.log.fold_commands import CommandRecord
-from footfall.session.recorded import present
 from footfall.session.registry import Sessions
 from footfall.session.tracks import tracks
 from footfall.session.view import SWITCHES, ViewState
@@ -53,8 +53,8 @@ def viewed(tmp_path_factory, ground, state):
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     with Sessions(tmp_path_factory.mktemp("sessions"), jobs=InlineJobs()) as sessions:
         live = sessions.create("viewed")
-        live.load_terrain(ground, "made for the tests")
-        live.set_state(state)
+        live.terrains.load(ground, "made for the tests")
+        live.stances.set(state)
         scene = Scene(server)
         scene.follow(live)
 
@@ -84,14 +84,14 @@ def test_each_switch_shows_its_thing(viewed, ground):
         "cameras": ["/rover/cameras/haz0/field"],
         "tape": ["/tape/lines", "/tape/text"],
     }
-    live.set_view(shown=dict.fromkeys(things, True), tape=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    live.choices.set_view(shown=dict.fromkeys(things, True), tape=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     for names in things.values():
         assert all(there(name) for name in names)
     for switch, names in things.items():
-        live.set_view(shown={switch: False})
+        live.choices.set_view(shown={switch: False})
         assert all(there(name, shown=False) for name in names)
         others = [name for other in things if other != switch for name in things[other]]
-        live.set_view(shown={switch: True})
+        live.choices.set_view(shown={switch: True})
         assert all(there(name) for name in [*names, *others])
 
 
@@ -106,29 +106,29 @@ def test_the_hatching_is_made_once_for_each_terrain(viewed, ground):
         "count": known.astype(np.uint16),
         "source": known.astype(np.uint8),
     }
-    live.load_terrain(replace(ground, time=newest, sources=("nav0",), **remembered), "an hour old")
-    live.set_view(shown={"age": True})
+    live.terrains.load(replace(ground, time=newest, sources=("nav0",), **remembered), "an hour old")
+    live.choices.set_view(shown={"age": True})
     assert there("/age")
     made = server.scene.get_handle_by_name("/age")
     for shown in (False, True):
-        live.set_view(shown={"age": shown})
+        live.choices.set_view(shown={"age": shown})
         settle(scene)
         assert server.scene.get_handle_by_name("/age") is made
         assert made.visible is shown
-    live.load_terrain(ground, "made for the tests")
+    live.terrains.load(ground, "made for the tests")
     assert there("/age", shown=False)
-    live.set_view(shown={"age": False})
+    live.choices.set_view(shown={"age": False})
     assert live.state.state == state
 
 
 def test_contour_lines_are_made_once_for_each_terrain_and_say_how_far_apart_they_are(viewed, ground):
     live, there, scene, server = viewed
-    live.set_view(shown={"contours": True})
+    live.choices.set_view(shown={"contours": True})
     there("/contours/text")
     made = server.scene.get_handle_by_name("/contours/text")
     assert made.text == f"contour lines every {contour_step(ground):g} m"
     for shown in (False, True, False):
-        live.set_view(shown={"contours": shown})
+        live.choices.set_view(shown={"contours": shown})
         settle(scene)
         assert server.scene.get_handle_by_name("/contours/text") is made
         assert made.visible is shown
@@ -160,16 +160,16 @@ def test_a_print_lies_on_the_ground_where_a_wheel_was_put_down(viewed, athlete, 
 
 def test_a_click_measures_while_the_tape_is_out(viewed):
     live, _, scene, _ = viewed
-    live.set_view(shown={"tape": True}, tape=[])
+    live.choices.set_view(shown={"tape": True}, tape=[])
     before = live.state.footfall
     for x in (0.2, 1.2):
         scene._choose(np.array([x, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
     assert live.state.footfall is before
-    (x0, y0, _), (x1, y1, _) = live.view.tape
+    (x0, y0, _), (x1, y1, _) = live.choices.view.tape
     assert (x1 - x0, y1 - y0) == pytest.approx((1.0, 0.0))
     scene._choose(np.array([0.0, 0.0, 9.0]), np.array([0.0, 0.0, -1.0]))
-    assert len(live.view.tape) == 1
-    live.set_view(shown={"tape": False})
+    assert len(live.choices.view.tape) == 1
+    live.choices.set_view(shown={"tape": False})
     scene._choose(np.array([0.2, 0.5, 9.0]), np.array([0.0, 0.0, -1.0]))
     assert live.state.footfall is not None
     assert live.state.footfall.x == pytest.approx(0.2)
@@ -177,17 +177,17 @@ def test_a_click_measures_while_the_tape_is_out(viewed):
 
 def test_telemetry_without_motion_draws_nothing_anew(viewed, state, rng):
     live, there, scene, server = viewed
-    live.set_view(shown={"support": True, "forces": True})
-    live.take_telemetry(TelemetryFrame(1, state, state.posture))
+    live.choices.set_view(shown={"support": True, "forces": True})
+    live.rover.take_telemetry(TelemetryFrame(1, state, state.posture))
     assert there("/support/margin")
-    until(lambda: live.frame is not None, "telemetry")
+    until(lambda: live.rover.frame is not None, "telemetry")
     names = ("/support/plain", "/support/margin", "/forces/arrows", "/rover/leg2_knee_pitch/torque", "/torque/worst")
     assert all(there(name) for name in names)
     settle(scene)
     before = [server.scene.get_handle_by_name(name) for name in names]
     for number in range(2, 6):
         noisy = replace(state, time=float(number), posture=state.posture + rng.uniform(-5e-4, 5e-4, 36))
-        live.take_telemetry(TelemetryFrame(number, noisy, noisy.posture))
+        live.rover.take_telemetry(TelemetryFrame(number, noisy, noisy.posture))
     settle(scene)
     assert [server.scene.get_handle_by_name(name) for name in names] == before
     rover = server.scene.get_handle_by_name("/rover")
@@ -195,7 +195,7 @@ def test_telemetry_without_motion_draws_nothing_anew(viewed, state, rng):
     pose = np.array(state.T_site_base)
     pose[0, 3] += 0.3
     moved = replace(state, time=9.0, T_site_base=pose)
-    live.take_telemetry(TelemetryFrame(9, moved, moved.posture))
+    live.rover.take_telemetry(TelemetryFrame(9, moved, moved.posture))
     until(lambda: abs(rover.position[0] - pose[0, 3]) < 1e-6, "the rover at its new place")
     until(lambda: server.scene.get_handle_by_name("/support/margin") is not before[1], "the new margin")
     until(lambda: server.scene.get_handle_by_name("/forces/arrows") is not before[2], "the new arrows")
@@ -211,15 +211,15 @@ def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
         def there(name, shown=True):
             return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
 
-        leg = live.view.leg
-        live.set_view(shown={"swept": True})
+        leg = live.choices.now.view.leg
+        live.choices.set_view(shown={"swept": True})
         assert there("/plan/path")
         assert there(f"/swept/leg{leg}_wheel")
         assert server.scene.get_handle_by_name("/suggested/marks") is None
-        live.compute_maps(leg).finish()
-        live.suggest(leg, show=True)
+        live.maps.compute(leg).finish()
+        live.maps.suggest(leg, show=True)
         assert there("/suggested/marks")
-        live.set_view(leg=(leg + 1) % 6)  # they are not that leg's
+        live.choices.set_view(leg=(leg + 1) % 6)  # they are not that leg's
         assert there("/suggested/marks", shown=False)
 
         # the sequence goes: its first row is under way
@@ -228,16 +228,16 @@ def test_a_stepped_session_shows_its_plan_suggestions_and_run(tmp_path):
         planned = live.get(present(live.state.state, "no state"))
         assert isinstance(planned, RobotState)
         start = replace(planned, posture=sequence.start, T_site_base=sequence.T_site_base, mode="idle")
-        live.rover_connected(lambda text: None)
-        live.take_telemetry(TelemetryFrame(1, start, start.posture))
-        until(lambda: live.frame is not None, "telemetry")
+        live.rover.connected(lambda text: None)
+        live.rover.take_telemetry(TelemetryFrame(1, start, start.posture))
+        until(lambda: live.rover.frame is not None, "telemetry")
         assert there("/predicted", shown=False)
-        live.send(live.arm()["token"])
+        live.commands.send(live.commands.arm()["token"])
         assert there("/predicted")
         label = there("/predicted-text")
         assert label is not None
-        live.abort_run()
-        live.rover_disconnected()
+        live.commands.abort()
+        live.rover.disconnected()
         assert there("/predicted", shown=False)
         assert there("/predicted-text", shown=False)
         scene.close()
@@ -323,22 +323,22 @@ def test_a_click_sets_the_goal_of_a_walk_for_the_page_that_asked_and_once(viewed
             scene._choose(np.array([x, y, 9.0]), down)
 
     click(mine, 0.2, 0.5)
-    assert live.view.goal is None
-    live.set_view(goal_page="mine")
+    assert live.choices.view.goal is None
+    live.choices.set_view(goal_page="mine")
     click(others, 0.3, 0.5)
     click(replace(LOCAL, page=""), 0.35, 0.5)
-    assert live.view.goal is None
+    assert live.choices.view.goal is None
     assert live.state.footfall.x == pytest.approx(0.35)
     click(mine, 1.5, -0.5)
-    assert live.view.goal == pytest.approx((1.5, -0.5))
+    assert live.choices.view.goal == pytest.approx((1.5, -0.5))
     assert live.state.footfall.x == pytest.approx(0.35)
     click(mine, 0.1, 0.5)
-    assert live.view.goal == pytest.approx((1.5, -0.5))
+    assert live.choices.view.goal == pytest.approx((1.5, -0.5))
     assert live.state.footfall.x == pytest.approx(0.1)
 
     assert there("/goal/flag")
     label = server.scene.get_handle_by_name("/goal/text")
     assert label.position == pytest.approx((1.5, -0.5, float(height_at(ground, 1.5, -0.5)) + POLE))
-    live.set_view(goal=None)
+    live.choices.set_view(goal=None)
     settle(scene)
     assert server.scene.get_handle_by_name("/goal/flag") is None

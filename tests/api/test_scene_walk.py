@@ -102,13 +102,13 @@ def test_the_newest_walk_is_drawn_while_its_ground_is_there(tmp_path, monkeypatc
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     with Sessions(tmp_path, pool, robot=athlete) as sessions:
         live = sessions.create("walks")
-        live.load_terrain(ground)
-        live.set_state(stood)
+        live.terrains.load(ground)
+        live.stances.set(stood)
         scene = Scene(server)
         scene.follow(live)
 
         def ask(seed):
-            live.ask(WALK, WalkRequest(WalkGoal(0.5, 0.0), WalkSettings(seed=seed))).finish()
+            live.stances.ask(WALK, WalkRequest(WalkGoal(0.5, 0.0), WalkSettings(seed=seed))).finish()
 
         def there(name, shown=True):
             return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
@@ -132,13 +132,13 @@ def test_the_newest_walk_is_drawn_while_its_ground_is_there(tmp_path, monkeypatc
         assert all(there(name) for name in ("/tether/line", "/tether/anchor", "/tether/length"))
         here = text_of("/tether/length")
         assert here is not None
-        live.set_view(show_ghost=True, scrub=0.0)
+        live.choices.set_view(show_ghost=True, scrub=0.0)
         assert until(lambda: text_of("/tether/length") not in (here, None), "the tether at the walk's start")
         ask(1)
         assert there("/tether/line", shown=False)
         assert there("/tether/anchor", shown=False)
         assert there("/walk/marks")
-        live.load_terrain(wavy(half=3.0))
+        live.terrains.load(wavy(half=3.0))
         assert there("/walk/marks", shown=False)
         scene.close()
     server.stop()
@@ -156,15 +156,15 @@ def test_a_gait_that_fails_stands_in_red_until_a_walk_is_planned(tmp_path, monke
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     with Sessions(tmp_path, pool, robot=athlete) as sessions:
         live = sessions.create("gaits")
-        live.load_terrain(ground)
-        live.set_state(stood)
+        live.terrains.load(ground)
+        live.stances.set(stood)
         scene = Scene(server)
         scene.follow(live)
 
         def there(name, shown=True):
             return until(lambda: (server.scene.get_handle_by_name(name) is not None) == shown, f"{name}: {shown}")
 
-        live.plan_gait(walk.goal).finish()
+        live.walks.plan_gait(walk.goal).finish()
         assert there("/failing-text")
         assert there("/failing/base/deck")
         mesh, frame = (server.scene.get_handle_by_name(name) for name in ("/failing/base/deck", "/failing"))
@@ -172,11 +172,11 @@ def test_a_gait_that_fails_stands_in_red_until_a_walk_is_planned(tmp_path, monke
         assert isinstance(frame, viser.FrameHandle)
         assert tuple(mesh.color) == COLOR
         np.testing.assert_allclose(frame.position, T[:3, 3], atol=1e-6)
-        live.plan_walk(walk.goal).finish()
+        live.walks.plan(walk.goal).finish()
         assert there("/failing-text", shown=False)
         assert there("/failing", shown=False)
         assert there("/walk/end")
-        live.plan_gait(walk.goal).finish()
+        live.walks.plan_gait(walk.goal).finish()
         assert there("/failing-text")
         assert there("/walk/end", shown=False)
         scene.close()

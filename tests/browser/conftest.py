@@ -74,7 +74,7 @@ def served(tmp_path: Path, scene: bool, physics: bool) -> Iterator[Running]:
     ) as running:
         running.rover.start()
         current = running.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry")
+        until(lambda: current is not None and current.rover.frame, "the first telemetry")
         yield running
 
 

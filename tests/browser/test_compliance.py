@@ -30,13 +30,13 @@ class Rover:
         self.state: RobotState = live.get(live.state.state)
         self.set_points = self.state.posture + self.state.joint_torques / live.robot.stiffness
         self.number = 0
-        live.rover_connected(lambda _: None)
+        live.rover.connected(lambda _: None)
         self.tell()
 
     def tell(self, state: RobotState | None = None, set_points: Any = None) -> bool:
         self.number += 1
         points = self.set_points if set_points is None else set_points
-        self.live.take_telemetry(TelemetryFrame(self.number, state or self.state, points))
+        self.live.rover.take_telemetry(TelemetryFrame(self.number, state or self.state, points))
         return True
 
 
@@ -64,9 +64,9 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     assert isinstance(result, ExecutionResult)
     done = result.execution
     assert done is not None
-    live.make_sequence(answer["digest"])
+    live.sequences.make(answer["digest"])
     rover.tell()
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     # holes of the map are filled for the prediction, and left out where it is measured
     dem, radius = live.get(live.state.dem), live.robot.wheel_radius
     over_known = [
@@ -154,7 +154,7 @@ def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: R
     expect(console.locator("#toast")).to_be_hidden()
 
     # the next step is planned from where the sagging rover ends, and the page says so
-    rover.live.make_sequence(answer["digest"])
+    rover.live.sequences.make(answer["digest"])
     assert held(quiet)["sequence"] != sequence.digest
     from_it = "the predicted end of the commands, the rover's sag in it."
     expect(console.locator("#go-on-from")).to_have_text(f"Going on starts from {from_it}")

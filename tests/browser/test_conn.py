@@ -21,12 +21,12 @@ def plain(tmp_path: Path) -> Iterator[Running]:
     def prepare(sessions: Sessions) -> None:
         live = sessions.open_sample("rock-step")
         for seconds in (300.0, 0.5):
-            live.edit_sequence(live.state.sequence or "", Edit("insert", 0, Command("WAIT", None, None, seconds)))
+            live.sequences.edit(live.state.sequence or "", Edit("insert", 0, Command("WAIT", None, None, seconds)))
 
     with running_server(tmp_path, prepare=prepare) as running:
         running.rover.start()
         current = running.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry")
+        until(lambda: current is not None and current.rover.frame, "the first telemetry")
         yield running
 
 

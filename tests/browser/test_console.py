@@ -135,9 +135,9 @@ def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: R
     expect(listed.nth(1)).to_contain_text(f"{torques[13]:.1f}, 95 % to limit")
     console.locator("#plot-quantity").select_option("place")
     live = current(quiet)
-    assert live.frame is not None
+    assert live.rover.frame is not None
     for i in range(3):
-        expect(listed.nth(i)).to_contain_text(f"{live.frame.state.T_site_base[i, 3]:.3f}")
+        expect(listed.nth(i)).to_contain_text(f"{live.rover.frame.state.T_site_base[i, 3]:.3f}")
     assert console.locator("#plot canvas").count() == 1
     expect(console.locator("#plot-note")).to_contain_text("Stale")
     expect(console.locator("#legs-note")).to_contain_text("Stale")

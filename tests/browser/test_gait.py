@@ -27,8 +27,8 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
     live = quiet.sessions.current
     assert live is not None
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
     console.locator("#panel-walk > summary").first.click()
     console.locator("#walk-x").fill("0.4")
     console.locator("#walk-y").fill("0.1")
@@ -44,9 +44,9 @@ def test_a_gait_is_compared_with_the_walk(console: Page, quiet: Running, look: K
     look("tripod")
 
     blocked = wavy([WALL], half=4.0)
-    live.load_terrain(blocked, "made for the test")
+    live.terrains.load(blocked, "made for the test")
     expect(console.locator("#gait-doubt")).to_contain_text("The gait is out of date: the terrain has changed since: ")
-    live.set_state(stand(live.robot, blocked))
+    live.stances.set(stand(live.robot, blocked))
     console.locator("#walk-x").fill("2")
     console.locator("#walk-gait").select_option("wave")
     refused = gone(console, quiet)

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from playwright.sync_api import Page, expect
 
-from footfall.session.recorded import present
+from footfall.session.core import present
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 from tests.support.page_steps import SESSION, held
@@ -35,7 +35,7 @@ def telling(quiet: Running, number: int, **fields) -> None:
     live = quiet.sessions.current
     assert live is not None
     state = replace(cast(RobotState, live.get(present(live.state.state, "no state"))), time=float(number), **fields)
-    live.take_telemetry(TelemetryFrame(number, state, np.array(state.posture)))
+    live.rover.take_telemetry(TelemetryFrame(number, state, np.array(state.posture)))
 
 
 def test_margins_of_rover_ghost_and_worst_moment(console: Page, quiet: Running, look: Callable[[str], None]) -> None:
@@ -112,12 +112,12 @@ def test_the_age_of_the_ground_has_a_legend(console: Page, quiet: Running, look:
     assert dem.time is not None
     older = np.array(dem.time)
     older[:, : older.shape[1] // 2] -= 700.0
-    live.load_terrain(replace(dem, time=older), source="half of it older")
+    live.terrains.load(replace(dem, time=older), source="half of it older")
     known = np.isfinite(dem.heights)
     share = known[:, : older.shape[1] // 2].sum() / known.sum()
     expect(legend).to_contain_text(f"10 min to 1 h before ({100 * share:.0f} %)")
     look("legend")
-    live.load_terrain(replace(dem, time=None, variance=None, count=None, source=None), source="without memory")
+    live.terrains.load(replace(dem, time=None, variance=None, count=None, source=None), source="without memory")
     expect(legend).to_contain_text("? age unknown: this terrain does not say when it was measured")
     console.get_by_role("checkbox", name="age of the ground").uncheck()
     expect(legend).to_be_empty()
@@ -132,15 +132,15 @@ def test_outlines_and_hatching_lie_on_the_ground(page: Page, served: Running, lo
     assert dem.time is not None
     older = np.array(dem.time)
     older[:, : older.shape[1] // 3] -= 700.0
-    live.load_terrain(replace(dem, time=older), source="a third of it older")
-    live.set_view(layer=None, shown={"torques": False, "forces": False})
+    live.terrains.load(replace(dem, time=older), source="a third of it older")
+    live.choices.set_view(layer=None, shown={"torques": False, "forces": False})
     expect(page.locator("#scene-note")).to_be_hidden()
     expect(page.locator("#gauge-now output")).to_have_text(re.compile(r"\d m"))
     plain = settled(page)
-    live.set_view(shown={"age": True})
+    live.choices.set_view(shown={"age": True})
     until(lambda: changed(plain, picture(page)) > 0.02, "the hatching")
     look("drawn")
-    live.set_view(shown={"age": False})
+    live.choices.set_view(shown={"age": False})
     until(lambda: changed(plain, picture(page)) < 0.002, "the ground without it")
 
 

@@ -107,7 +107,7 @@ def test_without_commands_there_are_neither_rows_nor_seconds(console: Page, quie
     footfall = live.state.footfall
     assert footfall is not None
     expect(console.locator("#scrub-time")).to_be_visible()
-    live.plan_step(footfall.leg, (footfall.x, footfall.y + 0.05)).finish()
+    live.plans.step(footfall.leg, (footfall.x, footfall.y + 0.05)).finish()
     expect(console.locator("#scrub-time")).to_be_hidden()
     expect(console.get_by_label("How fast the ghost plays")).to_be_hidden()
     console.locator("#h-commands").click()

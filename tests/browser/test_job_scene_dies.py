@@ -47,9 +47,9 @@ def test_commands_telemetry_and_stop_outlive_the_scene(
 
     live = served.sessions.current
     assert live is not None
-    assert live.frame is not None
-    number = live.frame.number
-    until(lambda: live.frame is not None and live.frame.number > number + 10, "telemetry after it")
+    assert live.rover.frame is not None
+    number = live.rover.frame.number
+    until(lambda: live.rover.frame is not None and live.rover.frame.number > number + 10, "telemetry after it")
     expect(page.locator("#status-link")).to_have_attribute("data-state", "good")
     expect(page.locator("#arm")).to_be_enabled()
     press(page, "Arm")

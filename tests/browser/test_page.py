@@ -162,7 +162,10 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
     assert live is not None
     predicted = np.array(sequence["predicted"][-1])
     # springs give way to what the legs carry, and the acknowledgement may be a little ahead of the next telemetry frame
-    until(lambda: live.frame and np.allclose(live.frame.state.posture, predicted, atol=0.05), "the predicted posture")
+    until(
+        lambda: live.rover.frame and np.allclose(live.rover.frame.state.posture, predicted, atol=0.05),
+        "the predicted posture",
+    )
     expect(page.locator("#status-match")).to_have_text("carried out as predicted")
     look("6-arrived")
 

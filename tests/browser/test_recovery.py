@@ -81,7 +81,7 @@ def test_another_session_becomes_current_and_the_page_follows(bare: Page, quiet:
 def test_a_complaint_of_the_rover_is_shown(bare: Page, quiet: Running) -> None:
     live = quiet.sessions.current
     assert live is not None
-    live.take_complaint(ErrorMessage("images-1", "camera 3 is cold").text, message_id="images-1")
+    live.rover.take_complaint(ErrorMessage("images-1", "camera 3 is cold").text, message_id="images-1")
     expect(bare.locator("#toast")).to_contain_text("camera 3 is cold")
     expect(bare.locator("#log")).to_contain_text("camera 3 is cold")
 
@@ -89,7 +89,7 @@ def test_a_complaint_of_the_rover_is_shown(bare: Page, quiet: Running) -> None:
 def test_who_stopped_is_told_by_the_page_that_did(bare: Page, quiet: Running) -> None:
     live = quiet.sessions.current
     assert live is not None
-    live.clear_stop()
+    live.commands.clear_stop()
     page = bare.evaluate("sessionStorage.getItem('footfall-page')")
     press(bare, "STOP")
     until(lambda: held(quiet)["stop"]["latched"], "the stop")

@@ -26,8 +26,8 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     live = quiet.sessions.current
     assert live is not None
     dem = wavy(half=6.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
     console.locator("#panel-walk > summary").click()
     console.locator("#walk-x").fill("3")
     console.locator("#walk-y").fill("1")
@@ -56,5 +56,5 @@ def test_a_route_is_planned_told_and_taken_in_parts(console: Page, quiet: Runnin
     expect(told).to_contain_text("No route (off the map): ")
     expect(console.locator("#route-way")).to_be_hidden()
 
-    live.load_terrain(wavy(half=5.0, seed=1), "made for the test")
+    live.terrains.load(wavy(half=5.0, seed=1), "made for the test")
     expect(console.locator("#route-doubt")).to_contain_text("The route is out of date: the terrain has changed since")

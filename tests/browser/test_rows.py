@@ -102,10 +102,10 @@ def test_commands_of_another_plan_are_marked(console: Page, quiet: Running) -> N
     footfall = live.state.footfall
     assert footfall is not None
     try:
-        live.plan_step(footfall.leg, (footfall.x, footfall.y), StepSettings(lift=0.25)).finish()
+        live.plans.step(footfall.leg, (footfall.x, footfall.y), StepSettings(lift=0.25)).finish()
         expect(other).to_contain_text("These commands are of another plan")
-        live.make_sequence(as_commanded=True)
+        live.sequences.make(as_commanded=True)
         expect(other).to_be_hidden()
     finally:
-        live.plan_step(footfall.leg, (footfall.x, footfall.y)).finish()
-        live.make_sequence(as_commanded=True)
+        live.plans.step(footfall.leg, (footfall.x, footfall.y)).finish()
+        live.sequences.make(as_commanded=True)

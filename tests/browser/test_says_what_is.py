@@ -25,14 +25,14 @@ BROKEN = "a rule does not hold"
 def carried_out(quiet: Running) -> None:
     """The present commands, sent to a rover that does every row and stands elsewhere then."""
     live = current(quiet)
-    live.rover_connected(lambda text: None)
+    live.rover.connected(lambda text: None)
     say(quiet, 1)
-    commands = live.send(live.arm()["token"])["commands"]
+    commands = live.commands.send(live.commands.arm()["token"])["commands"]
     for number, command in enumerate(commands, start=2):
         say(quiet, number)  # a rover that falls silent ends the run
-        live.take_acknowledgement(command, "done")
-    assert live.frame is not None
-    say(quiet, len(commands) + 2, posture=live.frame.state.posture + 0.3)
+        live.rover.take_acknowledgement(command, "done")
+    assert live.rover.frame is not None
+    say(quiet, len(commands) + 2, posture=live.rover.frame.state.posture + 0.3)
 
 
 def test_of_a_silent_server_nothing_is_said_to_go_on(console: Page, quiet: Running) -> None:
@@ -56,9 +56,9 @@ def test_of_a_silent_server_nothing_is_said_to_go_on(console: Page, quiet: Runni
 
 def test_a_run_of_a_silent_server_is_told_with_its_age(console: Page, quiet: Running) -> None:
     live = current(quiet)
-    live.rover_connected(lambda text: None)
+    live.rover.connected(lambda text: None)
     say(quiet, 1)
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     arm = console.locator("#arm-state")
     expect(arm).to_contain_text("row 1")
     console.evaluate(SILENT)

@@ -97,16 +97,16 @@ def bare(shared: Page, quiet: Running) -> Page:
 
 
 def clear(quiet: Running) -> None:
-    if current(quiet).gate["stopped"]:
-        current(quiet).clear_stop()
+    if current(quiet).commands.gate["stopped"]:
+        current(quiet).commands.clear_stop()
 
 
 def stops(page: Page, quiet: Running, way: str) -> None:
     """The keys reach the server, and the page says so."""
-    assert not current(quiet).gate["stopped"]
+    assert not current(quiet).commands.gate["stopped"]
     for key in WAYS[way]:
         page.keyboard.press(key)
-    until(lambda: current(quiet).gate["stopped"], "the stop", period=0.005)
+    until(lambda: current(quiet).commands.gate["stopped"], "the stop", period=0.005)
     expect(page.locator("#stop-state")).to_contain_text("Stop in force")
 
 
@@ -244,7 +244,7 @@ def test_on_a_keyboard_whose_period_is_elsewhere_and_while_a_word_is_composed(
             new KeyboardEvent("keydown", { key, code, ctrlKey: true, bubbles: true }))""",
         [key, code],
     )
-    until(lambda: current(quiet).gate["stopped"], "the stop")
+    until(lambda: current(quiet).commands.gate["stopped"], "the stop")
 
 
 def test_no_other_key_stops(bare: Page, quiet: Running) -> None:
@@ -253,7 +253,7 @@ def test_no_other_key_stops(bare: Page, quiet: Running) -> None:
     bare.evaluate(FORGET)
     bare.keyboard.press("Escape")
     bare.evaluate("fetch('/api/v1/me')")  # after what the keys may have asked for
-    assert not current(quiet).gate["stopped"]
+    assert not current(quiet).commands.gate["stopped"]
     assert not bare.evaluate("sessionStorage.getItem('footfall-stop')")
 
 
@@ -277,9 +277,9 @@ def test_while_the_server_is_silent_it_is_asked_for_until_it_answers(bare: Page,
     for key in WAYS[way]:
         bare.keyboard.press(key)
     expect(bare.locator("#stop-state")).to_contain_text("STOP NOT CONFIRMED")
-    assert not current(quiet).gate["stopped"]
+    assert not current(quiet).commands.gate["stopped"]
     bare.evaluate(HEARING)
-    until(lambda: current(quiet).gate["stopped"], "the stop")
+    until(lambda: current(quiet).commands.gate["stopped"], "the stop")
     expect(bare.locator("#stop-state")).to_contain_text("Stop in force")
 
 
@@ -288,12 +288,12 @@ def test_asking_goes_on_when_the_page_is_loaded_again(bare: Page, quiet: Running
     bare.keyboard.press("Control+.")
     expect(bare.locator("#stop-state")).to_contain_text("STOP NOT CONFIRMED")
     bare.reload()
-    until(lambda: current(quiet).gate["stopped"], "the stop")
+    until(lambda: current(quiet).commands.gate["stopped"], "the stop")
     expect(bare.locator("#stop-state")).to_contain_text("Stop in force")
     clear(quiet)
     bare.reload()  # that stop was confirmed: it is not asked for again
     bare.get_by_text("Stepping over a rock", exact=True).wait_for()
-    assert not current(quiet).gate["stopped"]
+    assert not current(quiet).commands.gate["stopped"]
 
 
 @pytest.mark.parametrize("way", WAYS)

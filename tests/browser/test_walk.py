@@ -20,8 +20,8 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     live = quiet.sessions.current
     assert live is not None
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
     console.locator("#panel-walk > summary").click()
     place = held(quiet)["footfall"]
     press(console, "Goal at the footfall")
@@ -67,7 +67,7 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     expect(told.locator("p.no")).to_contain_text(refused["reason"])
     look("refused")
 
-    live.load_terrain(wavy(half=4.0, seed=1), "made for the test")
+    live.terrains.load(wavy(half=4.0, seed=1), "made for the test")
     expect(console.locator("#walk-doubt")).to_contain_text(
         "Out of date: the terrain has changed since: by up to 0.02 m on "
     )

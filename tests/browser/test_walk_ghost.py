@@ -24,9 +24,9 @@ def walked(quiet: Running) -> dict[str, Any]:
     live = quiet.sessions.current
     assert live is not None
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
-    live.ask(WALK, WalkRequest(WalkGoal(1.5, 0.1, 0.0), WalkSettings(seed=4))).finish()
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
+    live.stances.ask(WALK, WalkRequest(WalkGoal(1.5, 0.1, 0.0), WalkSettings(seed=4))).finish()
     made = held(quiet, f"{SESSION}/walks/current")
     assert made["plan"], made["reason"]
     return made
@@ -109,7 +109,7 @@ def test_step_or_walk_is_played_as_chosen_until_something_newer_is_made(console:
     plays.select_option("walk")
     until(lambda: held(quiet)["played"] == made["digest"], "the walk")
     # what would be sent is looked at before what is only planned
-    commands = live.command_foot_moves(made["digest"], 0)
+    commands = live.walks.command(made["digest"], 0)
     assert held(quiet)["played"] == commands
     expect(plays).to_have_value("step")
     expect(console.locator("#scrub-read")).to_contain_text("of the commands")

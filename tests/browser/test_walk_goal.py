@@ -55,8 +55,8 @@ def test_a_click_on_the_ground_is_the_goal_only_while_it_is_asked_for(page: Page
     expect(page.locator("#walk-y")).to_have_value(f"{goal[1]:.3f}")
     live = served.sessions.current
     assert live is not None
-    assert live.frame is not None
-    T = np.array(live.frame.state.T_site_base)
+    assert live.rover.frame is not None
+    T = np.array(live.rover.frame.state.T_site_base)
     ahead = np.linalg.inv(T) @ np.array([*goal, T[2, 3], 1.0])
     assert float(page.locator("#walk-ahead").input_value()) == pytest.approx(np.hypot(*ahead[:2]), abs=0.01)
     toward = np.degrees(np.arctan2(ahead[1], ahead[0]))

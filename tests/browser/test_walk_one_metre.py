@@ -45,7 +45,7 @@ def served(tmp_path: Path) -> Iterator[Running]:
         rover = RoverProcess(folder, HURRY)
         rover.start(f"ws{running.url.removeprefix('http')}{PATH}")
         try:
-            until(lambda: live.frame, "the first telemetry")
+            until(lambda: live.rover.frame, "the first telemetry")
             yield running
         finally:
             rover.end()
@@ -90,8 +90,8 @@ def chassis(served: Running) -> np.ndarray:
     """Where it is by the latest telemetry [m]."""
     live = served.sessions.current
     assert live is not None
-    assert live.frame is not None
-    return np.array(live.frame.state.T_site_base)[:3, 3]
+    assert live.rover.frame is not None
+    return np.array(live.rover.frame.state.T_site_base)[:3, 3]
 
 
 def test_one_metre_from_images_on(page: Page, served: Running, look: Keep) -> None:

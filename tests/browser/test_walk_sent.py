@@ -34,8 +34,8 @@ def at(served: Running) -> np.ndarray:
     """Where the chassis is."""
     live = served.sessions.current
     assert live is not None
-    assert live.frame is not None
-    return np.array(live.frame.state.T_site_base)[:3, 3]
+    assert live.rover.frame is not None
+    return np.array(live.rover.frame.state.T_site_base)[:3, 3]
 
 
 def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep) -> None:

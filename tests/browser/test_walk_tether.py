@@ -28,9 +28,9 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
     live = quiet.sessions.current
     assert live is not None
     dem = wavy(half=4.0)
-    live.load_terrain(dem, "made for the test")
-    live.set_state(stand(live.robot, dem))
-    live.choose_footfall(2, -3.2, 1.9)
+    live.terrains.load(dem, "made for the test")
+    live.stances.set(stand(live.robot, dem))
+    live.maps.choose_footfall(2, -3.2, 1.9)
     console.locator("#panel-walk > summary").first.click()
     console.locator("#walk-x").fill("0.4")
     console.locator("#walk-y").fill("0.1")
@@ -82,7 +82,7 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
     assert alone["plan"]["tethered"] is None
     assert alone["provenance"]["parents"].keys() == {"dem", "state", "robot"}
 
-    live.load_terrain(wavy(half=4.0, seed=1), "made for the test")
+    live.terrains.load(wavy(half=4.0, seed=1), "made for the test")
     expect(console.locator("#walk-doubt")).to_contain_text(
         "Out of date: the terrain has changed since: by up to 0.02 m on "
     )

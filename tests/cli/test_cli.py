@@ -135,7 +135,7 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
 
     with Sessions(tmp_path) as sessions:
         live = sessions.create("served")
-        live.load_terrain(plane(size=10.0, resolution=0.1))
+        live.terrains.load(plane(size=10.0, resolution=0.1))
         name = live.id
     command = [*FOOTFALL, "serve", "--port", "0", "--session", name, "--data", str(tmp_path), "--workers", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:

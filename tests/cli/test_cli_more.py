@@ -89,11 +89,11 @@ def test_a_pair_that_makes_no_sense(photographed):
 def test_replay_of_a_session_and_the_list(tmp_path):
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
         live = sessions.create("by hand")
-        live.load_terrain(plane(size=10.0, resolution=0.1))
+        live.terrains.load(plane(size=10.0, resolution=0.1))
         from footfall.planning.stance.stand import stand
 
-        live.set_state(stand(live.robot, plane(size=10.0, resolution=0.1)))
-        live.compute_maps(2).finish()
+        live.stances.set(stand(live.robot, plane(size=10.0, resolution=0.1)))
+        live.maps.compute(2).finish()
         name = live.id
     report = json.loads(run("replay", tmp_path / name, "--check", "--json").stdout)
     assert report["ok"] is True

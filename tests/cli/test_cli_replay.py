@@ -50,9 +50,9 @@ def test_products_of_other_code_fail_and_are_named(tmp_path, monkeypatch):
     dem = plane(size=10.0, resolution=0.1)
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
         live = sessions.create("by other code")
-        live.load_terrain(dem)
-        live.set_state(stand(live.robot, dem))
-        live.compute_maps(2).finish()
+        live.terrains.load(dem)
+        live.stances.set(stand(live.robot, dem))
+        live.maps.compute(2).finish()
         folder = tmp_path / live.id
     (product,) = replayed(folder, code=1)[str(folder)]["products"]
     assert (product["kind"], product["verdict"]) == ("maps", "different")

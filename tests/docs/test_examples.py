@@ -42,7 +42,7 @@ def test_the_example_over_rest(capsys, monkeypatch, tmp_path):
     with running_server(tmp_path, prepare=lambda sessions: sessions.open_sample("rock-step")) as server:
         server.rover.start()
         current = server.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry")
+        until(lambda: current is not None and current.rover.frame, "the first telemetry")
         out = run("over_rest", capsys, monkeypatch, server.url)
     assert re.search(r"plan: done\nfound: .*\n[1-9]\d* commands, [1-9]\d* bytes of SeqJSON", out), out
 

@@ -50,7 +50,7 @@ def test_curl(tmp_path: Path) -> None:
     with running_server(tmp_path / "sessions", prepare=lambda s: s.open_sample("rock-step"), physics=True) as served:
         served.rover.start()
         current = served.sessions.current
-        until(lambda: current is not None and current.frame, "the first telemetry")
+        until(lambda: current is not None and current.rover.frame, "the first telemetry")
         run = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", script.replace(ADDRESS, served.url)],
             cwd=tmp_path,

@@ -46,16 +46,16 @@ def served(tmp_path_factory, athlete):
 
     def prepare(sessions):
         live = sessions.create("bad link")
-        live.load_terrain(dem, "made for the tests")
-        live.set_state(state)
+        live.terrains.load(dem, "made for the tests")
+        live.stances.set(state)
         x, y, _ = contact_point(athlete, state.posture, 2, state.T_site_base)
-        live.plan_step(2, (float(x), float(y) + 0.05)).finish(BOUND)
-        digest = live.make_sequence(as_commanded=True)
+        live.plans.step(2, (float(x), float(y) + 0.05)).finish(BOUND)
+        digest = live.sequences.make(as_commanded=True)
         rows = len(live.get(digest).commands)
         for _ in range(3):
-            digest = live.edit_sequence(digest, Edit("insert", 0, Command("WAIT", None, None, 0.15)))
+            digest = live.sequences.edit(digest, Edit("insert", 0, Command("WAIT", None, None, 0.15)))
         for _ in range(rows):
-            digest = live.edit_sequence(digest, Edit("delete", 3))
+            digest = live.sequences.edit(digest, Edit("delete", 3))
 
     with running_server(tmp_path_factory.mktemp("sessions"), prepare=prepare) as server, server.client() as client:
         yield server, client, dem, state
@@ -200,12 +200,12 @@ def test_a_stop_is_told_again_until_it_is_acknowledged(tmp_path):
     sent = []
     with Sessions(tmp_path, jobs=InlineJobs()) as sessions:
         live = sessions.create("lost stops")
-        live.rover_connected(sent.append)
-        live.stop("lost on the way")
+        live.rover.connected(sent.append)
+        live.commands.stop("lost on the way")
         until(lambda: len(sent) >= 3, "the stop told again")
         (told,) = {json.loads(text)["id"] for text in sent}
         assert {json.loads(text)["type"] for text in sent} == {"stop"}
-        live.take_stop_acknowledgement(told)
+        live.rover.take_stop_acknowledgement(told)
         count = len(sent)
         a_while(1.5 * AGAIN_AFTER)
         assert len(sent) == count

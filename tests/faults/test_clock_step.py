@@ -46,8 +46,8 @@ def test_a_step_of_the_clock_ends_no_lease_run_or_arming_and_keeps_the_order(wal
 
     def prepare(sessions):
         live = sessions.create("stepped clock")
-        live.load_terrain(dem, "made for the tests")
-        live.set_state(state)
+        live.terrains.load(dem, "made for the tests")
+        live.stances.set(state)
 
     homes = [(float(x), float(y)) for x, y, _ in points]
     with running_server(tmp_path / "data", prepare=prepare) as server:

@@ -55,11 +55,11 @@ def test_legs_in_each_other_are_no_start():
 
 def test_a_stop_that_was_carried_along_is_in_force(sessions):
     live = sessions.import_bundle((FOLDER / "stop-carried-along.zip").read_bytes())
-    assert live.gate["stopped"]
+    assert live.commands.gate["stopped"]
     assert live.state.stop.reason.startswith("still in force from session ")
     assert live.state.stop.reason.endswith(": dust storm")
     heard = []
-    live.rover_connected(heard.append)
+    live.rover.connected(heard.append)
     assert '"stop"' in heard[0]
 
 

@@ -74,8 +74,8 @@ def sessions(tmp_path, tiny, athlete):
 def session(sessions, tiny, state_of):
     """A session with terrain and state."""
     live = sessions.create("test")
-    live.load_terrain(tiny.dem(), "test")
-    live.set_state(state_of())
+    live.terrains.load(tiny.dem(), "test")
+    live.stances.set(state_of())
     return live
 
 
@@ -96,6 +96,6 @@ def live(tmp_path, athlete, dem, standing):
     """A session with the real recipes, the rover frozen as it stands."""
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as opened:
         made = opened.create("on waves")
-        made.load_terrain(dem)
-        made.set_state(standing)
+        made.terrains.load(dem)
+        made.stances.set(standing)
         yield made

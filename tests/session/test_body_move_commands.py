@@ -23,20 +23,20 @@ ASIDE = BodyShift(dx=0.05, dz=-0.1)
 def connected(live, state):
     """What the rover is sent."""
     heard: list[dict] = []
-    live.rover_connected(lambda text: heard.append(json.loads(text)))
-    live.take_telemetry(TelemetryFrame(0, state, state.posture))
+    live.rover.connected(lambda text: heard.append(json.loads(text)))
+    live.rover.take_telemetry(TelemetryFrame(0, state, state.posture))
     return heard
 
 
 def test_every_row_goes_out_and_a_what_if_does_not_stand_in_the_way(live, standing):
-    move = live.plan_body_move(ASIDE).finish()
-    sequence = live.get(live.make_sequence(move, as_commanded=True))
+    move = live.stances.plan_body_move(ASIDE).finish()
+    sequence = live.get(live.sequences.make(move, as_commanded=True))
     assert sequence.valid
-    assert live.played == live.state.sequence == sequence.digest
+    assert live.review.played == live.state.sequence == sequence.digest
     heard = connected(live, standing)
     # planned from elsewhere in thought; the sequence starts where the rover stands
-    live.what_if(BodyShift(dz=-0.2))
-    ids = live.send(live.arm()["token"])["commands"]
+    live.stances.what_if(BodyShift(dz=-0.2))
+    ids = live.commands.send(live.commands.arm()["token"])["commands"]
     for row, command_id in enumerate(ids):
         message = [one for one in heard if one["type"] == "command"][-1]
         command = sequence.commands[row]
@@ -47,59 +47,59 @@ def test_every_row_goes_out_and_a_what_if_does_not_stand_in_the_way(live, standi
             None,
         )
         assert message["joints"] == command.joints.tolist()
-        live.take_acknowledgement(command_id, "done")
+        live.rover.take_acknowledgement(command_id, "done")
     assert [one.state for one in live.state.commands] == ["done"] * len(ids)
-    assert live.gate["state"] == "idle"
+    assert live.commands.gate["state"] == "idle"
 
 
 def test_from_elsewhere_it_is_refused(live, athlete, dem, standing):
-    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
+    live.sequences.make(live.stances.plan_body_move(ASIDE).finish(), as_commanded=True)
     moved = shifted_state(athlete, dem, standing, BodyShift(dz=-0.05))
     connected(live, moved)
     with pytest.raises(CommandRefused) as caught:
-        live.arm()
+        live.commands.arm()
     assert caught.value.details["check"] == "start"
 
 
 def test_after_another_terrain_it_is_refused(live, standing):
-    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
+    live.sequences.make(live.stances.plan_body_move(ASIDE).finish(), as_commanded=True)
     connected(live, standing)
-    live.load_terrain(wavy(rocks=((1.0, 3.4, 0.3, 0.2),), half=4.0))
+    live.terrains.load(wavy(rocks=((1.0, 3.4, 0.3, 0.2),), half=4.0))
     with pytest.raises(CommandRefused) as caught:
-        live.arm()
+        live.commands.arm()
     assert caught.value.details["check"] == "terrain"
 
 
 def test_the_move_that_a_search_found_becomes_commands_too(live, athlete, standing):
     x, y, _ = contact_point(athlete, standing.posture, LEG, standing.T_site_base)
-    found = live.find_shift(LEG, (float(x) - 0.5, float(y) + 0.4)).finish()
-    sequence = live.get(live.make_sequence(found, as_commanded=True))
+    found = live.stances.find_shift(LEG, (float(x) - 0.5, float(y) + 0.4)).finish()
+    sequence = live.get(live.sequences.make(found, as_commanded=True))
     assert sequence.valid
     plan = live.get(found).plan
     assert [one.joints.tolist() for one in sequence.commands] == plan.waypoints[1:].tolist()
-    needless = live.find_shift(LEG, (float(x + 0.1), float(y + 0.1))).finish()
+    needless = live.stances.find_shift(LEG, (float(x + 0.1), float(y + 0.1))).finish()
     with pytest.raises(InvalidInput, match="no shift is needed"):
-        live.make_sequence(needless)
+        live.sequences.make(needless)
 
 
 def test_what_is_no_plan_becomes_no_commands(live):
-    refused = live.plan_body_move(BodyShift(dx=0.6)).finish()
+    refused = live.stances.plan_body_move(BodyShift(dx=0.6)).finish()
     with pytest.raises(InvalidInput, match="too short"):
-        live.make_sequence(refused)
+        live.sequences.make(refused)
     with pytest.raises(NotFound, match="holds no plan"):
-        live.make_sequence(live.what_if(ASIDE))
+        live.sequences.make(live.stances.what_if(ASIDE))
 
 
 def test_edits_exports_and_a_replay(live):
-    first = live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
-    edited = live.edit_sequence(first, Edit("insert", 0, Command("WAIT", None, None, 1.0)))
-    split = live.edit_sequence(edited, Edit("split", 2))
+    first = live.sequences.make(live.stances.plan_body_move(ASIDE).finish(), as_commanded=True)
+    edited = live.sequences.edit(first, Edit("insert", 0, Command("WAIT", None, None, 1.0)))
+    split = live.sequences.edit(edited, Edit("split", 2))
     assert live.get(split).valid
-    assert live.played == split
+    assert live.review.played == split
     for format in ("json", "csv", "seqjson"):
-        assert live.export_sequence(split, format)
-    live.undo_sequence()
-    assert live.played == edited
+        assert live.sequences.export(split, format)
+    live.sequences.undo()
+    assert live.review.played == edited
     report = replay(live.export_bundle())
     assert report.ok, report.problems
     kinds = ["body_move", "sequence", "edit", "edit", "export", "export", "export"]
@@ -108,18 +108,18 @@ def test_edits_exports_and_a_replay(live):
 
 def test_a_ghost_plays_the_newer_of_plan_and_move(live, athlete, standing):
     x, y, _ = contact_point(athlete, standing.posture, LEG, standing.T_site_base)
-    assert live.played is None
-    live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
+    assert live.review.played is None
+    live.sequences.make(live.stances.plan_body_move(ASIDE).finish(), as_commanded=True)
     assert live.summary()["played"] == live.state.sequence
-    live.plan_step(LEG, (float(x + 0.1), float(y + 0.1))).finish()
-    assert live.played == live.state.plan
-    live.make_sequence(as_commanded=True)
-    assert live.played == live.state.plan
+    live.plans.step(LEG, (float(x + 0.1), float(y + 0.1))).finish()
+    assert live.review.played == live.state.plan
+    live.sequences.make(as_commanded=True)
+    assert live.review.played == live.state.plan
 
 
 def test_a_move_is_commanded_with_the_pose_held_where_the_rover_sags(live):
-    move = live.plan_body_move(ASIDE).finish()
-    made = live.make_sequence(move)
+    move = live.stances.plan_body_move(ASIDE).finish()
+    made = live.sequences.make(move)
     held = live.get(live.state.newest(HELD_MOVE))
     sequence = live.get(made)
     assert sequence.valid
@@ -130,12 +130,12 @@ def test_a_move_is_commanded_with_the_pose_held_where_the_rover_sags(live):
     np.testing.assert_allclose(sequence.poses[-1], planned.Ts_site_base[-1], atol=1e-3)
     # where as commanded the set points are the planned posture, held they are beyond it
     assert np.abs(sequence.commanded[-1] - planned.waypoints[-1]).max() > 1e-3
-    assert live.way_of(made)["mode"] == "pose_held"
-    assert live.up_to_date()[HELD_MOVE.name]["fits"]
-    assert live.to_command["plan"] == move
+    assert live.executions.way_of(made)["mode"] == "pose_held"
+    assert live.fits.up_to_date()[HELD_MOVE.name]["fits"]
+    assert live.review.to_command["plan"] == move
     # asked for again as it was, it is there
     events = len(live.events())
-    assert live.make_sequence(move) == made
+    assert live.sequences.make(move) == made
     assert [one.payload["kind"] for one in live.events()[events:]] == ["sequence"]
     report = replay(live.export_bundle())
     assert report.ok, report.problems
@@ -144,31 +144,31 @@ def test_a_move_is_commanded_with_the_pose_held_where_the_rover_sags(live):
 
 
 def test_as_commanded_says_that_the_rover_sags(live):
-    made = live.make_sequence(live.plan_body_move(ASIDE).finish(), as_commanded=True)
-    told = live.way_of(made)
+    made = live.sequences.make(live.stances.plan_body_move(ASIDE).finish(), as_commanded=True)
+    told = live.executions.way_of(made)
     assert (told["mode"], told["doubt"]) == ("rigid", True)
     assert "the rover sags" in told["text"]
 
 
 def test_another_mode_than_pose_held_is_refused_for_a_move(live):
-    move = live.plan_body_move(ASIDE).finish()
-    for ask in (live.make_sequence, live.plan_held_move):
+    move = live.stances.plan_body_move(ASIDE).finish()
+    for ask in (live.sequences.make, live.executions.plan_held_move):
         with pytest.raises(InvalidInput, match="a move of the chassis can't be commanded droop-aware"):
             ask(move, ExecutionSettings(mode="droop_aware"))
 
 
 def test_a_held_move_that_fails_a_check_names_it_and_offers_as_commanded(live):
-    move = live.plan_body_move(ASIDE).finish()
+    move = live.stances.plan_body_move(ASIDE).finish()
     with pytest.raises(InvalidInput, match=r"pose held: .* then sags, and where the chassis ends is not predicted"):
-        live.make_sequence(move, ExecutionSettings(least_load=1e5))
+        live.sequences.make(move, ExecutionSettings(least_load=1e5))
     assert live.state.sequence is None
 
 
 def test_a_held_move_needs_a_move(live):
     with pytest.raises(Conflict, match="no move of the chassis yet"):
-        live.plan_held_move()
-    refused = live.plan_body_move(BodyShift(dx=0.6)).finish()
+        live.executions.plan_held_move()
+    refused = live.stances.plan_body_move(BodyShift(dx=0.6)).finish()
     with pytest.raises(Conflict, match="no move of the chassis was found"):
-        live.plan_held_move(refused)
+        live.executions.plan_held_move(refused)
     with pytest.raises(NotFound, match="holds no move of the chassis"):
-        live.plan_held_move(live.what_if(ASIDE))
+        live.executions.plan_held_move(live.stances.what_if(ASIDE))

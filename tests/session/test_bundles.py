@@ -231,9 +231,9 @@ def test_an_old_folder_is_brought_up_when_opened(sessions, session, monkeypatch)
 
 
 def test_out_and_in_again(sessions, session):
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    exported = [session.export_sequence(format=format) for format in SUFFIXES if format != "html"]
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    exported = [session.sequences.export(format=format) for format in SUFFIXES if format != "html"]
     data = session.export_bundle()
     assert data == sessions.export_bundle(session.id)
     again = sessions.import_bundle(data)

@@ -36,16 +36,16 @@ ODD = [
 @pytest.fixture
 def told(session, state_of, frame_of):
     """The bundle of a session with something of everything in its log."""
-    session.choose_footfall(2, 1.0, 0.0)
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
+    session.maps.choose_footfall(2, 1.0, 0.0)
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
     session.add_note("one")
-    session.rover_connected(lambda text: None)
-    session.take_telemetry(frame_of(0))
-    ids = session.send(session.arm()["token"])["commands"]
-    session.take_acknowledgement(ids[0], "refused", "the joint is stuck")
-    session.export_sequence(None, "csv")
-    session.stop("enough")
+    session.rover.connected(lambda text: None)
+    session.rover.take_telemetry(frame_of(0))
+    ids = session.commands.send(session.commands.arm()["token"])["commands"]
+    session.rover.take_acknowledgement(ids[0], "refused", "the joint is stuck")
+    session.sequences.export(None, "csv")
+    session.commands.stop("enough")
     return read_bundle(session.export_bundle())
 
 
@@ -106,8 +106,8 @@ def test_whatever_it_says_it_is_refused_or_can_be_shown(sessions, told, data):
         return
     live.summary()
     live.export_bundle()
-    if live.gate["stopped"]:
-        live.clear_stop()  # else the next one would have to carry it on
+    if live.commands.gate["stopped"]:
+        live.commands.clear_stop()  # else the next one would have to carry it on
     sessions._open.pop(live.id).close()
 
 
@@ -151,8 +151,8 @@ def test_whatever_value_an_event_names_it_is_refused_or_told_and_compared(sessio
     live.summary()
     page_story(live.events(), live.get, live.robot)
     side_by_side(live, session)
-    if live.gate["stopped"]:
-        live.clear_stop()
+    if live.commands.gate["stopped"]:
+        live.commands.clear_stop()
     sessions._open.pop(live.id).close()
 
 

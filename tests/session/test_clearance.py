@@ -25,17 +25,17 @@ class Driven:
 
     def __init__(self, live, rover, plan):
         self.live, self.count = live, 0
-        live.plan_step(LEG, plan).finish()
+        live.plans.step(LEG, plan).finish()
 
     def send(self, digest, state, commanded):
         live = self.live
-        live.rover_connected(lambda _: None)
-        live.make_sequence(digest, as_commanded=digest == live.state.plan)
+        live.rover.connected(lambda _: None)
+        live.sequences.make(digest, as_commanded=digest == live.state.plan)
         self.tell(state, commanded)
-        live.send(live.arm()["token"])
+        live.commands.send(live.commands.arm()["token"])
 
     def tell(self, state, commanded):
-        self.live.take_telemetry(TelemetryFrame(self.count, state, commanded))
+        self.live.rover.take_telemetry(TelemetryFrame(self.count, state, commanded))
         self.count += 1
         return clearances(self.live)
 
@@ -59,8 +59,8 @@ def driven(tmp_path, athlete, dem, rest):
     x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[LEG]
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         live = sessions.create("clearance")
-        live.load_terrain(dem)
-        live.set_state(state)
+        live.terrains.load(dem)
+        live.stances.set(state)
         yield Driven(live, state, (float(x) + 0.1, float(y) - 0.3))
 
 
@@ -79,7 +79,7 @@ def test_nothing_is_said_without_telemetry_ground_or_a_wheel_in_the_air(driven, 
     # a rover that reports no forces, and was sent nothing
     found = driven.tell(replace(state, wheel_forces=0 * state.wheel_forces), rest.commanded)
     assert found.wheels == ()
-    driven.live.take_telemetry(TelemetryFrame(9, state, rest.commanded), at=-1000.0)
+    driven.live.rover.take_telemetry(TelemetryFrame(9, state, rest.commanded), at=-1000.0)
     found = clearances(driven.live)
     assert (found.time, found.wheels) == (None, ())
     assert "s old" in found.reason
@@ -88,7 +88,7 @@ def test_nothing_is_said_without_telemetry_ground_or_a_wheel_in_the_air(driven, 
 def test_as_predicted_it_is_measured_and_a_softer_rover_is_marked(driven, athlete, dem, rest):
     live = driven.live
     state = CompliantRover(athlete, dem).state(rest)
-    digest = live.plan_execution().finish()
+    digest = live.executions.plan().finish()
     done = live.get(digest).execution
     driven.send(digest, state, rest.commanded)
     swings = [at for at, phase in enumerate(done.phases) if phase == "swing"]

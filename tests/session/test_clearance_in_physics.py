@@ -31,14 +31,14 @@ def test_the_wheel_is_where_it_is_measured_to_be(tmp_path, athlete, stiffness):
     errors, wheels, looks = [], [], [0]
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         live: Any = sessions.create("physics")
-        live.load_terrain(dem)
+        live.terrains.load(dem)
         linked = Linked(live, rover)
-        state = live.get(live.snapshot_state())
+        state = live.get(live.stances.freeze())
         x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[LEG]
-        live.plan_step(LEG, (x + 0.1, y - 0.3)).finish()
-        live.make_sequence(live.plan_execution().finish())
+        live.plans.step(LEG, (x + 0.1, y - 0.3)).finish()
+        live.sequences.make(live.executions.plan().finish())
         linked.report()
-        live.send(live.arm()["token"])
+        live.commands.send(live.commands.arm()["token"])
 
         def look() -> None:
             looks[0] += 1

@@ -37,44 +37,44 @@ def rover():
 @pytest.fixture
 def ready(session, rover, frame_of):
     """A session with a sequence of three rows and an idle rover where it starts."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(rover)
-    session.take_telemetry(frame_of(0))
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(rover)
+    session.rover.take_telemetry(frame_of(0))
     return session
 
 
 def refused(session, check):
     with pytest.raises(CommandRefused) as caught:
-        session.arm()
+        session.commands.arm()
     assert caught.value.details["check"] == check
     return caught.value
 
 
 def test_rows_go_one_after_another(ready, rover):
-    answer = ready.send(ready.arm()["token"])
+    answer = ready.commands.send(ready.commands.arm()["token"])
     ids = answer["commands"]
     assert len(ids) == len(set(ids)) == 3
     for i, command in enumerate(ids):
         assert rover.ids() == ids[: i + 1]
-        ready.take_acknowledgement(command, "received")
-        ready.take_acknowledgement(command, "started")
-        ready.take_acknowledgement(command, "done")
+        ready.rover.take_acknowledgement(command, "received")
+        ready.rover.take_acknowledgement(command, "started")
+        ready.rover.take_acknowledgement(command, "done")
     assert [c.state for c in ready.state.commands] == ["done"] * 3
-    assert ready.gate["state"] == "idle"
+    assert ready.commands.gate["state"] == "idle"
     assert ready.events()[-1].payload["outcome"] == "done"
-    ready.take_acknowledgement(ids[0], "done")
+    ready.rover.take_acknowledgement(ids[0], "done")
     assert rover.ids() == ids
 
 
 def test_a_token_sends_once_and_expires(ready):
-    token = ready.arm()["token"]
+    token = ready.commands.arm()["token"]
     with pytest.raises(CommandRefused, match="token"):
-        ready.send("wrong")
-    for command in ready.send(token)["commands"]:
-        ready.take_acknowledgement(command, "done")
+        ready.commands.send("wrong")
+    for command in ready.commands.send(token)["commands"]:
+        ready.rover.take_acknowledgement(command, "done")
     with pytest.raises(CommandRefused, match="sends once"):
-        ready.send(token)
+        ready.commands.send(token)
 
 
 def test_an_arming_expires():
@@ -92,27 +92,27 @@ def test_two_sessions_never_name_a_command_alike(sessions, tiny, state_of, frame
     named = []
     for _ in range(2):
         live, rover = sessions.create("again"), Rover()
-        live.load_terrain(tiny.dem(), "test")
-        live.set_state(state_of())
-        live.plan_step(2, (1.0, 0.0)).finish()
-        digest = live.make_sequence()
-        live.rover_connected(rover)
-        live.take_telemetry(frame_of(0))
-        sent = live.send(live.arm()["token"])
+        live.terrains.load(tiny.dem(), "test")
+        live.stances.set(state_of())
+        live.plans.step(2, (1.0, 0.0)).finish()
+        digest = live.sequences.make()
+        live.rover.connected(rover)
+        live.rover.take_telemetry(frame_of(0))
+        sent = live.commands.send(live.commands.arm()["token"])
         for command in sent["commands"]:
-            live.take_acknowledgement(command, "done")
+            live.rover.take_acknowledgement(command, "done")
         assert rover.ids() == sent["commands"]
-        assert [row["id"] for row in live.run["rows"]] == sent["commands"]
+        assert [row["id"] for row in live.commands.run["rows"]] == sent["commands"]
         named.append((digest, sent["run"], sent["commands"]))
-        live.rover_disconnected()
+        live.rover.disconnected()
     (first, run, ids), (second, same, others) = named
     assert (first, run) == (second, same)
     assert not {*ids} & {*others}
 
 
 def test_a_refused_row_ends_the_run(ready, rover):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.take_acknowledgement(ids[0], "refused", "joint fault")
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.rover.take_acknowledgement(ids[0], "refused", "joint fault")
     assert rover.ids() == ids[:1]
     assert ready.state.commands[0].state == "refused"
     end = ready.events()[-1]
@@ -120,84 +120,84 @@ def test_a_refused_row_ends_the_run(ready, rover):
 
 
 def test_the_first_end_of_a_command_counts_and_another_is_told(ready):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.take_acknowledgement(ids[0], "done")
-    ready.take_acknowledgement(ids[0], "done")
-    assert ready.link.kinds == {}
-    ready.take_acknowledgement(ids[0], "outdated", "it came again")  # to a rover that was restarted since
-    ready.take_acknowledgement(ids[0], "refused", "the joint is stuck")
-    ready.take_acknowledgement(ids[1], "refused", "the joint is stuck")
-    ready.take_acknowledgement(ids[1], "done")
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.rover.take_acknowledgement(ids[0], "done")
+    ready.rover.take_acknowledgement(ids[0], "done")
+    assert ready.rover.link.kinds == {}
+    ready.rover.take_acknowledgement(ids[0], "outdated", "it came again")  # to a rover that was restarted since
+    ready.rover.take_acknowledgement(ids[0], "refused", "the joint is stuck")
+    ready.rover.take_acknowledgement(ids[1], "refused", "the joint is stuck")
+    ready.rover.take_acknowledgement(ids[1], "done")
     assert [one.state for one in ready.state.commands] == ["done", "refused"]
-    assert ready.link.kinds == {"outdated-command": 1, "contradiction": 2}
-    assert "had said that it is refused" in ready.link.fault
+    assert ready.rover.link.kinds == {"outdated-command": 1, "contradiction": 2}
+    assert "had said that it is refused" in ready.rover.link.fault
 
 
 def test_a_lost_link_ends_the_run_and_leaves_the_row_unknown(ready, rover):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.rover_disconnected()
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.rover.disconnected()
     assert ready.state.commands[0].state == "unknown"
     again = Rover()
-    ready.rover_connected(again)
-    ready.take_acknowledgement(ids[0], "done")  # late, but true
+    ready.rover.connected(again)
+    ready.rover.take_acknowledgement(ids[0], "done")  # late, but true
     assert ready.state.commands[0].state == "done"
     assert again.types() == ["query"]  # asked, not told again
 
 
 def test_the_gate_names_what_does_not_fit(session, rover, frame_of, tiny, monkeypatch):
-    session.plan_step(2, (1.0, 0.0)).finish()
-    sequence = session.make_sequence()
+    session.plans.step(2, (1.0, 0.0)).finish()
+    sequence = session.sequences.make()
     refused(session, "link")
-    session.rover_connected(rover)
+    session.rover.connected(rover)
     refused(session, "telemetry")
-    session.take_telemetry(frame_of(1, offset=0.02))
+    session.rover.take_telemetry(frame_of(1, offset=0.02))
     error = refused(session, "start")
     assert error.details["joint"] == session.description.joint_names[7]
     assert error.details["difference"] == pytest.approx(0.02)
-    assert session.plan_matches_rover()["ok"] is False
-    session.take_telemetry(frame_of(2, mode="moving"))
+    assert session.review.plan_matches_rover()["ok"] is False
+    session.rover.take_telemetry(frame_of(2, mode="moving"))
     refused(session, "mode")
-    session.take_telemetry(frame_of(3, offset=0.009))
-    session.arm()
-    monkeypatch.setattr(type(session.link), "age", property(lambda self: 2.5))
+    session.rover.take_telemetry(frame_of(3, offset=0.009))
+    session.commands.arm()
+    monkeypatch.setattr(type(session.rover.link), "age", property(lambda self: 2.5))
     refused(session, "telemetry")
     monkeypatch.undo()
-    session.load_terrain(tiny.dem(0.1))
+    session.terrains.load(tiny.dem(0.1))
     refused(session, "terrain")
-    session.load_terrain(tiny.dem())
-    session.edit_sequence(sequence, Edit("duration", 0, number=1e-3))
+    session.terrains.load(tiny.dem())
+    session.sequences.edit(sequence, Edit("duration", 0, number=1e-3))
     refused(session, "rules")
     assert rover.ids() == []
 
 
 def test_a_stop_is_latched_and_clears_only_when_acknowledged(ready, rover):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.stop("operator")
-    ready.stop("again")
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.commands.stop("operator")
+    ready.commands.stop("again")
     assert rover.types() == ["command", "stop", "stop"]
     assert [e.type for e in ready.events()].count("stop_requested") == 1
-    ready.take_acknowledgement(ids[0], "done")
+    ready.rover.take_acknowledgement(ids[0], "done")
     assert rover.ids() == ids[:1]
     refused(ready, "stop")
     with pytest.raises(Conflict, match="not acknowledged"):
-        ready.clear_stop()
-    ready.take_stop_acknowledgement()
+        ready.commands.clear_stop()
+    ready.rover.take_stop_acknowledgement()
     assert ready.state.stop.acknowledged
-    ready.clear_stop()
+    ready.commands.clear_stop()
     assert rover.types()[-1] == "clear_stop"
     assert not ready.state.stop.latched
-    ready.arm()
+    ready.commands.arm()
 
 
 def test_a_stop_survives_reopening_and_reaches_a_returning_rover(sessions, ready, rover):
-    ready.rover_disconnected()
-    ready.stop("no link")
+    ready.rover.disconnected()
+    ready.commands.stop("no link")
     session_id = ready.id
     ready.close()
     del sessions._open[session_id]
     again = sessions.open(session_id)
-    assert again.gate["stopped"]
-    again.rover_connected(rover)
+    assert again.commands.gate["stopped"]
+    again.rover.connected(rover)
     assert rover.types() == ["stop"]
 
 
@@ -205,11 +205,11 @@ def test_a_stop_needs_no_disk(ready, rover, monkeypatch):
     def full(*_):
         raise OSError("no space left")
 
-    ready.send(ready.arm()["token"])
+    ready.commands.send(ready.commands.arm()["token"])
     monkeypatch.setattr(SqliteLog, "append", full)
-    ready.stop("disk full")
+    ready.commands.stop("disk full")
     assert rover.types()[-1] == "stop"
-    assert ready.gate["stopped"]
+    assert ready.commands.gate["stopped"]
     monkeypatch.undo()
     ready.add_note("the disk is back")
     types = [e.type for e in ready.events()]
@@ -217,14 +217,14 @@ def test_a_stop_needs_no_disk(ready, rover, monkeypatch):
 
 
 def test_nothing_is_sent_that_is_not_in_the_log(ready, rover, monkeypatch):
-    token = ready.arm()["token"]
+    token = ready.commands.arm()["token"]
 
     def full(*_):
         raise OSError("no space left")
 
     monkeypatch.setattr(SqliteLog, "append", full)
     with pytest.raises(OSError, match="no space"):
-        ready.send(token)
+        ready.commands.send(token)
     assert rover.ids() == []
     monkeypatch.undo()
 
@@ -241,7 +241,7 @@ def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
     thread = threading.Thread(target=ready.add_note, args=("slow listener",))
     thread.start()
     assert held.wait(BOUND)
-    ready.stop("now")
+    ready.commands.stop("now")
     assert thread.is_alive()  # the listener is held still
     assert rover.types()[-1] == "stop"
     free.set()
@@ -256,15 +256,15 @@ def ends(session):
 
 
 def test_a_rover_that_falls_silent_ends_the_run(ready, monkeypatch):
-    ready.send(ready.arm()["token"])
-    monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
+    ready.commands.send(ready.commands.arm()["token"])
+    monkeypatch.setattr(type(ready.rover.link), "age", property(lambda self: 2.5))
     until(lambda: ends(ready), "the end of the run")
     assert ends(ready) == ["link_lost"]
 
 
 def test_a_row_that_is_never_acknowledged_ends_the_run(ready, rover, monkeypatch):
     monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
-    ready.send(ready.arm()["token"])
+    ready.commands.send(ready.commands.arm()["token"])
     until(lambda: ends(ready), "the end of the run")
     assert ends(ready) == ["overdue"]
     assert len(rover.ids()) == 1
@@ -272,9 +272,9 @@ def test_a_row_that_is_never_acknowledged_ends_the_run(ready, rover, monkeypatch
 
 def test_the_link_counts_what_is_missing(ready, frame_of):
     for number in (1, 2, 5, 6, 0, 1):
-        ready.take_telemetry(frame_of(number))
-    about = ready.link.as_dict()
+        ready.rover.take_telemetry(frame_of(number))
+    about = ready.rover.link.as_dict()
     assert (about["frames"], about["gaps"], about["restarts"]) == (7, 2, 1)
-    assert ready.telemetry_age < 5
-    ready.rover_disconnected(lambda text: None)  # an older connection's end changes nothing
-    assert ready.link.connected
+    assert ready.rover.telemetry_age < 5
+    ready.rover.disconnected(lambda text: None)  # an older connection's end changes nothing
+    assert ready.rover.link.connected

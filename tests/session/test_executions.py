@@ -36,55 +36,55 @@ def state(athlete, dem, rest):
 def live(tmp_path, athlete, dem, state):
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         made = sessions.create("execution")
-        made.load_terrain(dem)
-        made.set_state(state)
+        made.terrains.load(dem)
+        made.stances.set(state)
         yield made
 
 
 def connected(live, state, commanded):
     """What the rover is sent."""
     heard: list[dict] = []
-    live.rover_connected(lambda text: heard.append(json.loads(text)))
-    live.take_telemetry(TelemetryFrame(0, state, commanded))
+    live.rover.connected(lambda text: heard.append(json.loads(text)))
+    live.rover.take_telemetry(TelemetryFrame(0, state, commanded))
     return heard
 
 
 def planned(live, state, dy=-0.3):
     x, y, _ = apply(state.T_site_base, wheel_centers(live.robot, state.posture))[LEG]
-    return live.plan_step(LEG, (x + 0.1, y + dy)).finish()
+    return live.plans.step(LEG, (x + 0.1, y + dy)).finish()
 
 
 def test_from_a_plan_to_commands_and_back_from_the_log(live, state, rest):
     heard = connected(live, state, rest.commanded)
     plan = planned(live, state)
-    digest = live.plan_execution().finish()
-    assert live.state.execution == digest == live.found_execution()
+    digest = live.executions.plan().finish()
+    assert live.state.execution == digest == live.executions.found()
     assert live.summary()["execution"] == {"digest": digest, "status": "found", "reason": ""}
     result = live.get(digest)
     assert result.provenance.parents["plan"] == live.get(plan).plan.digest
     # the present set points of the rover, bit for bit
     assert np.array_equal(result.execution.commanded[0], rest.commanded)
     assert live.state.products[digest].parents.keys() == {"robot", "dem", "state", "plan"}
-    sequence = live.get(live.make_sequence(digest))
+    sequence = live.get(live.sequences.make(digest))
     assert sequence.valid
     assert np.array_equal(sequence.at_rest.set_points, rest.commanded)
     assert live.state.plan_behind(sequence.digest) == live.state.products[digest]
-    assert live.played == sequence.digest
-    live.take_telemetry(TelemetryFrame(1, state, rest.commanded))
-    ids = live.send(live.arm()["token"])["commands"]
+    assert live.review.played == sequence.digest
+    live.rover.take_telemetry(TelemetryFrame(1, state, rest.commanded))
+    ids = live.commands.send(live.commands.arm()["token"])["commands"]
     assert len(ids) == len(sequence.commands)
     for number, command_id in enumerate(ids):
-        live.take_telemetry(TelemetryFrame(2 + number, state, rest.commanded))
-        live.take_acknowledgement(command_id, "done")
+        live.rover.take_telemetry(TelemetryFrame(2 + number, state, rest.commanded))
+        live.rover.take_acknowledgement(command_id, "done")
     sent = [one for one in heard if one["type"] == "command"]
     assert [one["name"] for one in sent] == [one.name for one in sequence.commands]
     assert [one["force"] for one in sent if one["name"] == "LEG_LOWER"] == [result.execution.stop_force]
-    edited = live.get(live.edit_sequence(sequence.digest, Edit("duration", 0, number=8.0)))
+    edited = live.get(live.sequences.edit(sequence.digest, Edit("duration", 0, number=8.0)))
     assert edited.at_rest.digest == sequence.at_rest.digest
     assert live.state.plan_behind(edited.digest) == live.state.products[digest]
-    after = live.get(live.go_on_after(edited.digest))
+    after = live.get(live.plans.go_on_after(edited.digest))
     assert np.array_equal(after.posture, edited.predicted[-1])
-    live.export_sequence(sequence.digest, "json")
+    live.sequences.export(sequence.digest, "json")
     report = replay(live.export_bundle())
     assert report.ok, report.as_dict()
     assert {one.verdict for one in report.products} == {"same"}
@@ -94,11 +94,11 @@ def test_from_a_plan_to_commands_and_back_from_the_log(live, state, rest):
 
 def test_another_plan_leaves_no_execution(live, state):
     with pytest.raises(Conflict, match="there is no plan yet"):
-        live.plan_execution()
+        live.executions.plan()
     with pytest.raises(Conflict, match="no execution of the present plan"):
-        live.found_execution()
+        live.executions.found()
     first = planned(live, state)
-    digest = live.plan_execution(settings=ExecutionSettings(mode="pose_held")).finish()
+    digest = live.executions.plan(settings=ExecutionSettings(mode="pose_held")).finish()
     # no telemetry: set points as the torques of the planning state tell
     torques = live.get(live.state.state).joint_torques
     told = state.posture + torques / live.robot.stiffness
@@ -107,51 +107,51 @@ def test_another_plan_leaves_no_execution(live, state):
     assert live.state.execution is None
     assert live.summary()["execution"] == {"digest": None, "status": None, "reason": ""}
     # of the plan before: made, but not that of the present one
-    again = live.plan_execution(first).finish()
+    again = live.executions.plan(first).finish()
     assert live.state.execution is None
-    assert live.found_execution(again) == again
+    assert live.executions.found(again) == again
     with pytest.raises(NotFound, match="holds no execution"):
-        live.found_execution(first)
+        live.executions.found(first)
     with pytest.raises(NotFound, match="holds no plan"):
-        live.plan_execution(again)
+        live.executions.plan(again)
 
 
 def test_what_fails_a_check_is_shown_and_not_made_into_commands(live, state):
     planned(live, state)
-    digest = live.plan_execution(settings=ExecutionSettings(least_clearance=0.4)).finish()
+    digest = live.executions.plan(settings=ExecutionSettings(least_clearance=0.4)).finish()
     shown = live.summary()["execution"]
     assert (shown["digest"], shown["status"]) == (digest, "no_path")
     assert "wheel clearance by" in shown["reason"]
     assert live.get(digest).execution is not None
     with pytest.raises(InvalidInput, match=r"no execution to make commands of.*wheel clearance"):
-        live.make_sequence(digest)
+        live.sequences.make(digest)
 
 
 def test_the_gate_asks_for_the_set_points_too(live, athlete, state, rest):
     connected(live, state, rest.commanded)
     planned(live, state)
-    live.make_sequence(live.plan_execution().finish())
-    live.take_telemetry(TelemetryFrame(1, state, rest.commanded))
-    assert live.arm()["token"]
+    live.sequences.make(live.executions.plan().finish())
+    live.rover.take_telemetry(TelemetryFrame(1, state, rest.commanded))
+    assert live.commands.arm()["token"]
     away = rest.commanded.copy()
     away[13] += 0.012
-    live.take_telemetry(TelemetryFrame(2, state, away))
+    live.rover.take_telemetry(TelemetryFrame(2, state, away))
     with pytest.raises(CommandRefused, match=r"the set point of leg2_hip_pitch_joint is \+0.0120 rad") as caught:
-        live.arm()
+        live.commands.arm()
     assert caught.value.details["check"] == "set-points"
     assert caught.value.details["joint"] == athlete.joint_names[13]
     assert caught.value.details["difference"] == pytest.approx(0.012)
     near = rest.commanded.copy()
     near[13] += 0.009
-    live.take_telemetry(TelemetryFrame(3, state, near))
-    assert live.arm()["token"]
+    live.rover.take_telemetry(TelemetryFrame(3, state, near))
+    assert live.commands.arm()["token"]
 
 
 def test_sag_is_compared_at_the_pauses(live, state):
     with pytest.raises(Conflict, match="nothing was sent to the rover"):
-        live.sag()
+        live.executions.sag()
     planned(live, state)
-    sequence = live.get(live.make_sequence(live.plan_execution().finish()))
+    sequence = live.get(live.sequences.make(live.executions.plan().finish()))
     start = sequence.start - sequence.at_rest.set_points
     softer = {}
     for row in range(len(sequence.commands)):
@@ -166,38 +166,42 @@ def test_sag_is_compared_at_the_pauses(live, state):
     assert found.assumed == sequence.provenance.settings.compliance
     with pytest.raises(Conflict, match="no pause of the sequence is done yet"):
         sag_of(sequence, {0: sequence.predicted[0]})
-    rigid = live.get(live.make_sequence(as_commanded=True))
+    rigid = live.get(live.sequences.make(as_commanded=True))
     with pytest.raises(Conflict, match="takes the rover as rigid"):
         sag_of(rigid, softer)
 
 
 def test_a_step_is_commanded_with_the_pose_held_unless_asked_otherwise(live, state, rest):
     plan = planned(live, state)
-    assert live.way_of_commands().mode == "pose_held"
-    sequence = live.make_sequence()
+    assert live.executions.way_of_commands().mode == "pose_held"
+    sequence = live.sequences.make()
     done = live.get(live.state.execution)
     assert done.execution.mode == "pose_held"
     assert live.get(sequence).provenance.parents["execution"] == done.execution.digest
-    assert live.way_of(sequence) == {"mode": "pose_held", "text": live.way_of(sequence)["text"], "doubt": False}
+    assert live.executions.way_of(sequence) == {
+        "mode": "pose_held",
+        "text": live.executions.way_of(sequence)["text"],
+        "doubt": False,
+    }
     # asked again, the execution that is there serves
     count = len(live.events())
-    assert live.make_sequence(plan) == sequence
+    assert live.sequences.make(plan) == sequence
     assert [event.payload["kind"] for event in live.events()[count:]] == ["sequence"]
-    droop = live.make_sequence(plan, ExecutionSettings(mode="droop_aware"))
-    assert live.way_of(droop)["mode"] == "droop_aware"
-    rigid = live.make_sequence(plan, as_commanded=True)
+    droop = live.sequences.make(plan, ExecutionSettings(mode="droop_aware"))
+    assert live.executions.way_of(droop)["mode"] == "droop_aware"
+    rigid = live.sequences.make(plan, as_commanded=True)
     assert live.get(rigid).at_rest is None
-    told = live.way_of(rigid)
+    told = live.executions.way_of(rigid)
     assert (told["mode"], told["doubt"]) == ("rigid", True)
     assert told["text"] == "as commanded: the rover sags; touch-down is not predicted"
     with pytest.raises(InvalidInput, match="take no settings"):
-        live.make_sequence(plan, ExecutionSettings(), as_commanded=True)
+        live.sequences.make(plan, ExecutionSettings(), as_commanded=True)
 
 
 def test_a_step_that_can_not_be_held_is_not_commanded_otherwise(live, state):
     plan = planned(live, state)
     with pytest.raises(InvalidInput, match=r"can't be commanded pose held: .*wheel clearance by.*as commanded"):
-        live.make_sequence(plan, ExecutionSettings(least_clearance=0.4))
+        live.sequences.make(plan, ExecutionSettings(least_clearance=0.4))
     assert live.state.sequence is None
 
 
@@ -214,16 +218,16 @@ def test_a_step_that_can_not_be_held_is_not_commanded_otherwise(live, state):
 def test_telemetry_tells_whether_joints_give_way(live, state, rest, softness, torques, mode):
     planned(live, state)
     told = replace(state, joint_torques=torques * state.joint_torques)
-    live.take_telemetry(TelemetryFrame(0, told, state.posture + softness * (rest.commanded - state.posture)))
+    live.rover.take_telemetry(TelemetryFrame(0, told, state.posture + softness * (rest.commanded - state.posture)))
     # where telemetry tells nothing, the state that is planned from does
-    assert live.way_of_commands().mode == mode
+    assert live.executions.way_of_commands().mode == mode
     # a joint on its way is no joint that gives way
-    live.take_telemetry(TelemetryFrame(1, replace(told, mode="moving"), state.posture + 0.5))
-    assert live.way_of_commands().mode == mode
+    live.rover.take_telemetry(TelemetryFrame(1, replace(told, mode="moving"), state.posture + 0.5))
+    assert live.executions.way_of_commands().mode == mode
     if mode == "rigid":
-        sequence = live.make_sequence()
+        sequence = live.sequences.make()
         assert live.get(sequence).at_rest is None
-        assert live.way_of(sequence) == {
+        assert live.executions.way_of(sequence) == {
             "mode": "rigid",
             "text": "as commanded: telemetry shows that the rover's joints do not give way",
             "doubt": False,
@@ -232,10 +236,10 @@ def test_telemetry_tells_whether_joints_give_way(live, state, rest, softness, to
 
 def test_without_any_load_known_sag_is_not_known(live, state):
     nothing = replace(state, joint_torques=0 * state.joint_torques, wheel_forces=0 * state.wheel_forces)
-    live.set_state(nothing)
-    assert live.way_of_commands().mode == "rigid"
+    live.stances.set(nothing)
+    assert live.executions.way_of_commands().mode == "rigid"
     planned(live, state)
-    assert live.way_of(live.make_sequence())["text"] == (
+    assert live.executions.way_of(live.sequences.make())["text"] == (
         "as commanded: whether the rover sags is not known; touch-down is not predicted"
     )
 

@@ -32,24 +32,24 @@ def test_a_step_is_led_through_physics(tmp_path, athlete, stiffness):
     rover.step(2.0)
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         live: Any = sessions.create("physics")
-        live.load_terrain(dem)
+        live.terrains.load(dem)
         linked = Linked(live, rover)
-        state = live.get(live.snapshot_state())
+        state = live.get(live.stances.freeze())
         x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[LEG]
-        live.plan_step(LEG, (x + 0.1, y - 0.3)).finish()
+        live.plans.step(LEG, (x + 0.1, y - 0.3)).finish()
         with pytest.raises(Conflict, match="nothing was sent"):
-            live.sag()
-        live.plan_execution(settings=ExecutionSettings(mode="droop_aware")).finish()
-        sequence = live.get(live.make_sequence(live.found_execution()))
+            live.executions.sag()
+        live.executions.plan(settings=ExecutionSettings(mode="droop_aware")).finish()
+        sequence = live.get(live.sequences.make(live.executions.found()))
         linked.report()
-        live.send(live.arm()["token"])
+        live.commands.send(live.commands.arm()["token"])
         linked.run()
         assert {one.state for one in live.state.commands} == {"done"}
         assert len(live.state.commands) == len(sequence.commands)
         away = np.linalg.norm(rover.T_site_base[:3, 3] - sequence.poses[-1][:3, 3])
         assert away < (0.004 if stiffness == 1.0 else 0.02)
         assert rover.wheel_forces()[0][LEG, 2] > 1000
-        sag = live.sag()
+        sag = live.executions.sag()
         # how it stood at rest has told of its softness in part
         assert 0.97 < sag.ratio < (1.03 if stiffness == 1.0 else 1.0 / stiffness + 0.02)
         assert sag.ratio > (0.0 if stiffness == 1.0 else 1.01)

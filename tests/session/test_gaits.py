@@ -10,13 +10,13 @@ from tests.support.chassis_ground import wavy
 
 
 def test_gaits_are_asked_for_recorded_and_replayed_to_the_same_digests(live, standing):
-    found = live.get(live.plan_gait(WalkGoal(0.4, 0.1), GaitSettings(gait="wave")).finish())
+    found = live.get(live.walks.plan_gait(WalkGoal(0.4, 0.1), GaitSettings(gait="wave")).finish())
     assert found.status is Status.FOUND, found.reason
     assert found.provenance.parents["state"] == standing.digest
     assert live.state.newest(GAIT) == live.summary()["gait"] == found.digest
-    assert live.up_to_date()["gait"]["fits"]
+    assert live.fits.up_to_date()["gait"]["fits"]
 
-    refused = live.get(live.plan_gait(WalkGoal(0.4, 0.1), GaitSettings(least_margin=2.0)).finish())
+    refused = live.get(live.walks.plan_gait(WalkGoal(0.4, 0.1), GaitSettings(least_margin=2.0)).finish())
     assert refused.status is Status.NO_PATH
     told = live.events()[-1].payload
     assert (told["kind"], told["digest"], told["status"]) == ("gait", refused.digest, "no_path")
@@ -26,13 +26,13 @@ def test_gaits_are_asked_for_recorded_and_replayed_to_the_same_digests(live, sta
 
     # what is only compared leaves what is commanded alone
     assert live.state.newest(SEQUENCE) is None
-    assert live.played is None
+    assert live.review.played is None
     assert fold_all(live.events()).digest == live.state.digest
     report = replay(live.export_bundle())
     assert report.ok, report.problems
     assert [(one.kind, one.verdict) for one in report.products] == [("gait", "same")] * 2
 
-    live.load_terrain(wavy(half=4.0, seed=1))
-    fit = live.up_to_date()["gait"]
+    live.terrains.load(wavy(half=4.0, seed=1))
+    fit = live.fits.up_to_date()["gait"]
     assert not fit["fits"]
     assert fit["reason"].startswith("the terrain has changed since: by up to 0.02 m on ")

@@ -30,10 +30,10 @@ def down():
 @pytest.fixture
 def ready(session, down, frame_of):
     """A session with a sequence of three rows and an idle rover where it starts."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(lambda text: down.append(json.loads(text)))
-    session.take_telemetry(frame_of(0))
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(lambda text: down.append(json.loads(text)))
+    session.rover.take_telemetry(frame_of(0))
     return session
 
 
@@ -42,7 +42,7 @@ def commands(down):
 
 
 def begun(session, who=MARY, steps=False):
-    return session.send(session.arm(who=who)["token"], who=who, step_by_step=steps)["commands"]
+    return session.commands.send(session.commands.arm(who=who)["token"], who=who, step_by_step=steps)["commands"]
 
 
 def refused(check, act, *args, **named):
@@ -56,8 +56,10 @@ def arrive(session, command, frame):
     """The rover is done with ``command`` and stands where the sequence has it then."""
     row = int(command.rsplit("-", 1)[1])
     posture = session.get(session.state.sequence).predicted[row]
-    session.take_telemetry(replace(frame, number=row + 1, state=replace(frame.state, posture=posture, time=row + 1.0)))
-    session.take_acknowledgement(command, "done")
+    session.rover.take_telemetry(
+        replace(frame, number=row + 1, state=replace(frame.state, posture=posture, time=row + 1.0))
+    )
+    session.rover.take_acknowledgement(command, "done")
 
 
 def test_step_by_step_every_row_waits(ready, down, frame_of):
@@ -65,38 +67,38 @@ def test_step_by_step_every_row_waits(ready, down, frame_of):
     assert commands(down) == ids[:1]
     arrive(ready, ids[0], frame_of())
     assert commands(down) == ids[:1]
-    assert ready.gate["waiting"]
-    ready.next_row(MARY)
-    refused("run", ready.next_row, MARY)
+    assert ready.commands.gate["waiting"]
+    ready.commands.next_row(MARY)
+    refused("run", ready.commands.next_row, MARY)
     assert commands(down) == ids[:2]
     arrive(ready, ids[1], frame_of())
-    ready.resume_run(MARY)
+    ready.commands.resume(MARY)
     arrive(ready, ids[2], frame_of())
-    assert ready.run["outcome"] == "done"
+    assert ready.commands.run["outcome"] == "done"
     assert commands(down) == ids
 
 
 def test_hold_resume_and_abort(ready, down, frame_of):
     ids = begun(ready)
-    ready.hold_run(MARY)
+    ready.commands.hold(MARY)
     arrive(ready, ids[0], frame_of())
     assert commands(down) == ids[:1]
-    assert "held by mary" in ready.gate["why"]
-    ready.resume_run(MARY)
+    assert "held by mary" in ready.commands.gate["why"]
+    ready.commands.resume(MARY)
     assert commands(down) == ids[:2]
-    ready.abort_run(MARY)
-    assert ready.run["state"] == "aborting"
-    refused("run", ready.resume_run, MARY)
+    ready.commands.abort(MARY)
+    assert ready.commands.run["state"] == "aborting"
+    refused("run", ready.commands.resume, MARY)
     arrive(ready, ids[1], frame_of())
-    assert (ready.run["state"], ready.run["outcome"]) == ("ended", "aborted")
-    assert [row["state"] for row in ready.run["rows"]] == ["done", "done", "unsent"]
+    assert (ready.commands.run["state"], ready.commands.run["outcome"]) == ("ended", "aborted")
+    assert [row["state"] for row in ready.commands.run["rows"]] == ["done", "done", "unsent"]
     assert commands(down) == ids[:2]
 
 
 def test_an_abort_while_a_run_waits_ends_it_at_once(ready, frame_of):
     ids = begun(ready, steps=True)
     arrive(ready, ids[0], frame_of())
-    ready.abort_run(MARY)
+    ready.commands.abort(MARY)
     end = ready.events()[-1]
     assert (end.type, end.payload["outcome"], end.payload["unsent"]) == ("run_ended", "aborted", 2)
 
@@ -105,9 +107,9 @@ def test_every_row_says_how_far_it_came_and_when(ready, frame_of):
     assert ready.summary()["run"] is None
     ids = begun(ready, steps=True)
     for state in ("received", "started"):
-        ready.take_acknowledgement(ids[0], state)
+        ready.rover.take_acknowledgement(ids[0], state)
     arrive(ready, ids[0], frame_of())
-    run = ready.run
+    run = ready.commands.run
     assert run is not None
     first, second, _ = run["rows"]
     assert list(first["times"]) == ["queued", "sent", "received", "started", "done"]
@@ -118,54 +120,54 @@ def test_every_row_says_how_far_it_came_and_when(ready, frame_of):
 def test_a_run_goes_on_only_where_its_rows_left_the_rover(ready, down, frame_of, tiny):
     ids = begun(ready, steps=True)
     arrive(ready, ids[0], frame_of())
-    moved = replace(ready.frame, number=9, state=replace(ready.frame.state, time=9.0))
-    off = ready.frame.state.posture + 0.02
-    ready.take_telemetry(replace(moved, state=replace(moved.state, posture=off)))
-    assert refused("start", ready.next_row, MARY).details["difference"] == pytest.approx(0.02)
-    ready.take_telemetry(replace(moved, number=10, state=replace(moved.state, time=10.0)))
+    moved = replace(ready.rover.frame, number=9, state=replace(ready.rover.frame.state, time=9.0))
+    off = ready.rover.frame.state.posture + 0.02
+    ready.rover.take_telemetry(replace(moved, state=replace(moved.state, posture=off)))
+    assert refused("start", ready.commands.next_row, MARY).details["difference"] == pytest.approx(0.02)
+    ready.rover.take_telemetry(replace(moved, number=10, state=replace(moved.state, time=10.0)))
     heavier = np.zeros((6, 3))
-    heavier[:, 2] = 1.3 * ready._weight(ready.state.sequence) / 6
-    ready.take_telemetry(replace(moved, number=11, state=replace(moved.state, time=11.0, wheel_forces=heavier)))
-    for act in (ready.next_row, ready.resume_run):
+    heavier[:, 2] = 1.3 * ready.commands._weight(ready.state.sequence) / 6
+    ready.rover.take_telemetry(replace(moved, number=11, state=replace(moved.state, time=11.0, wheel_forces=heavier)))
+    for act in (ready.commands.next_row, ready.commands.resume):
         assert "plan again" in refused("load", act, MARY).message
-    ready.take_telemetry(replace(moved, number=12, state=replace(moved.state, time=12.0)))
+    ready.rover.take_telemetry(replace(moved, number=12, state=replace(moved.state, time=12.0)))
     present = ready.state.dem
-    ready.load_terrain(tiny.dem(0.1))
-    refused("terrain", ready.next_row, MARY)
-    ready.load_terrain(ready.get(present))
-    ready.rover_disconnected()
-    refused("link", ready.resume_run, MARY)
+    ready.terrains.load(tiny.dem(0.1))
+    refused("terrain", ready.commands.next_row, MARY)
+    ready.terrains.load(ready.get(present))
+    ready.rover.disconnected()
+    refused("link", ready.commands.resume, MARY)
     assert commands(down) == ids[:1]
 
 
 def test_one_page_holds_the_conn_and_arming_takes_it(ready):
     begun(ready)
-    assert ready.conn["holder"]["page"] == "page-a"
-    for act in (ready.hold_run, ready.abort_run, ready.next_row):
+    assert ready.commands.conn["holder"]["page"] == "page-a"
+    for act in (ready.commands.hold, ready.commands.abort, ready.commands.next_row):
         error = refused("conn", act, OTHER_PAGE)
         assert error.details["holder"] == "mary"
-    refused("role", ready.conn_act, "take", EVE)
-    ready.stop(who=EVE)
-    ready.take_stop_acknowledgement()
-    refused("role", ready.clear_stop, EVE)
-    refused("conn", ready.clear_stop, JOHN)
-    ready.clear_stop(MARY)
-    assert not ready.gate["stopped"]
+    refused("role", ready.commands.conn_act, "take", EVE)
+    ready.commands.stop(who=EVE)
+    ready.rover.take_stop_acknowledgement()
+    refused("role", ready.commands.clear_stop, EVE)
+    refused("conn", ready.commands.clear_stop, JOHN)
+    ready.commands.clear_stop(MARY)
+    assert not ready.commands.gate["stopped"]
 
 
 def test_the_conn_is_asked_for_granted_denied_and_released(ready):
-    ready.conn_act("take", MARY)
-    refused("conn", ready.conn_act, "take", JOHN)
-    ready.conn_act("request", JOHN)
-    assert ready.conn["request"]["by"]["name"] == "john"
-    refused("conn", ready.conn_act, "request", OTHER_PAGE)
-    ready.conn_act("deny", MARY)
-    ready.conn_act("request", JOHN)
-    ready.conn_act("grant", MARY)
-    assert (ready.conn["holder"]["name"], ready.conn["number"]) == ("john", 2)
-    refused("conn", ready.conn_act, "heartbeat", MARY)
-    ready.conn_act("release", JOHN)
-    assert ready.conn["holder"] is None
+    ready.commands.conn_act("take", MARY)
+    refused("conn", ready.commands.conn_act, "take", JOHN)
+    ready.commands.conn_act("request", JOHN)
+    assert ready.commands.conn["request"]["by"]["name"] == "john"
+    refused("conn", ready.commands.conn_act, "request", OTHER_PAGE)
+    ready.commands.conn_act("deny", MARY)
+    ready.commands.conn_act("request", JOHN)
+    ready.commands.conn_act("grant", MARY)
+    assert (ready.commands.conn["holder"]["name"], ready.commands.conn["number"]) == ("john", 2)
+    refused("conn", ready.commands.conn_act, "heartbeat", MARY)
+    ready.commands.conn_act("release", JOHN)
+    assert ready.commands.conn["holder"] is None
     said = [e.payload["act"] for e in ready.events() if e.type == "conn_changed"]
     assert said == ["taken", "requested", "denied", "requested", "granted", "released"]
 
@@ -185,26 +187,26 @@ def test_a_request_that_nobody_answers_is_granted_and_a_conn_that_nobody_renews_
 
 
 def test_an_arming_under_an_older_conn_sends_nothing(ready, down):
-    token = ready.arm(who=MARY)["token"]
-    ready.conn_act("release", MARY)
-    ready.conn_act("take", JOHN)
-    refused("conn", ready.send, token, who=JOHN)
-    ready.conn_act("release", JOHN)
-    ready.conn_act("take", MARY)
-    refused("conn", ready.send, token, who=MARY)
+    token = ready.commands.arm(who=MARY)["token"]
+    ready.commands.conn_act("release", MARY)
+    ready.commands.conn_act("take", JOHN)
+    refused("conn", ready.commands.send, token, who=JOHN)
+    ready.commands.conn_act("release", JOHN)
+    ready.commands.conn_act("take", MARY)
+    refused("conn", ready.commands.send, token, who=MARY)
     assert commands(down) == []
 
 
 def test_a_run_waits_when_its_conn_changes_hands_and_the_new_holder_goes_on(ready, down, frame_of):
     ids = begun(ready)
-    ready.conn_act("request", JOHN)
-    ready.conn_act("grant", MARY)
+    ready.commands.conn_act("request", JOHN)
+    ready.commands.conn_act("grant", MARY)
     arrive(ready, ids[0], frame_of())
     assert commands(down) == ids[:1]
-    assert "conn" in ready.gate["why"]
-    assert ready.run["state"] == "held"
-    refused("conn", ready.resume_run, MARY)
-    ready.resume_run(JOHN)
+    assert "conn" in ready.commands.gate["why"]
+    assert ready.commands.run["state"] == "held"
+    refused("conn", ready.commands.resume, MARY)
+    ready.commands.resume(JOHN)
     assert commands(down) == ids[:2]
     assert [e.payload["by"]["name"] for e in ready.events() if e.type == "run_resumed"] == ["john"]
 
@@ -212,47 +214,47 @@ def test_a_run_waits_when_its_conn_changes_hands_and_the_new_holder_goes_on(read
 def test_no_row_goes_on_stale_telemetry(ready, down, monkeypatch):
     monkeypatch.setattr("footfall.session.commanding.Commanding.look", lambda self: None)
     ids = begun(ready)
-    monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
-    ready.take_acknowledgement(ids[0], "done")
+    monkeypatch.setattr(type(ready.rover.link), "age", property(lambda self: 2.5))
+    ready.rover.take_acknowledgement(ids[0], "done")
     assert commands(down) == ids[:1]
-    assert ready.run["outcome"] == "link_lost"
+    assert ready.commands.run["outcome"] == "link_lost"
 
 
 def test_nothing_is_armed_or_sent_before_the_rover_has_confirmed_the_epoch(ready, down, frame_of):
-    token = ready.arm(who=MARY)["token"]
-    ready.rover_disconnected()
+    token = ready.commands.arm(who=MARY)["token"]
+    ready.rover.disconnected()
     down.clear()
     hello = HelloMessage(ready.robot.name, 6, id="greeting", epoch=None)
-    ready.rover_connected(lambda text: down.append(json.loads(text)), hello)
-    ready.take_telemetry(frame_of(1, time=1.0))
-    error = refused("epoch", ready.arm, who=MARY)
-    assert (error.details["epoch"], error.details["confirmed"]) == (ready.epoch, 0)
-    refused("epoch", ready.send, token, who=MARY)
-    assert not ready.gate["epoch_known"]
-    ready.take_epoch("another greeting", ready.epoch)
-    refused("epoch", ready.arm, who=MARY)
-    assert down == [{"type": "epoch", "id": "greeting", "epoch": ready.epoch}]
-    ready.take_epoch("greeting", ready.epoch)
+    ready.rover.connected(lambda text: down.append(json.loads(text)), hello)
+    ready.rover.take_telemetry(frame_of(1, time=1.0))
+    error = refused("epoch", ready.commands.arm, who=MARY)
+    assert (error.details["epoch"], error.details["confirmed"]) == (ready.rover.epoch, 0)
+    refused("epoch", ready.commands.send, token, who=MARY)
+    assert not ready.commands.gate["epoch_known"]
+    ready.rover.take_epoch("another greeting", ready.rover.epoch)
+    refused("epoch", ready.commands.arm, who=MARY)
+    assert down == [{"type": "epoch", "id": "greeting", "epoch": ready.rover.epoch}]
+    ready.rover.take_epoch("greeting", ready.rover.epoch)
     begun(ready)
-    ready.stop(who=MARY)
-    ready.take_stop_acknowledgement()
-    ready.clear_stop(MARY)
-    refused("epoch", ready.arm, who=MARY)
+    ready.commands.stop(who=MARY)
+    ready.rover.take_stop_acknowledgement()
+    ready.commands.clear_stop(MARY)
+    refused("epoch", ready.commands.arm, who=MARY)
     assert [one["type"] for one in down] == ["epoch", "command", "stop", "epoch", "clear_stop"]
-    ready.take_epoch("greeting", ready.epoch)
+    ready.rover.take_epoch("greeting", ready.rover.epoch)
     begun(ready)
 
 
 def test_the_number_of_the_conn_goes_on_after_a_restart(sessions, ready):
-    ready.conn_act("take", MARY)
-    ready.conn_act("release", MARY)
-    ready.conn_act("take", JOHN)
+    ready.commands.conn_act("take", MARY)
+    ready.commands.conn_act("release", MARY)
+    ready.commands.conn_act("take", JOHN)
     ready.close()
     del sessions._open[ready.id]
     again = sessions.open(ready.id)
-    assert (again.conn["number"], again.conn["holder"]) == (2, None)
-    again.conn_act("take", MARY)
-    assert again.conn["number"] == 3
+    assert (again.commands.conn["number"], again.commands.conn["holder"]) == (2, None)
+    again.commands.conn_act("take", MARY)
+    assert again.commands.conn["number"] == 3
 
 
 def test_a_gate_tells_of_what_time_did():
@@ -266,23 +268,23 @@ def test_a_gate_tells_of_what_time_did():
 
 
 def test_another_weight_than_was_planned_with_is_refused(ready, frame_of):
-    weight = ready._facts(ready.state.sequence).weight
+    weight = ready.commands._facts(ready.state.sequence).weight
     for number, (share, fits) in enumerate([(1.0, True), (1.09, True), (1.12, False), (1.62 / 9.81, False)], 1):
         forces = np.zeros((6, 3))
         forces[:, 2] = share * weight / 6
         frame = frame_of(number, time=float(number))
-        ready.take_telemetry(replace(frame, state=replace(frame.state, wheel_forces=forces)))
+        ready.rover.take_telemetry(replace(frame, state=replace(frame.state, wheel_forces=forces)))
         if fits:
-            ready.arm(who=MARY)
+            ready.commands.arm(who=MARY)
         else:
-            assert refused("load", ready.arm, who=MARY).details["planned_with"] == pytest.approx(weight)
+            assert refused("load", ready.commands.arm, who=MARY).details["planned_with"] == pytest.approx(weight)
 
 
 def test_acts_and_refusals_are_on_record_with_who_what_from_where(ready):
     begun(ready)
-    refused("conn", ready.abort_run, JOHN)
-    ready.hold_run(MARY)
-    ready.stop("the wheel sinks", EVE)
+    refused("conn", ready.commands.abort, JOHN)
+    ready.commands.hold(MARY)
+    ready.commands.stop("the wheel sinks", EVE)
     by = {e.type: e.payload for e in ready.events() if "by" in e.payload}
     mary = {"name": "mary", "role": "commander", "client": "10.0.0.1", "page": "page-a"}
     for type in ("conn_changed", "armed", "run_started", "run_held"):
@@ -298,12 +300,12 @@ def test_what_became_of_a_command_is_asked_after_a_restart_and_never_guessed(ses
     del sessions._open[ready.id]
     again = sessions.open(ready.id)
     assert again.state.commands[0].state == "unknown"
-    again.rover_connected(lambda text: down.append(json.loads(text)))
+    again.rover.connected(lambda text: down.append(json.loads(text)))
     assert [one for one in down if one["type"] == "query"] == [{"type": "query", "id": ids[0]}]
-    again.take_acknowledgement(ids[0], "unknown", "never came")
+    again.rover.take_acknowledgement(ids[0], "unknown", "never came")
     assert (again.state.commands[0].state, again.state.commands[0].reason) == ("unknown", "never came")
-    again.take_acknowledgement(ids[0], "done")
-    again.take_acknowledgement(ids[0], "unknown", "late")
+    again.rover.take_acknowledgement(ids[0], "done")
+    again.rover.take_acknowledgement(ids[0], "unknown", "late")
     assert again.state.commands[0].state == "done"
     assert commands(down) == ids[:1]
 
@@ -312,7 +314,7 @@ def test_an_overdue_row_is_asked_for(ready, down, monkeypatch):
     monkeypatch.setattr("footfall.session.gate.runs.RECEIVED_WITHIN", 0.1)
     ids = begun(ready)
     until(lambda: [one["id"] for one in down if one["type"] == "query"] == ids[:1], "the question")
-    ready.take_acknowledgement(ids[0], "refused", "the joint is stuck")
+    ready.rover.take_acknowledgement(ids[0], "refused", "the joint is stuck")
     assert ready.state.commands[0].state == "refused"
 
 

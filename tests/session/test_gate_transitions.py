@@ -391,7 +391,11 @@ def test_the_conn_is_refused_with_what_is_in_the_way():
     taken = machine.conn(OPEN, "request", JOHN, NOW)
     assert (taken.conn.holder, taken.conn.request, taken.done[0].act) == (JOHN, None, "taken")
     again = machine.conn(HELD, "request", MARY, NOW + 1)
-    assert (again.conn.holder, again.conn.request, again.conn.renewed) == (MARY, None, NOW + 1)
+    assert (again.conn.holder, again.conn.request, again.conn.renewed) == (
+        MARY,
+        None,
+        NOW + 1,
+    )
     asked = machine.conn(HELD, "request", JOHN, NOW)
     assert machine.conn(asked, "request", JOHN, NOW + 1).conn == asked.conn
     error = refused("conn", machine.conn, asked, "request", replace(MARY, page="page-b"), NOW)

@@ -20,28 +20,28 @@ def pierced(live, athlete, dem, standing):
     heights = np.array(dem.heights)
     row, col = (int(i) for i in dem.geometry.cell(place[0] + 0.9 * athlete.wheel_radius, place[1]))
     heights[row, col] = np.nan
-    live.load_terrain(replace(dem, heights=heights))
+    live.terrains.load(replace(dem, heights=heights))
     return place
 
 
 def test_the_refusal_names_a_place_that_can_be_planned_and_replays(live, athlete, dem, standing):
     place = pierced(live, athlete, dem, standing)
-    refused = live.get(live.plan_step(LEG, place).finish())
+    refused = live.get(live.plans.step(LEG, place).finish())
     assert refused.status is Status.UNKNOWN_GROUND
     assert refused.instead.of == "ground"
     assert "nearest good place" in refused.reason == live.state.plan_reason
-    maps = live.get(live.compute_maps(LEG).finish())
-    named = live.get(live.plan_step(LEG, place).finish()).instead
+    maps = live.get(live.maps.compute(LEG).finish())
+    named = live.get(live.plans.step(LEG, place).finish()).instead
     assert named.of == "maps"
     row, col = (int(i) for i in maps.geometry.cell(named.x, named.y))
     assert decisive(maps)[row, col] == REACHABLE_STABLE
-    live.choose_footfall(LEG, named.x, named.y)
-    found = live.get(live.plan_step(LEG).finish())
+    live.maps.choose_footfall(LEG, named.x, named.y)
+    found = live.get(live.plans.step(LEG).finish())
     assert found.status is Status.FOUND, found.reason
     assert found.instead is None
     # maps of how the rover stood say nothing of now
-    live.set_state(replace(standing, time=7.0, T_site_base=np.array(standing.T_site_base) + _east(0.01)))
-    assert live.good_places(found.footfall) == ()
+    live.stances.set(replace(standing, time=7.0, T_site_base=np.array(standing.T_site_base) + _east(0.01)))
+    assert live.maps.good_places(found.footfall) == ()
     report = replay(live.export_bundle())
     assert report.ok, report.problems
 

@@ -46,12 +46,12 @@ def test_the_answer_to_a_question_counts_once():
 @pytest.fixture
 def ended(session, frame_of):
     """A session whose run was broken off by a stop, and the name of its first command."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(lambda text: None)
-    session.take_telemetry(frame_of(0))
-    first = session.send(session.arm()["token"])["commands"][0]
-    session.stop("enough")
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(lambda text: None)
+    session.rover.take_telemetry(frame_of(0))
+    first = session.commands.send(session.commands.arm()["token"])["commands"][0]
+    session.commands.stop("enough")
     return session, first
 
 
@@ -59,21 +59,21 @@ def test_a_flood_of_acknowledgements_fills_no_log_and_is_counted(ended):
     session, first = ended
     before = len(session.events())
     for state, _ in zip(itertools.cycle(("received", "started", "unknown", "received")), range(4000), strict=False):
-        session.take_acknowledgement(first, state)
+        session.rover.take_acknowledgement(first, state)
     kinds = [event.type for event in session.events()[before:]]
     assert kinds == ["command_received", "command_started"]
-    assert session.link.as_dict()["acks_again"] == 4000 - len(kinds)
-    session.take_acknowledgement(first, "done")
+    assert session.rover.link.as_dict()["acks_again"] == 4000 - len(kinds)
+    session.rover.take_acknowledgement(first, "done")
     assert session.state.commands[0].state == "done"
 
 
 def test_contradictions_are_counted_and_told_of_now_and_then(ended):
     session, first = ended
-    session.take_acknowledgement(first, "done")
+    session.rover.take_acknowledgement(first, "done")
     before = len(session.events())
     for state, _ in zip(itertools.cycle(("refused", "done")), range(1000), strict=False):
-        session.take_acknowledgement(first, state, "" if state == "done" else "I think not")
-    assert session.link.kinds["contradiction"] == 500
+        session.rover.take_acknowledgement(first, state, "" if state == "done" else "I think not")
+    assert session.rover.link.kinds["contradiction"] == 500
     assert {event.type for event in session.events()[before:]} == {"link_fault"}
     assert len(session.events()) - before < 100
     assert session.state.commands[0].state == "done"

@@ -166,17 +166,17 @@ def test_newer_maps_cancel_older_ones_of_the_same_leg(tmp_path, tiny, athlete, s
 
     with Sessions(tmp_path, jobs=Jobs("tiny_recipes", workers=2), robot=athlete) as sessions:
         session = sessions.create("maps")
-        session.set_state(state_of())
-        session.load_terrain(replace(tiny.dem(), name="slow"))
-        older, other = session.compute_maps(1), session.compute_maps(2)
+        session.stances.set(state_of())
+        session.terrains.load(replace(tiny.dem(), name="slow"))
+        older, other = session.maps.compute(1), session.maps.compute(2)
         until(lambda: older.state == "running", "the work")
-        session.load_terrain(tiny.dem())
-        newer = session.compute_maps(1)
+        session.terrains.load(tiny.dem())
+        newer = session.maps.compute(1)
         assert older.wait(BOUND)
         assert older.state == "cancelled"
         other.cancel()
         newer.finish(BOUND)
-        assert session.maps_fit(1).fits
+        assert session.fits.of_maps(1).fits
 
 
 def test_a_worker_warms_up_while_no_job_waits(tiny):

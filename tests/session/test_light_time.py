@@ -162,7 +162,7 @@ def test_a_stop_reaches_the_rover_though_another_session_takes_over_its_connecti
 
 @pytest.fixture
 def far(session):
-    session.set_light_time(LightTime(telemetry=0.25, commands=0.15))
+    session.rover.set_light_time(LightTime(telemetry=0.25, commands=0.15))
     return session
 
 
@@ -170,23 +170,23 @@ def test_a_session_hears_late_what_was_said_in_time_and_records_at_once_what_it_
     sent: list[str] = []
     with at_least(0.25):
         with at_least(0.15):
-            far.rover_connected(sent.append)
-            far.take_telemetry(frame_of(1, time=1.0))
-            assert far.frame is None
-            far.stop("enough")
+            far.rover.connected(sent.append)
+            far.rover.take_telemetry(frame_of(1, time=1.0))
+            assert far.rover.frame is None
+            far.commands.stop("enough")
             assert [e.type for e in far.events()][-1] == "stop_requested"
-            far.take_stop_acknowledgement()
-            assert not far.gate["stop_acknowledged"]
+            far.rover.take_stop_acknowledgement()
+            assert not far.commands.gate["stop_acknowledged"]
             until(lambda: sent, "the first message to the rover", period=0.005)
-        until(lambda: far.frame, "the frame", period=0.005)
-    until(lambda: far.gate["stop_acknowledged"], "the acknowledgement")
-    assert far.link.as_dict()["measured_age_s"] >= 0.25
+        until(lambda: far.rover.frame, "the frame", period=0.005)
+    until(lambda: far.commands.gate["stop_acknowledged"], "the acknowledgement")
+    assert far.rover.link.as_dict()["measured_age_s"] >= 0.25
     assert [e.payload["round_trip_s"] for e in far.events() if e.type == "light_time_set"] == [0.4]
 
 
 def test_a_command_is_not_overdue_before_its_answer_could_be_here(session, frame_of):
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
     clock = Clock()
     gate = Gate(clock=clock)
     sequence = session.get(session.state.sequence)
@@ -201,5 +201,5 @@ def test_a_command_is_not_overdue_before_its_answer_could_be_here(session, frame
 
 def test_new_sessions_and_open_ones_have_the_light_time_of_the_registry(sessions, session):
     sessions.set_light_time(LightTime(1.28, 1.28))
-    assert session.link.light_time.round_trip == 2.56
-    assert sessions.create("another").link.light_time.telemetry == 1.28
+    assert session.rover.link.light_time.round_trip == 2.56
+    assert sessions.create("another").rover.link.light_time.telemetry == 1.28

@@ -35,10 +35,10 @@ def sent():
 @pytest.fixture
 def ready(session, sent, frame_of):
     """A session with a sequence of three rows and an idle rover where it starts."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(sent.append)
-    session.take_telemetry(frame_of(1, time=1.0))
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(sent.append)
+    session.rover.take_telemetry(frame_of(1, time=1.0))
     return session
 
 
@@ -90,7 +90,7 @@ def test_a_complaint_of_the_rover_is_logged_once_and_counted(session):
     told = []
     session.listen(told.append)
     for _ in range(50):
-        session.take_complaint("the cameras are busy", message_id="images-1")
+        session.rover.take_complaint("the cameras are busy", message_id="images-1")
     faults = [e for e in session.events() if e.type == "link_fault"]
     assert [(e.payload["id"], e.payload["reason"]) for e in faults] == [("images-1", "the cameras are busy")]
     assert session.summary()["link"]["fault"] == "the cameras are busy"
@@ -99,56 +99,56 @@ def test_a_complaint_of_the_rover_is_logged_once_and_counted(session):
 
 
 def test_a_returning_rover_has_not_acknowledged_the_stop(ready):
-    ready.stop("now")
-    ready.take_stop_acknowledgement()
+    ready.commands.stop("now")
+    ready.rover.take_stop_acknowledgement()
     assert ready.state.stop.acknowledged
-    ready.rover_disconnected()
-    ready.rover_connected(lambda text: None)
-    assert not ready.gate["stop_acknowledged"]
+    ready.rover.disconnected()
+    ready.rover.connected(lambda text: None)
+    assert not ready.commands.gate["stop_acknowledged"]
     assert not ready.state.stop.acknowledged
     with pytest.raises(Conflict, match="not acknowledged"):
-        ready.clear_stop()
-    ready.take_stop_acknowledgement()
-    ready.clear_stop()
+        ready.commands.clear_stop()
+    ready.rover.take_stop_acknowledgement()
+    ready.commands.clear_stop()
     assert not ready.state.stop.latched
 
 
 def test_an_acknowledgement_of_a_cleared_stop_is_none_of_the_next(ready):
-    gate = ready._commanding.gate
-    ready.stop("one")
+    gate = ready.rover.commanding.gate
+    ready.commands.stop("one")
     first = gate.stop_id
-    ready.stop("one again")
+    ready.commands.stop("one again")
     again = gate.stop_id
-    ready.take_stop_acknowledgement(first)
-    assert ready.gate["stop_acknowledged"]
-    ready.clear_stop()
-    ready.stop("two")
-    ready.take_stop_acknowledgement(again)
-    ready.take_stop_acknowledgement("stop")
-    assert not ready.gate["stop_acknowledged"]
-    ready.take_stop_acknowledgement(gate.stop_id)
-    assert ready.gate["stop_acknowledged"]
+    ready.rover.take_stop_acknowledgement(first)
+    assert ready.commands.gate["stop_acknowledged"]
+    ready.commands.clear_stop()
+    ready.commands.stop("two")
+    ready.rover.take_stop_acknowledgement(again)
+    ready.rover.take_stop_acknowledgement("stop")
+    assert not ready.commands.gate["stop_acknowledged"]
+    ready.rover.take_stop_acknowledgement(gate.stop_id)
+    assert ready.commands.gate["stop_acknowledged"]
 
 
 def test_a_stop_while_another_is_cleared_wins(ready, sent):
-    ready.stop("one")
-    ready.take_stop_acknowledgement()
+    ready.commands.stop("one")
+    ready.rover.take_stop_acknowledgement()
 
     def press(message):
         if message["type"] == "event" and message["event"]["type"] == "stop_cleared":
-            other = threading.Thread(target=ready.stop, args=("two",))
+            other = threading.Thread(target=ready.commands.stop, args=("two",))
             other.start()
             other.join()
 
     unlisten = ready.listen(press)
     with pytest.raises(Conflict, match="another stop"):
-        ready.clear_stop()
+        ready.commands.clear_stop()
     unlisten()
-    assert ready.gate["stopped"]
+    assert ready.commands.gate["stopped"]
     assert ready.state.stop.latched
     assert not any("clear_stop" in text for text in sent)
     with pytest.raises(CommandRefused):
-        ready.arm()
+        ready.commands.arm()
 
 
 def test_clearing_is_told_with_the_gate_held():
@@ -159,34 +159,34 @@ def test_clearing_is_told_with_the_gate_held():
 
 
 def test_an_older_acknowledgement_does_not_undo_done(ready):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.take_acknowledgement(ids[0], "done")
-    ready.take_acknowledgement(ids[0], "received")
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.rover.take_acknowledgement(ids[0], "done")
+    ready.rover.take_acknowledgement(ids[0], "received")
     assert ready.state.commands[0].state == "done"
 
 
 def test_green_needs_a_rover_that_is_there_and_where_it_was(ready, frame_of, monkeypatch):
-    assert ready.plan_matches_rover()["ok"] is True
-    monkeypatch.setattr(type(ready.link), "age", property(lambda self: 2.5))
-    assert ready.plan_matches_rover()["ok"] is None
+    assert ready.review.plan_matches_rover()["ok"] is True
+    monkeypatch.setattr(type(ready.rover.link), "age", property(lambda self: 2.5))
+    assert ready.review.plan_matches_rover()["ok"] is None
     monkeypatch.undo()
     frame = frame_of(2, time=2.0)
     moved = frame.state.T_site_base.copy()
     moved[0, 3] += 0.2
-    ready.take_telemetry(replace(frame, state=replace(frame.state, T_site_base=moved)))
-    match = ready.plan_matches_rover()
+    ready.rover.take_telemetry(replace(frame, state=replace(frame.state, T_site_base=moved)))
+    match = ready.review.plan_matches_rover()
     assert match["ok"] is False
     assert "chassis" in match["reason"]
-    ready.rover_disconnected()
-    assert ready.plan_matches_rover()["ok"] is None
+    ready.rover.disconnected()
+    assert ready.review.plan_matches_rover()["ok"] is None
 
 
 def test_a_token_sends_the_version_that_was_armed_and_no_other(ready, sent):
-    token = ready.arm()["token"]
+    token = ready.commands.arm()["token"]
     with pytest.raises(CommandRefused, match="another version"):
-        ready.send(token, expected="0" * 32)
+        ready.commands.send(token, expected="0" * 32)
     assert not any('"command"' in text for text in sent)
-    ready.send(token, expected=ready.state.sequence)
+    ready.commands.send(token, expected=ready.state.sequence)
 
 
 def test_looking_at_a_session_leaves_the_rover_where_it_is(sessions, session, tmp_path):
@@ -206,10 +206,10 @@ def test_looking_at_a_session_leaves_the_rover_where_it_is(sessions, session, tm
 
 def test_no_other_session_takes_the_rover_while_commands_are_sent(sessions, ready):
     bundle = ready.export_bundle()
-    ready.send(ready.arm()["token"])
+    ready.commands.send(ready.commands.arm()["token"])
     for take in (lambda: sessions.create("other"), lambda: sessions.import_bundle(bundle)):
         with pytest.raises(Conflict, match="on their way"):
             take()
     assert sessions.open(ready.id) is ready
-    ready.stop("enough")
+    ready.commands.stop("enough")
     assert sessions.create("other") is sessions.current

@@ -12,33 +12,33 @@ from footfall.session.storage.sqlite_log import SqliteLog
 
 
 def planned(session, leg=2, target=(1.0, 0.0)):
-    session.plan_step(leg, target).finish()
-    return session.make_sequence()
+    session.plans.step(leg, target).finish()
+    return session.sequences.make()
 
 
 def test_from_state_to_export(session):
-    session.compute_maps(2).finish()
-    answer = session.choose_footfall(2, 1.0, 0.5)
+    session.maps.compute(2).finish()
+    answer = session.maps.choose_footfall(2, 1.0, 0.5)
     assert answer["acceptable"] is True
     assert answer["known"] is True
     assert answer["z"] == 0.0
     assert answer["reasons"] == []
-    digest = session.plan_step(2).finish()
+    digest = session.plans.step(2).finish()
     assert session.state.plan == digest
-    sequence = session.make_sequence()
-    edited = session.edit_sequence(sequence, Edit("duration", 0, number=20.0))
+    sequence = session.sequences.make()
+    edited = session.sequences.edit(sequence, Edit("duration", 0, number=20.0))
     assert session.state.sequence == edited != sequence
-    assert session.undo_sequence() == sequence
+    assert session.sequences.undo() == sequence
     assert session.state.sequence_history == ()
-    assert session.redo_sequence() == edited == session.state.sequence
+    assert session.sequences.redo() == edited == session.state.sequence
     with pytest.raises(Conflict, match="no undone edit"):
-        session.redo_sequence()
-    session.undo_sequence()
-    other = session.edit_sequence(sequence, Edit("duration", 0, number=21.0))
+        session.sequences.redo()
+    session.sequences.undo()
+    other = session.sequences.edit(sequence, Edit("duration", 0, number=21.0))
     with pytest.raises(Conflict, match="no undone edit"):
-        session.redo_sequence()
-    assert session.undo_sequence() == sequence != other
-    data = session.export_sequence(format="csv")
+        session.sequences.redo()
+    assert session.sequences.undo() == sequence != other
+    data = session.sequences.export(format="csv")
     assert session.get_bytes(session.state.exports[0].digest) == data
     json.dumps(session.summary(), allow_nan=False)
 
@@ -58,64 +58,64 @@ def test_reopening_gives_the_same_state(sessions, session):
 
 
 def test_maps_become_outdated(session, tiny):
-    session.compute_maps(1).finish()
-    assert session.maps_fit(1).fits
-    session.load_terrain(tiny.dem(0.1))
-    assert not session.maps_fit(1).fits
-    answer = session.choose_footfall(1, 0.0, 0.0)
+    session.maps.compute(1).finish()
+    assert session.fits.of_maps(1).fits
+    session.terrains.load(tiny.dem(0.1))
+    assert not session.fits.of_maps(1).fits
+    answer = session.maps.choose_footfall(1, 0.0, 0.0)
     assert answer["footing"] is None
     assert "the terrain has changed since" in answer["reasons"][0]
 
 
 def test_footfalls_off_the_map_and_in_the_unknown(session):
-    answer = session.choose_footfall(0, 100.0, 0.0)
+    answer = session.maps.choose_footfall(0, 100.0, 0.0)
     assert answer["acceptable"] is False
     assert answer["z"] is None
     assert "not on the terrain map" in answer["reasons"][0]
 
 
 def test_a_refused_plan_is_a_product_with_its_reason(session):
-    session.plan_step(0, (2.5, 0.0)).finish()
+    session.plans.step(0, (2.5, 0.0)).finish()
     assert session.state.plan_status == "goal_invalid"
     with pytest.raises(InvalidInput, match="can't reach"):
-        session.make_sequence()
+        session.sequences.make()
     assert session.events()[-1].type == "job_failed"
 
 
 def test_what_is_missing_is_said(sessions, state_of):
     live = sessions.create("empty")
     with pytest.raises(Conflict, match="terrain"):
-        live.plan_step(0, (1.0, 0.0))
+        live.plans.step(0, (1.0, 0.0))
     with pytest.raises(Conflict, match="images"):
-        live.build_terrain()
+        live.terrains.build()
     with pytest.raises(Conflict, match="telemetry"):
-        live.snapshot_state()
+        live.stances.freeze()
     with pytest.raises(Conflict, match="sequence"):
-        live.export_sequence()
+        live.sequences.export()
     with pytest.raises(Conflict, match="no rover"):
-        live.request_images()
+        live.rover.request_images()
     with pytest.raises(NotFound, match="no value"):
         live.get("0" * 32)
     with pytest.raises(NotFound):
         live.get("../../session")
     with pytest.raises(InvalidInput, match="legs 0…5"):
-        live.compute_maps(6)
+        live.maps.compute(6)
     with pytest.raises(InvalidInput, match="layer"):
-        live.set_view(layer="colour")
+        live.choices.set_view(layer="colour")
 
 
 def test_a_state_of_another_robot_is_refused(session, state_of):
     from dataclasses import replace
 
     with pytest.raises(InvalidTelemetry, match="another"):
-        session.set_state(replace(state_of(), robot="another"))
+        session.stances.set(replace(state_of(), robot="another"))
 
 
 def test_editing_an_outdated_sequence_conflicts(session):
     first = planned(session)
-    session.edit_sequence(first, Edit("duration", 0, number=20.0))
+    session.sequences.edit(first, Edit("duration", 0, number=20.0))
     with pytest.raises(Conflict, match="changed"):
-        session.edit_sequence(first, Edit("duration", 0, number=30.0))
+        session.sequences.edit(first, Edit("duration", 0, number=30.0))
 
 
 def test_listeners_hear_in_order_and_may_fail(session, caplog):
@@ -127,8 +127,8 @@ def test_listeners_hear_in_order_and_may_fail(session, caplog):
     unlisten_broken = session.listen(broken)
     unlisten = session.listen(heard.append)
     session.add_note("one")
-    session.set_view(leg=3, scrub=0.5)
-    session.plan_step(0, (1.0, 0.0)).finish()
+    session.choices.set_view(leg=3, scrub=0.5)
+    session.plans.step(0, (1.0, 0.0)).finish()
     unlisten()
     unlisten_broken()
     session.add_note("two")
@@ -159,25 +159,25 @@ def test_a_log_that_can_not_be_written_changes_nothing(session, monkeypatch):
 
 
 def test_settings_reach_the_recipe(session):
-    digest = session.plan_step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
+    digest = session.plans.step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
     assert session.get(digest).provenance.settings.planner == "line"
     assert session.state.plan_status == "time_limit"
 
 
 def test_the_ghost_plays_what_would_be_sent(session):
-    plan = session.plan_step(2, (1.0, 0.0)).finish()
-    made = session.make_sequence()
-    assert session.played == plan
-    assert not session.commands_of_another_plan
-    edited = session.edit_sequence(made, Edit("duration", 0, number=20.0))
-    assert session.played == edited
-    assert not session.commands_of_another_plan
-    session.undo_sequence()
-    assert session.played == plan
-    session.redo_sequence()
-    assert session.played == edited
-    other = session.plan_step(2, (1.1, 0.0)).finish()
-    assert session.played == other != plan
-    assert session.commands_of_another_plan
-    session.make_sequence()
-    assert not session.commands_of_another_plan
+    plan = session.plans.step(2, (1.0, 0.0)).finish()
+    made = session.sequences.make()
+    assert session.review.played == plan
+    assert not session.review.commands_of_another_plan
+    edited = session.sequences.edit(made, Edit("duration", 0, number=20.0))
+    assert session.review.played == edited
+    assert not session.review.commands_of_another_plan
+    session.sequences.undo()
+    assert session.review.played == plan
+    session.sequences.redo()
+    assert session.review.played == edited
+    other = session.plans.step(2, (1.1, 0.0)).finish()
+    assert session.review.played == other != plan
+    assert session.review.commands_of_another_plan
+    session.sequences.make()
+    assert not session.review.commands_of_another_plan

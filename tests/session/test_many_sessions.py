@@ -124,7 +124,7 @@ def test_nothing_that_goes_on_is_closed(anew, monkeypatch):
         heard, held = sessions.get("s01"), sessions.get("s02")
         told = []
         unlisten = heard.listen(told.append)
-        held.conn_act("take", LOCAL)
+        held.commands.conn_act("take", LOCAL)
         for name in names()[3:10]:
             sessions.get(name)
         assert {live.id for live in sessions.opened()} >= {"s00", "s01", "s02"}
@@ -132,7 +132,7 @@ def test_nothing_that_goes_on_is_closed(anew, monkeypatch):
         heard.add_note("heard")
         assert told[-1]["event"]["type"] == "note"
         unlisten()
-        held.conn_act("release", LOCAL)
+        held.commands.conn_act("release", LOCAL)
         for name in names()[10:13]:
             sessions.get(name)
         assert {live.id for live in sessions.opened()} == {"s00", "s11", "s12"}

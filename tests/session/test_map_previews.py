@@ -36,15 +36,15 @@ def pooled(tmp_path, tiny, athlete, state_of, slow):
     """A session on slow ground whose jobs run in two worker processes."""
     with Sessions(tmp_path / "pooled", jobs=Jobs("tiny_recipes", workers=2), robot=athlete) as sessions:
         live = sessions.create("previews")
-        live.set_state(state_of())
-        live.load_terrain(slow)
+        live.stances.set(state_of())
+        live.terrains.load(slow)
         yield live
 
 
 def started(live, leg=LEG, settings=None):
     """A map job whose preview is there."""
-    job = live.compute_maps(leg, settings)
-    until(lambda: live.maps_shown(leg) is not None, "the maps shown")
+    job = live.maps.compute(leg, settings)
+    until(lambda: live.maps.shown(leg) is not None, "the maps shown")
     return job
 
 
@@ -57,46 +57,46 @@ def heard_by(live):
 def test_a_preview_comes_from_a_worker_before_the_product_and_is_never_recorded(pooled, tiny):
     heard = heard_by(pooled)
     job = started(pooled)
-    shown = pooled.maps_shown(LEG)
+    shown = pooled.maps.shown(LEG)
     assert not job.ended
     assert (shown.geometry.shape, shown.leg) == (tiny.COARSE.shape, LEG)
-    assert pooled.maps_shown(1) is None
-    assert not pooled.maps_fit(LEG).fits
+    assert pooled.maps.shown(1) is None
+    assert not pooled.fits.of_maps(LEG).fits
     assert str(LEG) not in pooled.state.maps
     assert ("preview", None) in heard
     assert ("event", "product") not in heard
     assert not pooled.has(shown.digest)
-    answer = pooled.choose_footfall(LEG, 0.0, 0.0)
+    answer = pooled.maps.choose_footfall(LEG, 0.0, 0.0)
     assert answer["footing"] is None, "a footfall is never judged by a preview"
 
 
 def test_the_product_takes_the_place_of_the_preview(pooled, tiny):
-    pooled.load_terrain(tiny.dem())
+    pooled.terrains.load(tiny.dem())
     heard = heard_by(pooled)
-    digest = pooled.compute_maps(LEG).finish(BOUND)
-    assert pooled.maps_shown(LEG).digest == digest == pooled.state.maps[str(LEG)]
-    assert pooled.maps_shown(LEG).geometry.shape == tiny.dem().geometry.shape
+    digest = pooled.maps.compute(LEG).finish(BOUND)
+    assert pooled.maps.shown(LEG).digest == digest == pooled.state.maps[str(LEG)]
+    assert pooled.maps.shown(LEG).geometry.shape == tiny.dem().geometry.shape
     assert heard.index(("preview", None)) < heard.index(("event", "product"))
 
 
 def test_inline_jobs_show_previews_too(session, tiny):
     shown = []
-    session.listen(lambda message: message["type"] == "preview" and shown.append(session.maps_shown(LEG)))
-    digest = session.compute_maps(LEG).finish()
+    session.listen(lambda message: message["type"] == "preview" and shown.append(session.maps.shown(LEG)))
+    digest = session.maps.compute(LEG).finish()
     assert shown[0].geometry.shape == tiny.COARSE.shape
     assert shown[-1].digest == digest
 
 
 def test_a_preview_of_another_terrain_or_state_is_not_shown(pooled, tiny, state_of, slow):
     started(pooled)
-    pooled.load_terrain(tiny.dem(0.1))
-    assert pooled.maps_shown(LEG) is None
-    pooled.load_terrain(slow)
-    assert pooled.maps_shown(LEG).geometry.shape == tiny.COARSE.shape
-    pooled.set_state(state_of(0.01))
-    assert pooled.maps_shown(LEG) is None
-    pooled.set_state(state_of())
-    assert pooled.maps_shown(LEG) is not None
+    pooled.terrains.load(tiny.dem(0.1))
+    assert pooled.maps.shown(LEG) is None
+    pooled.terrains.load(slow)
+    assert pooled.maps.shown(LEG).geometry.shape == tiny.COARSE.shape
+    pooled.stances.set(state_of(0.01))
+    assert pooled.maps.shown(LEG) is None
+    pooled.stances.set(state_of())
+    assert pooled.maps.shown(LEG) is not None
 
 
 @pytest.mark.parametrize("end", ["cancelled", "superseded"])
@@ -106,31 +106,31 @@ def test_a_preview_goes_with_its_job(pooled, end):
     if end == "cancelled":
         job.cancel()
     else:
-        pooled.compute_maps(LEG, MapSettings(stable_margin=0.1))
+        pooled.maps.compute(LEG, MapSettings(stable_margin=0.1))
     assert job.wait(BOUND)
     assert job.state == "cancelled"
     until(lambda: ("preview", None) in heard, "the preview")
     if end == "cancelled":
-        until(lambda: pooled.maps_shown(LEG) is None, "the maps put away")
+        until(lambda: pooled.maps.shown(LEG) is None, "the maps put away")
     else:
-        until(lambda: pooled.maps_shown(LEG) is not None, "the maps shown")
-        assert pooled.maps_shown(LEG).provenance.settings.stable_margin == 0.1
+        until(lambda: pooled.maps.shown(LEG) is not None, "the maps shown")
+        assert pooled.maps.shown(LEG).provenance.settings.stable_margin == 0.1
     with pytest.raises(Cancelled):
         job.finish()
 
 
 def test_a_preview_of_maps_that_fail_does_not_stay(session, tiny):
-    session.load_terrain(replace(tiny.dem(), name="bad"))
+    session.terrains.load(replace(tiny.dem(), name="bad"))
     with pytest.raises(InvalidInput, match="can't be mapped"):
-        session.compute_maps(LEG).finish()
-    assert session.maps_shown(LEG) is None
+        session.maps.compute(LEG).finish()
+    assert session.maps.shown(LEG) is None
     assert session.events()[-1].type == "job_failed"
 
 
 def test_newer_maps_cancel_older_ones_of_their_leg_only(pooled, tiny):
     older, other = started(pooled), started(pooled, 1)
-    pooled.load_terrain(tiny.dem())
-    newer = pooled.compute_maps(LEG)
+    pooled.terrains.load(tiny.dem())
+    newer = pooled.maps.compute(LEG)
     newer.finish(BOUND)
     assert older.wait(BOUND)
     assert (older.state, other.ended) == ("cancelled", False)
@@ -163,8 +163,8 @@ def held(tmp_path, tiny, athlete, state_of):
     pool = Held()
     with Sessions(tmp_path / "held", jobs=cast(Any, pool), robot=athlete) as sessions:
         live = sessions.create("held")
-        live.set_state(state_of())
-        live.load_terrain(tiny.dem())
+        live.stances.set(state_of())
+        live.terrains.load(tiny.dem())
         yield live, pool
         for job, _, _ in pool.jobs:
             if not job.ended:
@@ -178,26 +178,26 @@ def product_of(tiny, parents, settings):
 def test_what_a_superseded_job_still_brings_is_dropped(held, tiny):
     """It was asked to stop when its product was already on the way."""
     live, pool = held
-    live.compute_maps(LEG)
-    live.compute_maps(LEG, MapSettings(stable_margin=0.1))
+    live.maps.compute(LEG)
+    live.maps.compute(LEG, MapSettings(stable_margin=0.1))
     (older, *asked), (newer, *asked_newer) = pool.jobs
     older.preview(product_of(tiny, *asked))
-    assert live.maps_shown(LEG) is None
+    assert live.maps.shown(LEG) is None
     newer.end(product_of(tiny, *asked_newer))
     older.end(product_of(tiny, *asked))
     assert (older.state, newer.state) == ("cancelled", "done")
     assert live.state.maps == {str(LEG): newer.result}
-    assert live.maps_shown(LEG).provenance.settings.stable_margin == 0.1
+    assert live.maps.shown(LEG).provenance.settings.stable_margin == 0.1
 
 
 def test_an_answer_from_before_is_not_undone_by_a_job_that_was_on_its_way(held, tiny):
     live, pool = held
-    live.compute_maps(LEG)
+    live.maps.compute(LEG)
     first, *asked = pool.jobs[0]
     first.end(product_of(tiny, *asked))
-    live.compute_maps(LEG, MapSettings(stable_margin=0.1))
+    live.maps.compute(LEG, MapSettings(stable_margin=0.1))
     second, *asked_second = pool.jobs[1]
-    again = live.compute_maps(LEG)
+    again = live.maps.compute(LEG)
     assert again.result == first.result
     assert len(pool.jobs) == 2, "no work was asked for"
     second.end(product_of(tiny, *asked_second))
@@ -211,13 +211,13 @@ def test_a_what_if_of_a_state_that_was_frozen_anew_is_dropped(held, state_of):
 
     def ask():
         with pytest.raises(Conflict, match="another state") as caught:
-            live.what_if(BodyShift(dz=-0.1))
+            live.stances.what_if(BodyShift(dz=-0.1))
         refused.append(caught)
 
     asking = threading.Thread(target=ask)
     asking.start()
     until(lambda: pool.jobs, "the job")
-    frozen = live.set_state(state_of(0.01))
+    frozen = live.stances.set(state_of(0.01))
     pool.jobs[0][0].end(state_of(0.02))
     asking.join(BOUND)
     assert refused
@@ -226,8 +226,8 @@ def test_a_what_if_of_a_state_that_was_frozen_anew_is_dropped(held, state_of):
 
 def test_the_same_request_again_is_answered_from_what_was_made(session, monkeypatch):
     other = MapSettings(stable_margin=0.1)
-    first = session.compute_maps(LEG).finish()
-    changed = session.compute_maps(LEG, other).finish()
+    first = session.maps.compute(LEG).finish()
+    changed = session.maps.compute(LEG, other).finish()
     assert first != changed
     count = len(session.events())
 
@@ -235,16 +235,16 @@ def test_the_same_request_again_is_answered_from_what_was_made(session, monkeypa
         raise AssertionError("this was made before")
 
     monkeypatch.setattr(InlineJobs, "submit", no_work)
-    again = session.compute_maps(LEG)
+    again = session.maps.compute(LEG)
     assert (again.state, again.result) == ("done", first)
     (event,) = session.events(count)
     assert (event.type, event.payload["digest"], event.payload["leg"]) == ("product", first, LEG)
     assert session.state.maps == {str(LEG): first}
-    assert session.maps_shown(LEG).digest == first
+    assert session.maps.shown(LEG).digest == first
     assert session.jobs[-1] is again
     assert fold_all(session.events()).digest == session.state.digest
     with pytest.raises(AssertionError, match="made before"):
-        session.compute_maps(3)
+        session.maps.compute(3)
 
 
 def test_made_before_means_the_same_terrain_state_and_leg(session, tiny, state_of, monkeypatch):
@@ -256,25 +256,25 @@ def test_made_before_means_the_same_terrain_state_and_leg(session, tiny, state_o
         return submit(self, *arguments, **named)
 
     monkeypatch.setattr(InlineJobs, "submit", counted)
-    first = session.compute_maps(LEG).finish()
-    session.set_state(state_of(0.01))
-    second = session.compute_maps(LEG).finish()
-    session.load_terrain(tiny.dem(0.1))
-    session.compute_maps(LEG).finish()
+    first = session.maps.compute(LEG).finish()
+    session.stances.set(state_of(0.01))
+    second = session.maps.compute(LEG).finish()
+    session.terrains.load(tiny.dem(0.1))
+    session.maps.compute(LEG).finish()
     assert asked == ["maps"] * 3
-    session.undo_terrain()
-    assert session.compute_maps(LEG).finish() == second
-    session.set_state(state_of())
-    assert session.compute_maps(LEG).finish() == first
+    session.terrains.undo()
+    assert session.maps.compute(LEG).finish() == second
+    session.stances.set(state_of())
+    assert session.maps.compute(LEG).finish() == first
     assert asked == ["maps"] * 3
 
 
 def test_an_answer_from_before_replays(session, tiny):
-    session.compute_maps(LEG).finish()
-    session.compute_maps(LEG, MapSettings(stable_margin=0.1)).finish()
-    session.compute_maps(LEG).finish()
+    session.maps.compute(LEG).finish()
+    session.maps.compute(LEG, MapSettings(stable_margin=0.1)).finish()
+    session.maps.compute(LEG).finish()
     session.close()
-    report = replay(session._store.folder, recipes=tiny.RECIPES)
+    report = replay(session.store.folder, recipes=tiny.RECIPES)
     assert report.ok
     assert [product.verdict for product in report.products] == ["same"] * 3
     assert report.products[0].recorded == report.products[2].recorded
@@ -287,11 +287,11 @@ def mapped(folder, jobs, robot, dem, state):
     shown = []
     with Sessions(folder, jobs=jobs, robot=robot) as sessions:
         live = sessions.create("real maps")
-        live.set_state(state)
-        live.load_terrain(dem)
-        live.listen(lambda message: message["type"] == "preview" and shown.append(live.maps_shown(LEG)))
-        live.compute_maps(LEG).finish(BOUND)
-        made = live.maps_shown(LEG)
+        live.stances.set(state)
+        live.terrains.load(dem)
+        live.listen(lambda message: message["type"] == "preview" and shown.append(live.maps.shown(LEG)))
+        live.maps.compute(LEG).finish(BOUND)
+        made = live.maps.shown(LEG)
         assert made is not None
         return shown[0], made
 
@@ -318,10 +318,10 @@ def test_real_maps_come_coarse_first_and_to_the_same_digest(tmp_path, athlete):
 def test_maps_need_ground_and_a_state(sessions, tiny):
     live = sessions.create("nothing yet")
     with pytest.raises(Conflict, match="no terrain"):
-        live.compute_maps(LEG)
-    assert live.maps_shown(LEG) is None
-    live.load_terrain(tiny.dem())
+        live.maps.compute(LEG)
+    assert live.maps.shown(LEG) is None
+    live.terrains.load(tiny.dem())
     with pytest.raises(Conflict, match="telemetry"):
-        live.compute_maps(LEG)
+        live.maps.compute(LEG)
     with pytest.raises(Conflict, match="no maps of leg 2"):
-        live.suggest(LEG)
+        live.maps.suggest(LEG)

@@ -36,21 +36,21 @@ def stepped(tmp_path, athlete, dem, world=None, as_commanded=False, shift=None):
     rover.step(2.0)
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         live: Any = sessions.create("physics")
-        live.load_terrain(dem)
+        live.terrains.load(dem)
         linked = Linked(live, rover)
-        live.snapshot_state()
-        planned = live.plan_step(LEG, goal).finish() if shift is None else live.plan_body_move(shift).finish()
-        live.make_sequence(planned, as_commanded=as_commanded)
+        live.stances.freeze()
+        planned = live.plans.step(LEG, goal).finish() if shift is None else live.stances.plan_body_move(shift).finish()
+        live.sequences.make(planned, as_commanded=as_commanded)
         linked.report()
-        assert live.outcome()["state"] == "none"
-        live.send(live.arm()["token"])
+        assert live.outcomes.latest()["state"] == "none"
+        live.commands.send(live.commands.arm()["token"])
         linked.run()
         assert live.state.run.outcome == "done"
-        assert live.outcome()["state"] == "waiting"
+        assert live.outcomes.latest()["state"] == "waiting"
         for _ in range(50):
             rover.step(0.04)
             linked.report()
-        told = live.run["compared"]
+        told = live.commands.run["compared"]
         report = replay(live.export_bundle())
         assert report.ok, report.as_dict()
         assert [event.payload["kind"] for event in live.events() if event.type == "product"][-1] == "outcome"

@@ -25,7 +25,7 @@ def with_leg(leg):
 
 def of(session, who):
     """What a page shows: its leg, and x of its footfall."""
-    chosen = session.choices_of(who)
+    chosen = session.choices.of(who)
     return chosen.view.leg, None if chosen.footfall is None else chosen.footfall.x
 
 
@@ -64,102 +64,102 @@ def test_of_too_many_pages_the_one_asked_about_longest_ago_begins_anew(monkeypat
 
 def test_a_page_s_leg_and_footfall_are_no_other_s(session):
     for who in (ONE, TWO):
-        session.choices_of(who)
+        session.choices.of(who)
     for who, leg in ((ONE, 2), (TWO, 4)):
         with acting(who):
-            session.set_view(leg=leg)
-            session.choose_footfall(leg, 0.1 * leg, 0.5)
-            session.set_points(leg, [(0.1 * leg, 0.5, 1.0)])
+            session.choices.set_view(leg=leg)
+            session.maps.choose_footfall(leg, 0.1 * leg, 0.5)
+            session.choices.set_points(leg, [(0.1 * leg, 0.5, 1.0)])
     for who, leg in ((ONE, 2), (TWO, 4)):
         assert of(session, who) == (leg, pytest.approx(0.1 * leg))
         with acting(who):
             told = session.summary()
             assert (told["view"]["leg"], told["footfall"]["leg"], told["points"]["leg"]) == (leg, leg, leg)
             # what is asked for without a target is asked for of this page's own
-            session.plan_step().finish()
+            session.plans.step().finish()
             assert session.get(session.state.plan).footfall.digest == Footfall(leg, 0.1 * leg, 0.5).digest
 
 
 def test_undo_takes_back_what_the_page_that_asks_chose_and_leaves_the_other_s(session):
     for who in (ONE, TWO):
-        session.choices_of(who)
+        session.choices.of(who)
     for who, x in ((ONE, 0.1), (TWO, 0.2), (TWO, 0.3)):
         with acting(who):
-            session.choose_footfall(1, x, 0.5)
+            session.maps.choose_footfall(1, x, 0.5)
     with acting(ONE):
-        session.undo_choice()  # the other's, which that page still shows
+        session.choices.undo()  # the other's, which that page still shows
     assert [of(session, who)[1] for who in (ONE, TWO)] == [0.1, 0.3]
     with acting(ONE):
-        session.redo_choice()
+        session.choices.redo()
     with acting(TWO):
-        session.undo_choice()
+        session.choices.undo()
     assert [of(session, who)[1] for who in (ONE, TWO)] == [0.1, 0.2]
     with acting(TWO):
-        session.redo_choice()
+        session.choices.redo()
     assert [of(session, who)[1] for who in (ONE, TWO)] == [0.1, 0.3]
 
 
 def test_a_page_that_follows_shows_what_the_holder_of_the_conn_shows_and_chooses_nothing(session):
     for who, leg in ((ONE, 2), (TWO, 4)):
         with acting(who):
-            session.set_view(leg=leg)
-            session.choose_footfall(leg, 0.1 * leg, 0.5)
-    session.conn_act("take", ONE)
+            session.choices.set_view(leg=leg)
+            session.maps.choose_footfall(leg, 0.1 * leg, 0.5)
+    session.commands.conn_act("take", ONE)
     with acting(TWO):
-        assert session.set_view(follows=True).follows
+        assert session.choices.set_view(follows=True).follows
         assert of(session, TWO) == (2, pytest.approx(0.2))
-        assert session.concerns(TWO, ONE.seat)
+        assert session.choices.concerns(TWO, ONE.seat)
         for choose in (
-            lambda: session.set_view(leg=5),
-            lambda: session.choose_footfall(5, 0.0, 0.5),
-            lambda: session.set_points(5, []),
-            lambda: session.hold("footfall"),
-            lambda: session.undo_choice(),
+            lambda: session.choices.set_view(leg=5),
+            lambda: session.maps.choose_footfall(5, 0.0, 0.5),
+            lambda: session.choices.set_points(5, []),
+            lambda: session.hand.hold("footfall"),
+            lambda: session.choices.undo(),
         ):
             with pytest.raises(Conflict, match="let it show its own choices"):
                 choose()
     with acting(ONE):
-        session.set_view(leg=3)
+        session.choices.set_view(leg=3)
     assert [of(session, who)[0] for who in (ONE, TWO)] == [3, 3]
     with acting(TWO):
-        assert not session.set_view(follows=False).follows
+        assert not session.choices.set_view(follows=False).follows
         assert of(session, TWO) == (4, pytest.approx(0.4))
-        assert not session.concerns(TWO, ONE.seat)
-        session.set_view(leg=5)
+        assert not session.choices.concerns(TWO, ONE.seat)
+        session.choices.set_view(leg=5)
     assert of(session, ONE)[0] == 3
 
 
 def test_the_holder_of_the_conn_and_whoever_follows_nobody(session):
     with acting(ONE):
-        session.set_view(leg=5)
-        session.set_view(follows=True)
+        session.choices.set_view(leg=5)
+        session.choices.set_view(follows=True)
     with acting(TWO):
-        session.set_view(leg=1)
+        session.choices.set_view(leg=1)
     assert of(session, ONE)[0] == 1  # nobody holds it: what was chosen last
-    session.conn_act("take", ONE)
+    session.commands.conn_act("take", ONE)
     with acting(ONE):
-        session.set_view(leg=2)
+        session.choices.set_view(leg=2)
     assert of(session, ONE)[0] == 2
     # a viewer can choose nothing, and sees what others choose
-    assert session.choices_of(VIEWER).view.follows
+    assert session.choices.of(VIEWER).view.follows
     assert of(session, VIEWER)[0] == 2
-    session.conn_act("release", ONE)
-    session.set_view(leg=1)
+    session.commands.conn_act("release", ONE)
+    session.choices.set_view(leg=1)
     assert of(session, VIEWER)[0] == 1
 
 
 def test_what_is_in_hand_is_of_the_page_that_took_it(session):
     for who in (ONE, TWO):
-        session.choices_of(who)
+        session.choices.of(who)
     for who, x in ((ONE, 0.1), (TWO, 0.2)):
         with acting(who):
-            session.choose_footfall(1, x, 0.5)
+            session.maps.choose_footfall(1, x, 0.5)
     with acting(ONE):
-        session.hold("footfall", (0.15, 0.5))
+        session.hand.hold("footfall", (0.15, 0.5))
     with acting(TWO):
         with pytest.raises(Conflict):
-            session.commit_hand()
-        session.choose_footfall(1, 0.3, 0.5)  # and what another chooses meanwhile is no matter
+            session.hand.commit()
+        session.maps.choose_footfall(1, 0.3, 0.5)  # and what another chooses meanwhile is no matter
     with acting(ONE):
-        assert session.commit_hand()["place"] == [0.15, 0.5]
+        assert session.hand.commit()["place"] == [0.15, 0.5]
     assert [of(session, who)[1] for who in (ONE, TWO)] == [0.15, 0.3]

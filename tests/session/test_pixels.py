@@ -96,7 +96,7 @@ def sent(sessions: Sessions, value: int = 0) -> str:
     assert live is not None
     with sessions.pixels.of("rover") as held:
         held.take(PIXELS)
-        return live.take_images(snapshot(value), held)
+        return live.rover.take_images(snapshot(value), held)
 
 
 def test_without_a_light_time_they_are_given_back_when_stored(sessions):
@@ -123,7 +123,7 @@ def test_of_another_robot_they_are_given_back(sessions):
     with sessions.pixels.of("rover") as held:
         held.take(PIXELS)
         with pytest.raises(InvalidTelemetry):
-            live.take_images(another, held)
+            live.rover.take_images(another, held)
     assert sessions.pixels.held == 0
 
 
@@ -142,7 +142,7 @@ def test_they_are_held_while_the_light_time_lasts_and_no_more_than_may_be(sessio
     # nor what is said to it afterwards
     with sessions.pixels.of("rover") as held:
         held.take(PIXELS)
-        live.take_images(snapshot(4), held)
+        live.rover.take_images(snapshot(4), held)
     assert sessions.pixels.held == 0
 
 
@@ -178,7 +178,7 @@ def test_images_that_are_kept_in_memory_are_counted_by_their_pixels(sessions, mo
     monkeypatch.setattr(shelf, "CACHED_PIXELS", 2 * PIXELS)
     live = sessions.create("looked at")
     digests = [sent(sessions, value) for value in range(4)]
-    values = live._shelf._values
+    values = live.shelf._values
     assert [digest in values for digest in digests] == [False, False, True, True]
     # what went is read from its file, and takes the place of the oldest
     assert isinstance(live.get(digests[0]), Snapshot)
@@ -193,7 +193,7 @@ def test_large_values_that_are_kept_in_memory_are_few_and_the_latest(sessions, m
     monkeypatch.setattr(shelf, "CACHED_BYTES", grounds[-1].heights.nbytes)
     for ground in grounds:
         live.put(ground)
-    values = live._shelf._values
+    values = live.shelf._values
     assert list(values) == [ground.digest for ground in grounds[-shelf.CACHED_ANYWAY :]]
     found = live.get(grounds[0].digest)
     assert isinstance(found, Dem)

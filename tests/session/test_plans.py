@@ -24,24 +24,24 @@ from tests.support.waiting import BOUND, until
 @pytest.fixture
 def planned(session):
     """A session with a plan of leg 2."""
-    session.plan_step(2, (1.0, 0.0), StepSettings(seed=5)).finish()
+    session.plans.step(2, (1.0, 0.0), StepSettings(seed=5)).finish()
     return session
 
 
 def test_a_plan_records_what_it_was_asked_with(session):
-    digest = session.plan_step(2, (1.0, 0.0), through=[(1, 2, 3)]).finish()
+    digest = session.plans.step(2, (1.0, 0.0), through=[(1, 2, 3)]).finish()
     request = session.get(session.state.products[digest].settings)
     assert request.through == ((1.0, 2.0, 3.0),)
     assert request.explain
-    assert session.plans_shown()[0]["kind"] == "asked"
+    assert session.plans.shown()[0]["kind"] == "asked"
 
 
 def test_alternatives_are_listed_and_replace_nothing(planned):
     first = planned.state.plan
-    jobs = planned.plan_alternatives()
+    jobs = planned.plans.alternatives()
     digests = [job.finish() for job in jobs]
     assert planned.state.plan == first
-    listed = planned.plans_shown()
+    listed = planned.plans.shown()
     assert [one["digest"] for one in listed] == [first, *digests]
     assert [one["kind"] for one in listed] == ["asked", *KINDS]
     assert [one["chosen"] for one in listed] == [True, False, False, False]
@@ -54,7 +54,7 @@ def test_alternatives_are_listed_and_replace_nothing(planned):
     ]
     # one that can't be made is listed with its reason
     with pytest.raises(Conflict, match=r"the knee down \(branch 2\): there is no such plan: not with that knee"):
-        planned.choose_plan(digests[1])
+        planned.plans.choose(digests[1])
     refused = listed[2]
     assert (refused["status"], refused["reason"], refused["figures"]) == ("goal_invalid", "not with that knee", None)
     json.dumps(planned.summary(), allow_nan=False)
@@ -62,8 +62,8 @@ def test_alternatives_are_listed_and_replace_nothing(planned):
 
 
 def test_figures_are_those_of_the_commands(planned):
-    figures = planned.plans_shown()[0]["figures"]
-    sequence = planned.get(planned.make_sequence())
+    figures = planned.plans.shown()[0]["figures"]
+    sequence = planned.get(planned.sequences.make())
     assert figures["duration"] == pytest.approx(sequence.duration)
     assert figures["waypoints"] == 4
     # 0.15 rad of hip yaw on a circle about the hip's axis
@@ -77,39 +77,39 @@ def test_figures_are_those_of_the_commands(planned):
 
 def test_another_plan_is_chosen_and_becomes_the_sequence(planned, sessions):
     first = planned.state.plan
-    other = planned.plan_alternatives(kinds=["higher_lift"])[0].finish()
-    planned.choose_plan(other)
+    other = planned.plans.alternatives(kinds=["higher_lift"])[0].finish()
+    planned.plans.choose(other)
     assert planned.state.plan == other
     assert planned.state.plan_status == "found"
-    assert [one["chosen"] for one in planned.plans_shown()] == [False, True]
-    sequence = planned.make_sequence()
+    assert [one["chosen"] for one in planned.plans.shown()] == [False, True]
+    sequence = planned.sequences.make()
     assert planned.state.products[sequence].parents["plan"] == other
-    planned.choose_plan(first)
+    planned.plans.choose(first)
     assert planned.state.plan == first
-    planned.choose_plan(first)  # harmless
+    planned.plans.choose(first)  # harmless
     assert fold_all(planned.events()).digest == planned.state.digest
     # a new plan ends the comparison
-    planned.plan_step(1, (1.0, 0.0)).finish()
-    assert len(planned.plans_shown()) == 1
+    planned.plans.step(1, (1.0, 0.0)).finish()
+    assert len(planned.plans.shown()) == 1
     with pytest.raises(NotFound, match="none of the plans"):
-        planned.choose_plan(first)
+        planned.plans.choose(first)
 
 
 def test_misuse_of_alternatives(session, planned):
     with pytest.raises(InvalidInput, match="higher_lift"):
-        planned.plan_alternatives(kinds=["prettier"])
+        planned.plans.alternatives(kinds=["prettier"])
     with pytest.raises(NotFound):
-        planned.plan_alternatives("nothing")
-    planned.plan_step(2, (2.5, 0.0)).finish()
+        planned.plans.alternatives("nothing")
+    planned.plans.step(2, (2.5, 0.0)).finish()
     with pytest.raises(Conflict, match="the leg can't reach it"):
-        planned.plan_alternatives()
+        planned.plans.alternatives()
 
 
 def test_an_alternative_of_a_plan_that_is_past_is_not_listed(planned):
     past = planned.state.plan
-    planned.plan_step(1, (1.0, 0.5)).finish()
-    planned.plan_alternatives(past, ["higher_lift"])[0].finish()
-    assert [one["kind"] for one in planned.plans_shown()] == ["asked"]
+    planned.plans.step(1, (1.0, 0.5)).finish()
+    planned.plans.alternatives(past, ["higher_lift"])[0].finish()
+    assert [one["kind"] for one in planned.plans.shown()] == ["asked"]
 
 
 # --- going on -------------------------------------------------------------------------------------------------------
@@ -118,41 +118,41 @@ def test_an_alternative_of_a_plan_that_is_past_is_not_listed(planned):
 def stands(session, frame_of, number, posture):
     frame = frame_of(number)
     state = replace(frame.state, posture=posture, time=float(number))
-    session.take_telemetry(TelemetryFrame(number, state, posture))
+    session.rover.take_telemetry(TelemetryFrame(number, state, posture))
 
 
 @pytest.mark.parametrize("made", [False, True])
 def test_ground_that_was_changed_since_is_told_beside_the_match(planned, frame_of, made):
-    planned.rover_connected(lambda text: None)
+    planned.rover.connected(lambda text: None)
     stands(planned, frame_of, 0, planned.get(planned.state.plan).plan.waypoints[0])
     if made:
-        planned.make_sequence()
-    match = planned.plan_matches_rover()
+        planned.sequences.make()
+    match = planned.review.plan_matches_rover()
     assert (match["ok"], match["older_ground"]) == (True, False)
-    planned.load_terrain(wavy(half=2.0), "another")
-    match = planned.plan_matches_rover()
+    planned.terrains.load(wavy(half=2.0), "another")
+    match = planned.review.plan_matches_rover()
     assert (match["ok"], match["older_ground"]) == (True, True)
     if made:
         with pytest.raises(CommandRefused) as caught:
-            planned.arm()
+            planned.commands.arm()
         assert caught.value.details["check"] == "terrain"
-    planned.undo_terrain()
-    assert planned.plan_matches_rover()["older_ground"] is False
+    planned.terrains.undo()
+    assert planned.review.plan_matches_rover()["older_ground"] is False
 
 
 def test_a_plan_that_is_near_enough_tells_the_gates_tolerance_beside_that_of_colours(planned, frame_of):
-    planned.rover_connected(lambda text: None)
+    planned.rover.connected(lambda text: None)
     start = planned.get(planned.state.plan).plan.waypoints[0]
     for number, turned in enumerate((0.0, 5e-4)):
         stands(planned, frame_of, number, start + turned)
-        assert (planned.plan_matches_rover()["ok"], planned.plan_matches_rover()["reason"]) == (True, "")
+        assert (planned.review.plan_matches_rover()["ok"], planned.review.plan_matches_rover()["reason"]) == (True, "")
     stands(planned, frame_of, 2, start + 5e-3)
-    match = planned.plan_matches_rover()
+    match = planned.review.plan_matches_rover()
     assert match["ok"] is True
     assert "0.0050 rad from where the plan starts" in match["reason"]
     assert "within 0.05 m and 0.01 rad; colours hold within 0.005 m and 0.001 rad" in match["reason"]
     stands(planned, frame_of, 3, start + 0.02)
-    match = planned.plan_matches_rover()
+    match = planned.review.plan_matches_rover()
     assert match["ok"] is False
     assert "colours" not in match["reason"]
 
@@ -160,36 +160,36 @@ def test_a_plan_that_is_near_enough_tells_the_gates_tolerance_beside_that_of_col
 @pytest.mark.parametrize("what", ["plan", "sequence"])
 def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, frame_of, what):
     real, first = planned.state.state, planned.state.plan
-    sequence = planned.make_sequence()
+    sequence = planned.sequences.make()
     end = planned.get(first).plan.waypoints[-1]
-    planned.rover_connected(lambda text: None)
+    planned.rover.connected(lambda text: None)
     stands(planned, frame_of, 0, planned.get(first).plan.waypoints[0])
-    planned.plan_step(1, (1.0, 0.0), after=first if what == "plan" else sequence).finish()
+    planned.plans.step(1, (1.0, 0.0), after=first if what == "plan" else sequence).finish()
     assert planned.state.what_if == real
     assert planned.summary()["after"] == (first if what == "plan" else sequence)
     second = planned.get(planned.state.plan).plan
     assert np.array_equal(second.waypoints[0], end)
     # the commands there are still the first plan's: what was planned last counts
-    assert planned.plan_matches_rover()["ok"] is False
+    assert planned.review.plan_matches_rover()["ok"] is False
     assert planned.summary()["up_to_date"]["plan"]["fits"]  # it is of the what-if
     stands(planned, frame_of, 1, end)
-    assert planned.plan_matches_rover()["ok"] is True
+    assert planned.review.plan_matches_rover()["ok"] is True
     # the rover stands there: what would be, is
     assert planned.state.what_if is None
     assert planned.summary()["up_to_date"]["plan"]["fits"]
     stands(planned, frame_of, 2, planned.get(first).plan.waypoints[0])
-    planned.make_sequence()
+    planned.sequences.make()
     # the rover has not made the first step yet
     with pytest.raises(CommandRefused) as caught:
-        planned.arm()
+        planned.commands.arm()
     assert caught.value.details["check"] == "start"
     assert caught.value.details["joint"] == planned.robot.joint_names[12]
     assert caught.value.details["difference"] == pytest.approx(-0.15)
-    assert planned.plan_matches_rover()["ok"] is False
+    assert planned.review.plan_matches_rover()["ok"] is False
     # now it has
     stands(planned, frame_of, 3, end)
-    assert planned.plan_matches_rover()["ok"] is True
-    assert planned.arm()["token"]
+    assert planned.review.plan_matches_rover()["ok"] is True
+    assert planned.commands.arm()["token"]
     assert np.array_equal(planned.get(planned.state.state).posture, end)
     assert fold_all(planned.events()).digest == planned.state.digest
 
@@ -197,28 +197,28 @@ def test_the_next_step_is_planned_from_the_end_but_not_sent_before(planned, fram
 def test_a_chain_of_three_goes_back_to_the_rover(planned):
     real = planned.state.state
     for leg in (1, 3):
-        planned.plan_step(leg, (1.0, 0.0), after=planned.state.plan).finish()
+        planned.plans.step(leg, (1.0, 0.0), after=planned.state.plan).finish()
     assert planned.state.what_if == real
     moved = planned.get(planned.state.plan).plan.waypoints[-1] - planned.get(real).posture
     assert sorted(np.flatnonzero(moved)) == [6, 12, 18]
-    planned.end_what_if()
+    planned.stances.end_what_if()
     assert planned.state.state == real
 
 
 def test_going_on_needs_something_to_go_on_from(planned):
     with pytest.raises(NotFound, match="no plan and no sequence"):
-        planned.go_on_after("nothing")
-    planned.plan_step(2, (2.5, 0.0)).finish()
+        planned.plans.go_on_after("nothing")
+    planned.plans.step(2, (2.5, 0.0)).finish()
     before = planned.state.state
     with pytest.raises(Conflict, match="the leg can't reach it"):
-        planned.go_on_after(planned.state.plan)
+        planned.plans.go_on_after(planned.state.plan)
     assert planned.state.state == before
     assert planned.state.what_if is None
 
 
 def test_all_of_it_replays(planned, tiny):
-    planned.plan_alternatives(kinds=["higher_lift"])[0].finish()
-    planned.plan_step(1, (1.0, 0.0), after=planned.state.plan).finish()
+    planned.plans.alternatives(kinds=["higher_lift"])[0].finish()
+    planned.plans.step(1, (1.0, 0.0), after=planned.state.plan).finish()
     report = replay(planned.export_bundle(), recipes=tiny.RECIPES)
     assert report.ok, report.as_dict()
     assert [one.kind for one in report.products] == ["plan", "plan", "after", "plan"]
@@ -232,13 +232,13 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
     others = set(multiprocessing.active_children())
     with Sessions(tmp_path, jobs=Jobs("tiny_recipes", workers=1), robot=athlete) as sessions:
         session = sessions.create("killed")
-        session.set_state(state_of())
-        session.load_terrain(tiny.dem())
-        first = session.plan_step(2, (1.0, 0.0)).finish(BOUND)
-        session.load_terrain(replace(tiny.dem(), name="slow"))
+        session.stances.set(state_of())
+        session.terrains.load(tiny.dem())
+        first = session.plans.step(2, (1.0, 0.0)).finish(BOUND)
+        session.terrains.load(replace(tiny.dem(), name="slow"))
         before = session.state
-        job = session.plan_step(2, (1.0, 0.5))
-        waiting = session.compute_maps(1)
+        job = session.plans.step(2, (1.0, 0.5))
+        waiting = session.maps.compute(1)
         until(lambda: job.text == "planning slowly", "the planning", seen=lambda: job.state)
         (worker,) = set(multiprocessing.active_children()) - others
         assert worker.pid is not None
@@ -254,6 +254,6 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
         assert (session.state.plan, session.state.dem, session.state.state) == (first, before.dem, before.state)
         # what waited behind it is made by the next worker, and so is the next plan
         waiting.cancel()
-        session.load_terrain(tiny.dem(0.1))
-        session.plan_step(2, (1.0, 0.5)).finish(BOUND)
+        session.terrains.load(tiny.dem(0.1))
+        session.plans.step(2, (1.0, 0.5)).finish(BOUND)
         assert session.state.plan != first

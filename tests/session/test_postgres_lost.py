@@ -35,17 +35,17 @@ def running(postgres, tmp_path, tiny, athlete, state_of, frame_of, unhurried):
     sent = []
     with Sessions(tmp_path / "work", jobs=InlineJobs("tiny_recipes"), robot=athlete) as sessions:
         live = sessions.create("test")
-        live.load_terrain(tiny.dem(), "test")
-        live.set_state(state_of())
-        live.plan_step(2, (1.0, 0.0)).finish()
-        live.make_sequence()
-        live.rover_connected(lambda text: sent.append(json.loads(text)))
-        live.take_telemetry(frame_of(0))
+        live.terrains.load(tiny.dem(), "test")
+        live.stances.set(state_of())
+        live.plans.step(2, (1.0, 0.0)).finish()
+        live.sequences.make()
+        live.rover.connected(lambda text: sent.append(json.loads(text)))
+        live.rover.take_telemetry(frame_of(0))
         client = Local(assemble(sessions))
         token = client.post(f"{BASE}/sequences/current/arm").json()["token"]
         begun = client.post(f"{BASE}/sequences/current/send", json={"arming": token})
         assert begun.status_code == 202, begun.text
-        live.take_acknowledgement(begun.json()["commands"][0], "done")
+        live.rover.take_acknowledgement(begun.json()["commands"][0], "done")
         assert len(commands(sent)) == 2
         assert len(begun.json()["commands"]) >= 3
         yield live, client, sent
@@ -75,7 +75,7 @@ def test_a_run_ends_where_its_rows_cant_be_written_and_all_goes_on_later(running
         assert (refused.status_code, refused.json()["type"]) == (503, "/problems/not-recorded")
         assert "so it was not done" in refused.json()["detail"]
         assert ready(client)[:2] == (False, False)
-        live.take_acknowledgement(commands(sent)[1]["id"], "done")
+        live.rover.take_acknowledgement(commands(sent)[1]["id"], "done")
         # the row after it can't be written, so it does not go, and the run says so at once
         assert len(commands(sent)) == 2
         run = client.get(f"{CURRENT}/run").json()
@@ -86,7 +86,7 @@ def test_a_run_ends_where_its_rows_cant_be_written_and_all_goes_on_later(running
         stopped = client.post(f"{BASE}/stop", json={"reason": "no database"})
         assert (stopped.status_code, stopped.json()["stopped"]) == (200, True)
         assert sent[-1]["type"] == "stop"
-        live.take_stop_acknowledgement()
+        live.rover.take_stop_acknowledgement()
         assert client.get(f"{BASE}/stop").json()["stop_acknowledged"]
         assert "can't be written" in ready(client)[2]
         # what is in memory is told all the while
@@ -97,7 +97,7 @@ def test_a_run_ends_where_its_rows_cant_be_written_and_all_goes_on_later(running
     assert ready(client)[:2] == (True, True)
     assert client.get(f"{BASE}/stop").json()["stopped"]
     assert client.post(f"{BASE}/stop/clear").status_code == 200
-    records = read_session(live._store.folder).records
+    records = read_session(live.store.folder).records
     assert records[: len(written)] == written
     later = [record["type"] for record in records[len(written) :]]
     for once in ("command_done", "run_ended", "stop_requested", "stop_acknowledged", "note"):

@@ -40,12 +40,12 @@ def kind(monkeypatch, tiny):
 
 
 def test_a_new_kind_is_asked_for_told_kept_taken_in_and_recomputed(kind, sessions, session, monkeypatch):
-    digest = session.ask(kind, SHIFT).finish()
+    digest = session.stances.ask(kind, SHIFT).finish()
     assert session.get(digest).time == SHIFT.dx
     told = session.events()[-1]
     assert (told.type, told.payload["kind"], told.payload["digest"]) == ("product", "echo", digest)
     assert session.state.newest(kind) == session.summary()["echo"] == digest
-    assert session.up_to_date()["echo"]["fits"]
+    assert session.fits.up_to_date()["echo"]["fits"]
     assert fold_all(session.events()).digest == session.state.digest
     bundle = session.export_bundle()
     assert sessions.import_bundle(bundle).state.newest(kind) == digest
@@ -59,9 +59,9 @@ def test_a_new_kind_is_asked_for_told_kept_taken_in_and_recomputed(kind, session
 def test_a_kind_is_asked_for_with_its_own_request_and_parents(kind, session):
     events = len(session.events())
     with pytest.raises(InvalidInput, match="echo is asked for with BodyShift"):
-        session.ask(kind, None)
+        session.stances.ask(kind, None)
     with pytest.raises(InvalidInput, match="body_move is asked for with BodyMoveRequest"):
-        session.ask(BODY_MOVE, SHIFT)
+        session.stances.ask(BODY_MOVE, SHIFT)
     with pytest.raises(InvalidInput, match="outcome is made of robot, dem, state, sequence"):
-        session.ask(OUTCOME, None)
+        session.stances.ask(OUTCOME, None)
     assert len(session.events()) == events

@@ -91,21 +91,21 @@ def faults(session) -> list[dict]:
 
 def test_a_session_records_what_it_hears_and_says(session, frame_of):
     sent: list[str] = []
-    session.rover_connected(sent.append)
+    session.rover.connected(sent.append)
     frames = [frame_of(i, time=100.0 + 0.1 * i, offset=1e-3 * i) for i in range(25) if i not in (4, 5)]
     for frame in frames:
-        session.take_telemetry(frame)
-        session.take_telemetry(frame)  # a repetition is dropped by the link, and so not recorded
-    session.stop("enough")
-    session.take_stop_acknowledgement()
-    session.take_acknowledgement("c1", "refused", "no")
+        session.rover.take_telemetry(frame)
+        session.rover.take_telemetry(frame)  # a repetition is dropped by the link, and so not recorded
+    session.commands.stop("enough")
+    session.rover.take_stop_acknowledgement()
+    session.rover.take_acknowledgement("c1", "refused", "no")
     session.close()
-    (path,) = session.recorder.paths()
+    (path,) = session.rover.recorder.paths()
     assert path.parent.name == "recordings"
     recording = Recording(path)
     assert digests(recording.frames()) == digests(frames)
     assert recording.counts == {"frames": 23, "gaps": 2, "restarts": 0, "dropped": 0}
-    assert recording.counts["gaps"] == session.link.gaps
+    assert recording.counts["gaps"] == session.rover.link.gaps
     objects = [(one.topic, one.content) for one in recording.said() if isinstance(one.content, dict)]
     assert [topic for topic, _ in objects] == [TO_ROVER, ACKNOWLEDGEMENTS, ACKNOWLEDGEMENTS]
     assert objects[0][1]["type"] == "stop"
@@ -115,11 +115,11 @@ def test_a_session_records_what_it_hears_and_says(session, frame_of):
 
 
 def test_recordings_are_no_part_of_the_bundle(sessions, session, frame_of):
-    session.take_telemetry(frame_of(0))
+    session.rover.take_telemetry(frame_of(0))
     session.close()
     copy = sessions.import_bundle(sessions.export_bundle(session.id))
-    assert session.recorder.paths() != []
-    assert copy.recorder.paths() == []
+    assert session.rover.recorder.paths() != []
+    assert copy.rover.recorder.paths() == []
 
 
 def test_when_it_came_is_recorded(recorded):
@@ -136,27 +136,27 @@ def test_when_it_came_is_recorded(recorded):
 def test_a_slow_disk_is_never_waited_for(session, disk, frame_of):
     disk.free.clear()
     frames = [frame_of(i, time=100.0 + 0.1 * i) for i in range(600)]
-    session.take_telemetry(frames[0])
+    session.rover.take_telemetry(frames[0])
     assert disk.asked.wait(BOUND)
     for frame in frames[1:]:
-        session.take_telemetry(frame)  # whoever waited for this disk would wait for ever
-    assert session.frame is frames[-1]
-    assert session.recorder.dropped == 600 - 256 - 1
+        session.rover.take_telemetry(frame)  # whoever waited for this disk would wait for ever
+    assert session.rover.frame is frames[-1]
+    assert session.rover.recorder.dropped == 600 - 256 - 1
     disk.free.set()
     session.close()
-    (path,) = session.recorder.paths()
+    (path,) = session.rover.recorder.paths()
     recording = Recording(path)
     found = list(recording.frames())
     assert digests(found[-256:]) == digests(frames[-256:])
-    assert len(found) + session.recorder.dropped == 600
-    assert recording.counts["dropped"] == recording.counts["gaps"] == session.recorder.dropped
-    assert session.link.gaps == 0
+    assert len(found) + session.rover.recorder.dropped == 600
+    assert recording.counts["dropped"] == recording.counts["gaps"] == session.rover.recorder.dropped
+    assert session.rover.link.gaps == 0
 
 
 def test_closing_does_not_wait_for_a_dead_disk(session, disk, frame_of, monkeypatch):
     monkeypatch.setattr(recorder, "LAST_WORDS", 0.2)
     disk.free.clear()
-    session.take_telemetry(frame_of(0))
+    session.rover.take_telemetry(frame_of(0))
     session.close()
     assert not disk.free.is_set()
 
@@ -166,32 +166,32 @@ def test_a_full_disk_is_told_once_and_the_session_goes_on(session, disk, frame_o
     monkeypatch.setattr(recorder, "FLUSH_AFTER", 0.05)
     disk.full = True
     for i in range(30):
-        session.take_telemetry(frame_of(i, time=100.0 + 0.1 * i))
+        session.rover.take_telemetry(frame_of(i, time=100.0 + 0.1 * i))
         a_while(0.02)
-    until(lambda: session.recorder.dropped >= 20, "the counting of what is lost")
+    until(lambda: session.rover.recorder.dropped >= 20, "the counting of what is lost")
     (fault,) = faults(session)
     assert fault == {"id": "", "reason": "telemetry is not recorded: No space left on device", "source": "recorder"}
-    assert "No space left" in session.link.as_dict()["fault"]
-    assert session.link.frames == 30
+    assert "No space left" in session.rover.link.as_dict()["fault"]
+    assert session.rover.link.frames == 30
     disk.full = False
     a_while(0.1)
     frames = [frame_of(100 + i, time=200.0 + 0.1 * i) for i in range(10)]
     for frame in frames:
-        session.take_telemetry(frame)
-    until(lambda: session.recorder.paths(), "the next recording")
+        session.rover.take_telemetry(frame)
+    until(lambda: session.rover.recorder.paths(), "the next recording")
     session.close()
-    assert digests(frames_in(session.recorder))[-10:] == digests(frames)
-    assert len(frames_in(session.recorder)) + session.recorder.dropped == 40
+    assert digests(frames_in(session.rover.recorder))[-10:] == digests(frames)
+    assert len(frames_in(session.rover.recorder)) + session.rover.recorder.dropped == 40
     assert len(faults(session)) == 1
 
 
 def test_a_folder_that_cannot_be_written_is_a_fault(session, frame_of):
-    (Path(session._store.folder) / "recordings").write_text("in the way")
-    session.take_telemetry(frame_of(0))
+    (Path(session.store.folder) / "recordings").write_text("in the way")
+    session.rover.take_telemetry(frame_of(0))
     (fault,) = until(lambda: faults(session), "the fault")
     assert "telemetry is not recorded" in fault["reason"]
-    session.take_telemetry(frame_of(1, time=1.0))
-    assert session.frame.number == 1
+    session.rover.take_telemetry(frame_of(1, time=1.0))
+    assert session.rover.frame.number == 1
 
 
 def test_it_goes_on_in_the_next_file_and_removes_the_oldest(recorded):
@@ -213,9 +213,9 @@ def test_it_goes_on_in_the_next_file_and_removes_the_oldest(recorded):
 def test_nothing_is_recorded_where_it_is_turned_off(tmp_path, tiny, athlete, frame_of):
     with Sessions(tmp_path / "sessions", InlineJobs("tiny_recipes"), athlete, recording=None) as off:
         live = off.create("test")
-        live.take_telemetry(frame_of(0))
-        assert live.frame is not None
-        assert live.recorder.paths() == []
+        live.rover.take_telemetry(frame_of(0))
+        assert live.rover.frame is not None
+        assert live.rover.recorder.paths() == []
 
 
 def test_every_chunk_is_on_the_disk_when_it_is_closed(recorded, monkeypatch):
@@ -286,7 +286,7 @@ def test_after_kill_nine_the_recording_is_saved_when_the_session_is_opened_again
         told = until(
             lambda: [e.payload["text"] for e in live.events() if e.type == "log_repaired"], "the news of what was saved"
         )
-        (path,) = live.recorder.paths()
+        (path,) = live.rover.recorder.paths()
         assert not path.name.endswith(UNFINISHED)
         found = list(Recording(path).frames())
         assert last - 20 <= len(found)
@@ -295,9 +295,9 @@ def test_after_kill_nine_the_recording_is_saved_when_the_session_is_opened_again
             f"the recording {path.name} was cut short: {len(found)} frames, {11 * len(found)} messages"
         )
         # it goes on in a file of its own
-        live.take_telemetry(moving_frames(1, first=5000)[0])
+        live.rover.take_telemetry(moving_frames(1, first=5000)[0])
         live.close()
-        assert len(live.recorder.paths()) == 2
+        assert len(live.rover.recorder.paths()) == 2
     with Sessions(folder, jobs=InlineJobs("tiny_recipes")) as sessions:
         again = sessions.open(name)
         assert len([e for e in again.events() if e.type == "log_repaired"]) == 1

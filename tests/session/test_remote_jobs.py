@@ -126,18 +126,18 @@ def test_a_session_works_as_with_its_own_processes(pool, served, tiny, athlete, 
     with Sessions(served, pool, athlete) as sessions:
         session, previews = sessions.create("remote"), []
         session.listen(lambda message: previews.append(message) if message["type"] == "preview" else None)
-        session.set_state(state_of())
-        session.load_terrain(replace(tiny.dem(), name="slow"))
-        slow = session.compute_maps(2)
+        session.stances.set(state_of())
+        session.terrains.load(replace(tiny.dem(), name="slow"))
+        slow = session.maps.compute(2)
         until(lambda: previews, "coarse maps are shown")
         slow.cancel()
         assert slow.wait(PATIENCE)
-        session.load_terrain(tiny.dem())
-        digest = session.compute_maps(2).finish(PATIENCE)
-        assert session.maps_fit(2).fits
+        session.terrains.load(tiny.dem())
+        digest = session.maps.compute(2).finish(PATIENCE)
+        assert session.fits.of_maps(2).fits
         assert session.get(digest).digest == digest
-        session.plan_step(2, (1.0, 0.0)).finish(PATIENCE)
-        session.make_sequence()
+        session.plans.step(2, (1.0, 0.0)).finish(PATIENCE)
+        session.sequences.make()
         assert session.state.sequence is not None
         assert verify(served, [session.id]) == []  # nothing of the work is left over
 

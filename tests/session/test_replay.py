@@ -19,18 +19,18 @@ from footfall.session.storage.store import read_session
 @pytest.fixture
 def whole(sessions, session):
     """A closed session with one product of each kind but terrain."""
-    session.compute_maps(2).finish()
-    session.choose_footfall(2, 1.0, 0.0)
-    session.plan_step(2).finish()
-    sequence = session.make_sequence()
-    session.edit_sequence(sequence, Edit("duration", 0, number=20.0))
-    session.export_sequence(format="json")
+    session.maps.compute(2).finish()
+    session.maps.choose_footfall(2, 1.0, 0.0)
+    session.plans.step(2).finish()
+    sequence = session.sequences.make()
+    session.sequences.edit(sequence, Edit("duration", 0, number=20.0))
+    session.sequences.export(format="json")
     session.close()
     return session
 
 
 def played(session, tiny, **about):
-    return replay(session._store.folder, recipes=tiny.RECIPES, **about)
+    return replay(session.store.folder, recipes=tiny.RECIPES, **about)
 
 
 def test_a_whole_session_replays_to_the_last_bit(whole, tiny, tmp_path):
@@ -43,7 +43,7 @@ def test_a_whole_session_replays_to_the_last_bit(whole, tiny, tmp_path):
     assert report.state.digest == whole.state.digest
     assert texts == sorted(texts)
     packed = tmp_path / "whole.zip"
-    packed.write_bytes(write_zip(read_session(whole._store.folder)))
+    packed.write_bytes(write_zip(read_session(whole.store.folder)))
     assert replay(packed, recipes=tiny.RECIPES).as_dict() == report.as_dict()
     unchecked = replay(packed.read_bytes(), check=False)
     assert unchecked.ok
@@ -57,7 +57,7 @@ def test_other_code_is_told_with_field_and_size(whole, tiny):
         margin[3, 4] += 0.5
         return replace(made, layers={**made.layers, "margin": margin})
 
-    report = replay(whole._store.folder, recipes={**tiny.RECIPES, "maps": other_maps})
+    report = replay(whole.store.folder, recipes={**tiny.RECIPES, "maps": other_maps})
     assert not report.ok
     found = report.products[0]
     assert (found.verdict, found.difference) == ("different", "layers['margin'][3, 4]")
@@ -70,7 +70,7 @@ def test_rounding_of_another_processor_is_told_but_accepted(whole, tiny):
         made = tiny.plan(parents, settings, progress)
         return replace(made, plan=replace(made.plan, waypoints=made.plan.waypoints + 1e-13))
 
-    report = replay(whole._store.folder, recipes={**tiny.RECIPES, "plan": rounded})
+    report = replay(whole.store.folder, recipes={**tiny.RECIPES, "plan": rounded})
     assert report.ok
     found = report.products[1]
     assert found.verdict == "equal_within"
@@ -79,7 +79,7 @@ def test_rounding_of_another_processor_is_told_but_accepted(whole, tiny):
 
 
 def test_tampered_and_missing_artifacts_are_named(whole, tiny):
-    folder = whole._store.folder / "artifacts"
+    folder = whole.store.folder / "artifacts"
     dem = whole.state.dem
     (folder / f"{dem}.npz").write_bytes(encode(tiny.dem(0.5)))
     report = played(whole, tiny)
@@ -95,7 +95,7 @@ def test_tampered_and_missing_artifacts_are_named(whole, tiny):
 
 
 def test_settings_changed_behind_the_log_show(whole, tiny):
-    folder = whole._store.folder / "artifacts"
+    folder = whole.store.folder / "artifacts"
     made = whole.state.products[whole.state.plan]
     asked = whole.get(made.settings)
     other = replace(asked, settings=replace(asked.settings, seed=99))
@@ -106,39 +106,39 @@ def test_settings_changed_behind_the_log_show(whole, tiny):
 
 
 def test_a_changed_log_is_refused(whole, tiny, tmp_path):
-    bundle = read_session(whole._store.folder)
+    bundle = read_session(whole.store.folder)
     packed = write_zip(replace(bundle, files={}))
     lines = log_bytes(bundle.records).replace(b'"leg":2', b'"leg":3', 1)
     changed = tmp_path / "changed.zip"
     with zipfile.ZipFile(io.BytesIO(packed)) as whole_zip, zipfile.ZipFile(changed, "w") as archive:
         archive.writestr("session.json", whole_zip.read("session.json"))
         archive.writestr("events.jsonl", lines)
-    database = whole._store.folder.parent / "footfall.sqlite"
+    database = whole.store.folder.parent / "footfall.sqlite"
     data = database.read_bytes()
     assert data.count(b'"leg":2') > 1
     database.write_bytes(data.replace(b'"leg":2', b'"leg":3', 1))
-    for source in (changed, whole._store.folder):
+    for source in (changed, whole.store.folder):
         report = replay(source, recipes=tiny.RECIPES)
         assert not report.ok
         assert "was changed" in report.problems[0]
 
 
 def test_a_search_that_ran_out_of_time_is_not_reproducible(session, tiny):
-    session.plan_step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
+    session.plans.step(0, (3.5, 0.0), StepSettings(planner="line")).finish()
     session.close()
 
     def luckier(parents, settings, progress):
         chosen = replace(settings, settings=replace(settings.settings, planner="astar"))
         return tiny.plan(parents, chosen, progress)
 
-    report = replay(session._store.folder, recipes={**tiny.RECIPES, "plan": luckier})
+    report = replay(session.store.folder, recipes={**tiny.RECIPES, "plan": luckier})
     assert report.ok
     assert report.products[0].verdict == "not_reproducible"
     assert "time limit" in report.products[0].text
 
 
 def test_recipes_that_raise_fail_their_product_only(whole, tiny):
-    report = replay(whole._store.folder, recipes={**tiny.RECIPES, "maps": tiny.breaks})
+    report = replay(whole.store.folder, recipes={**tiny.RECIPES, "maps": tiny.breaks})
     assert report.products[0].verdict == "failed"
     assert "a bug" in report.products[0].text
     assert report.products[1].verdict == "same"

@@ -20,7 +20,7 @@ OFF = RouteRequest((90.0, 0.0))
 
 
 def routed(live, request):
-    return live.get(live.ask(ROUTE, request).finish())
+    return live.get(live.stances.ask(ROUTE, request).finish())
 
 
 def test_a_route_is_asked_for_recorded_and_replayed_to_the_same_digest(live, standing):
@@ -32,7 +32,7 @@ def test_a_route_is_asked_for_recorded_and_replayed_to_the_same_digest(live, sta
     assert (told["kind"], told["digest"], told["status"], told["reason"]) == ("route", found.digest, "found", "")
     assert live.get(told["settings"]).digest == NEAR.digest
     assert live.state.newest(ROUTE) == live.summary()["route"] == found.digest
-    assert live.up_to_date()["route"]["fits"]
+    assert live.fits.up_to_date()["route"]["fits"]
 
     refused = routed(live, OFF)
     assert refused.status is Status.OFF_MAP
@@ -70,19 +70,19 @@ def test_a_replay_names_what_another_planner_makes_otherwise(live):
 
 def test_a_route_of_other_ground_is_told_as_such(live):
     routed(live, NEAR)
-    live.load_terrain(wavy(half=4.0, seed=1))
-    fit = live.up_to_date()["route"]
+    live.terrains.load(wavy(half=4.0, seed=1))
+    fit = live.fits.up_to_date()["route"]
     assert not fit["fits"]
     assert fit["reason"].startswith("the terrain has changed since: by up to 0.02 m on ")
 
 
 def test_in_a_what_if_a_route_starts_from_there(live):
-    moved = live.what_if(BodyShift(dx=0.05, dz=-0.2))
+    moved = live.stances.what_if(BodyShift(dx=0.05, dz=-0.2))
     found = routed(live, NEAR)
     assert found.provenance.parents["state"] == moved
     assert found.plan.points[0] == pytest.approx(live.get(moved).T_site_base[:2, 3])
-    live.end_what_if()
-    assert "the rover stands elsewhere" in live.up_to_date()["route"]["reason"]
+    live.stances.end_what_if()
+    assert "the rover stands elsewhere" in live.fits.up_to_date()["route"]["reason"]
 
 
 def test_a_goal_that_is_no_place_is_misuse():

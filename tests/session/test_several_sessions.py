@@ -45,8 +45,8 @@ def made(sessions):
 def opened_again(sessions):
     first = sessions.current.id
     with acting(None):
-        sessions.create("between").stop("of the one between")
-        sessions.current.clear_stop()
+        sessions.create("between").commands.stop("of the one between")
+        sessions.current.commands.clear_stop()
     return sessions.open(first)
 
 
@@ -56,22 +56,22 @@ def carried_in(sessions):
 
 @pytest.mark.parametrize("follow", [made, opened_again, carried_in], ids=lambda follow: follow.__name__)
 def test_a_stop_stays_in_force_whichever_session_follows(sessions, rover, follow):
-    sessions.create("first").stop("danger", MARY)
+    sessions.create("first").commands.stop("danger", MARY)
     live = follow(sessions)
     assert sessions.current is live
-    assert live.gate["stopped"]
-    live.rover_connected(rover)
+    assert live.commands.gate["stopped"]
+    live.rover.connected(rover)
     assert rover.heard[0] == "stop"
     with pytest.raises(Conflict, match="not acknowledged"):
-        live.clear_stop()
-    live.take_stop_acknowledgement()
-    live.clear_stop()
-    assert not live.gate["stopped"]
+        live.commands.clear_stop()
+    live.rover.take_stop_acknowledgement()
+    live.commands.clear_stop()
+    assert not live.commands.gate["stopped"]
 
 
 def test_the_session_that_follows_says_where_its_stop_comes_from(sessions):
     first = sessions.create("first")
-    first.stop("dust storm", MARY)
+    first.commands.stop("dust storm", MARY)
     with acting(JOHN):
         second = sessions.create("second")
     assert second.state.stop.reason == f"still in force from session {first.id}: dust storm"
@@ -80,23 +80,23 @@ def test_the_session_that_follows_says_where_its_stop_comes_from(sessions):
 
 def test_a_stop_that_was_cleared_does_not_come_back(sessions):
     first = sessions.create("first")
-    first.stop("danger", MARY)
-    first.clear_stop()
-    assert not sessions.create("second").gate["stopped"]
+    first.commands.stop("danger", MARY)
+    first.commands.clear_stop()
+    assert not sessions.create("second").commands.gate["stopped"]
 
 
 def test_a_stop_survives_into_a_new_session_after_the_end_of_the_server(anew):
     with anew() as sessions:
         sessions.create("before")
         first = sessions.create("first")
-        first.stop("danger", MARY)
+        first.commands.stop("danger", MARY)
     with anew() as sessions:
         second = sessions.create("second")
-        assert second.gate["stopped"]
+        assert second.commands.gate["stopped"]
         assert first.id in second.state.stop.reason
-        second.clear_stop()
+        second.commands.clear_stop()
     with anew() as sessions:
-        assert not sessions.create("third").gate["stopped"]
+        assert not sessions.create("third").commands.gate["stopped"]
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_no_time_in_the_logs_decides_whose_stop_is_left(anew, wall, then):
         other = sessions.create("other").id
         first = sessions.create("first")
         then(sessions, other, wall)
-        first.stop("danger", MARY)
+        first.commands.stop("danger", MARY)
         if then is note_elsewhere:
             note_elsewhere(sessions, other, wall)
     with anew() as sessions:
@@ -130,31 +130,31 @@ def test_no_time_in_the_logs_decides_whose_stop_is_left(anew, wall, then):
         assert second.state.stop.reason == f"still in force from session {first.id}: danger"
         # nor does one come back that was cleared where the rover was by then
         wall.time -= 3600.0
-        second.clear_stop()
+        second.commands.clear_stop()
     with anew() as sessions:
-        assert not sessions.create("third").gate["stopped"]
+        assert not sessions.create("third").commands.gate["stopped"]
 
 
 def test_an_end_while_the_rover_changes_sessions_loses_no_stop(anew, monkeypatch):
     with anew() as sessions:
         first = sessions.create("first")
-        first.stop("danger", MARY)
+        first.commands.stop("danger", MARY)
         with monkeypatch.context() as patched:
             patched.setattr(registry, "_stay_stopped", lambda *_: 1 / 0)
             with pytest.raises(ZeroDivisionError):
                 sessions.create("second")
     with anew() as sessions:
         assert sessions.create("third").state.stop.reason == f"still in force from session {first.id}: danger"
-        sessions.current.clear_stop()
+        sessions.current.commands.clear_stop()
     with anew() as sessions:
-        assert not sessions.create("fourth").gate["stopped"]
+        assert not sessions.create("fourth").commands.gate["stopped"]
 
 
 def test_a_session_that_cant_be_read_is_taken_for_stopped(anew, work):
     with anew() as sessions:
         first = sessions.create("first")
-        first.stop("danger", MARY)
-        first.clear_stop()
+        first.commands.stop("danger", MARY)
+        first.commands.clear_stop()
     HeadFile(work / first.id).renew(99, "0" * 32)
     with anew() as sessions:
         assert "log can't be read" in sessions.create("second").state.stop.reason
@@ -164,7 +164,7 @@ def test_of_sessions_of_an_older_version_the_one_that_was_written_to_last_counts
     with anew() as sessions:
         sessions.create("other")
         first = sessions.create("first")
-        first.stop("danger", MARY)
+        first.commands.stop("danger", MARY)
     (held,) = work.glob(f"*/{HELD}")
     assert held.parent.name == first.id
     held.unlink()
@@ -175,11 +175,11 @@ def test_of_sessions_of_an_older_version_the_one_that_was_written_to_last_counts
 def test_the_session_that_is_opened_again_after_the_end_of_the_server_has_its_own_stop_only(anew):
     with anew() as sessions:
         first = sessions.create("first")
-        first.stop("danger", MARY)
+        first.commands.stop("danger", MARY)
         second = sessions.create("second")
-        second.clear_stop()
+        second.commands.clear_stop()
     with anew() as sessions:
-        assert not sessions.open(second.id).gate["stopped"]
+        assert not sessions.open(second.id).commands.gate["stopped"]
         assert sessions.open(first.id).state.stop.reason == "danger"
 
 
@@ -187,7 +187,7 @@ def test_who_holds_the_conn_keeps_the_rover(sessions):
     first = sessions.create("first")
     bundle = first.export_bundle()
     second = sessions.create("second")
-    second.conn_act("take", MARY)
+    second.commands.conn_act("take", MARY)
     for switch in (
         lambda: sessions.create("third"),
         lambda: sessions.open(first.id),
@@ -207,7 +207,7 @@ def test_who_holds_the_conn_keeps_the_rover(sessions):
 
 
 def test_a_script_that_holds_the_sessions_may_switch(sessions):
-    sessions.create("first").conn_act("take", MARY)
+    sessions.create("first").commands.conn_act("take", MARY)
     assert sessions.create("second") is sessions.current
 
 
@@ -230,18 +230,18 @@ def test_a_stop_waits_for_no_session_that_is_being_made(sessions, monkeypatch):
         stopping.start()
         stopping.join(BOUND)
         assert not stopping.is_alive()
-        assert first.gate["stopped"]
+        assert first.commands.gate["stopped"]
         assert sessions.get(first.id) is sessions.get("current") is first
     finally:
         let_go.set()
         making.join()
     assert sessions.current is not first
-    assert sessions.current.gate["stopped"]
+    assert sessions.current.commands.gate["stopped"]
 
 
 def test_a_stop_reaches_the_session_that_took_the_rover_over_meanwhile(sessions, monkeypatch):
     first = sessions.create("first")
-    stop, asked = first.stop, []
+    stop, asked = first.commands.stop, []
 
     def late(*about):
         # the one that follows has looked for a stop before this one came
@@ -249,7 +249,7 @@ def test_a_stop_reaches_the_session_that_took_the_rover_over_meanwhile(sessions,
             asked.append(sessions.create("second"))
         return stop(*about)
 
-    monkeypatch.setattr(first, "stop", late)
+    monkeypatch.setattr(first.commands, "stop", late)
     assert sessions.stop("danger", LOCAL)["stopped"]
     assert sessions.current is asked[0]
     assert asked[0].gate["stopped"]

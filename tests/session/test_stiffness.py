@@ -34,11 +34,11 @@ def state(athlete, dem, rest):
 def live(tmp_path, athlete, dem, state):
     with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as sessions:
         made = sessions.create("stiffness")
-        made.load_terrain(dem)
-        made.set_state(state)
-        made.rover_connected(lambda _: None)
+        made.terrains.load(dem)
+        made.stances.set(state)
+        made.rover.connected(lambda _: None)
         x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[LEG]
-        made.plan_step(LEG, (x + 0.1, y - 0.3)).finish()
+        made.plans.step(LEG, (x + 0.1, y - 0.3)).finish()
         yield made
 
 
@@ -48,31 +48,31 @@ def assumed(live, digest):
 
 def test_it_is_taken_over_undone_and_made_again(live, state, rest):
     with pytest.raises(Conflict, match="nothing was sent"):
-        live.take_over_stiffness()
+        live.executions.take_over_stiffness()
     stepped(live, state, rest.commanded, 1.25)
-    found = live.sag().calibration
+    found = live.executions.sag().calibration
     assert (found.was, found.steps) == (1.0, 1)
     assert found.now == pytest.approx(1 / 1.25)
     with pytest.raises(Conflict, match=r"0\.8000 times the described by now"):
-        live.take_over_stiffness(0.7)
+        live.executions.take_over_stiffness(0.7)
     assert live.state.joint_scale == 1.0
-    assert live.take_over_stiffness(found.now) == found
+    assert live.executions.take_over_stiffness(found.now) == found
     assert live.state.joint_scale == live.summary()["joint_scale"] == found.now
     with pytest.raises(Conflict, match="as stiff as described already"):
-        live.take_over_stiffness()
+        live.executions.take_over_stiffness()
     event = live.events()[-1]
     assert event.type == "stiffness_taken_over"
     assert {name: event.payload[name] for name in ("was", "steps")} == {"was": 1.0, "steps": 1}
     # what is planned next takes it, unless it is told otherwise
-    live.take_telemetry(TelemetryFrame(900, state, rest.commanded))
-    assert assumed(live, live.plan_execution().finish()) == found.now
+    live.rover.take_telemetry(TelemetryFrame(900, state, rest.commanded))
+    assert assumed(live, live.executions.plan().finish()) == found.now
     told = ExecutionSettings(compliance=ComplianceSettings(joint_scale=0.9))
-    assert assumed(live, live.plan_execution(settings=told).finish()) == 0.9
+    assert assumed(live, live.executions.plan(settings=told).finish()) == 0.9
     assert live.summary()["undo"]["kind"] == "stiffness"
-    live.undo_choice()
+    live.choices.undo()
     assert live.state.joint_scale == 1.0
-    assert assumed(live, live.plan_execution().finish()) == 1.0
-    live.redo_choice()
+    assert assumed(live, live.executions.plan().finish()) == 1.0
+    live.choices.redo()
     assert live.state.joint_scale == found.now
     assert fold_all(live.events()).digest == live.state.digest
     report = replay(live.export_bundle())
@@ -84,14 +84,14 @@ def test_it_is_taken_over_undone_and_made_again(live, state, rest):
 def test_steps_that_were_predicted_alike_count_together(live, state, rest):
     stepped(live, state, rest.commanded, 1.3)
     stepped(live, state, rest.commanded, 1.1)
-    sag = live.sag()
+    sag = live.executions.sag()
     assert sag.ratio == pytest.approx(1.1)
     assert sag.calibration.steps == 2
     assert sag.calibration.ratio == pytest.approx(1.2)
-    live.take_over_stiffness()
+    live.executions.take_over_stiffness()
     # those before were predicted with other joints
     stepped(live, state, rest.commanded, 1.0)
-    found = live.sag().calibration
+    found = live.executions.sag().calibration
     assert (found.steps, found.was) == (1, pytest.approx(1 / 1.2))
     assert found.now == pytest.approx(found.was)
 
@@ -108,38 +108,38 @@ def test_the_next_step_starts_where_the_sag_ends(live, athlete, state, rest):
         return {name: end and (end["of"], end["sags"]) for name, end in live.summary()["ends"].items()}
 
     plan = live.state.plan
-    assert live.planned_end() == plan
+    assert live.plans.planned_end() == plan
     assert ends() == {"go_on": ("plan", False), "after": None}
-    live.take_telemetry(TelemetryFrame(0, state, rest.commanded))
-    rigid = live.make_sequence(plan, as_commanded=True)
-    assert live.planned_end() == rigid
+    live.rover.take_telemetry(TelemetryFrame(0, state, rest.commanded))
+    rigid = live.sequences.make(plan, as_commanded=True)
+    assert live.plans.planned_end() == rigid
     assert ends()["go_on"] == ("commands", False)
-    execution = live.plan_execution().finish()
+    execution = live.executions.plan().finish()
     done = live.get(execution).execution
-    assert live.planned_end() == execution
+    assert live.plans.planned_end() == execution
     assert ends()["go_on"] == ("execution", True)
-    after = live.get(live.go_on_after(live.planned_end()))
+    after = live.get(live.plans.go_on_after(live.plans.planned_end()))
     assert np.array_equal(after.posture, done.predicted[-1])
     assert np.array_equal(after.T_site_base, done.Ts_site_base[-1])
     assert not np.array_equal(after.posture, done.plan.waypoints[-1])
     assert ends()["after"] == ("execution", True)
-    live.end_what_if()
-    sequence = live.make_sequence(execution)
-    assert live.planned_end() == sequence
+    live.stances.end_what_if()
+    sequence = live.sequences.make(execution)
+    assert live.plans.planned_end() == sequence
     assert ends() == {"go_on": ("commands", True), "after": None}
     # the next step goes on from there: sag is predicted from the strain that is left
     x, y, _ = apply(state.T_site_base, wheel_centers(athlete, state.posture))[4]
-    live.plan_step(4, (x, y + 0.2), after=live.planned_end()).finish()
+    live.plans.step(4, (x, y + 0.2), after=live.plans.planned_end()).finish()
     assert live.state.plan_status == "found", live.state.plan_reason
-    assert live.planned_end() == live.state.plan
-    assert live.get(live.plan_execution().finish()).execution is not None
+    assert live.plans.planned_end() == live.state.plan
+    assert live.get(live.executions.plan().finish()).execution is not None
     report = replay(live.export_bundle())
     assert report.ok, report.as_dict()
 
 
 def test_what_fails_its_checks_is_no_end(live):
-    refused = live.plan_execution(settings=ExecutionSettings(least_clearance=0.4)).finish()
+    refused = live.executions.plan(settings=ExecutionSettings(least_clearance=0.4)).finish()
     assert live.state.execution_status == "no_path"
-    assert live.planned_end() == live.state.plan
+    assert live.plans.planned_end() == live.state.plan
     with pytest.raises(InvalidInput, match="no execution to make commands of"):
-        live.go_on_after(refused)
+        live.plans.go_on_after(refused)

@@ -95,8 +95,8 @@ def test_the_end_of_a_run_says_nothing_of_the_commands_of_the_next():
 @pytest.fixture
 def ready(session, frame_of):
     """A session with a rover on the link."""
-    session.rover_connected(lambda text: None)
-    session.take_telemetry(frame_of(0))
+    session.rover.connected(lambda text: None)
+    session.rover.take_telemetry(frame_of(0))
     return session
 
 
@@ -104,26 +104,26 @@ def ready(session, frame_of):
 def slow_record(ready, monkeypatch):
     """The log writes that a stop was asked for only once this is set."""
     monkeypatch.setattr(stop_log, "PATIENCE", 0.05)
-    goes_on, record = threading.Event(), ready._commanding._record_anyway
+    goes_on, record = threading.Event(), ready.rover.commanding._record_anyway
 
     def record_anyway(type, payload):
         if type == "stop_requested":
             assert goes_on.wait(BOUND)
         record(type, payload)
 
-    monkeypatch.setattr(ready._commanding, "_record_anyway", record_anyway)
+    monkeypatch.setattr(ready.rover.commanding, "_record_anyway", record_anyway)
     return goes_on
 
 
 def written(ready, slow_record):
     slow_record.set()
-    ready._commanding._stop_log.close()
+    ready.rover.commanding._stop_log.close()
     return [event.type for event in ready.events() if event.type.startswith("stop_")]
 
 
 def test_an_acknowledgement_that_is_written_before_its_stop_counts(ready, slow_record):
-    ready.stop("now")
-    ready.take_stop_acknowledgement()
+    ready.commands.stop("now")
+    ready.rover.take_stop_acknowledgement()
     assert written(ready, slow_record) == ["stop_acknowledged", "stop_requested"]
     assert ready.state.stop.latched
     assert ready.state.stop.acknowledged
@@ -131,25 +131,25 @@ def test_an_acknowledgement_that_is_written_before_its_stop_counts(ready, slow_r
 
 
 def test_a_clearing_that_is_written_before_its_stop_counts(ready, slow_record):
-    ready.stop("now")
-    ready.take_stop_acknowledgement()
-    ready.clear_stop()
+    ready.commands.stop("now")
+    ready.rover.take_stop_acknowledgement()
+    ready.commands.clear_stop()
     assert written(ready, slow_record) == ["stop_acknowledged", "stop_cleared", "stop_requested"]
     assert not ready.state.stop.latched
-    assert not ready.gate["stopped"]
+    assert not ready.commands.gate["stopped"]
 
 
 def test_stops_are_counted_on_after_the_session_was_closed(sessions, ready):
     for _ in range(2):
-        ready.stop("now")
-        ready.stop("again")
-        ready.take_stop_acknowledgement()
-        ready.clear_stop()
+        ready.commands.stop("now")
+        ready.commands.stop("again")
+        ready.rover.take_stop_acknowledgement()
+        ready.commands.clear_stop()
     session_id = ready.id
     ready.close()
     del sessions._open[session_id]
     again = sessions.open(session_id)
-    again.stop("after it was opened anew")
+    again.commands.stop("after it was opened anew")
     assert again.state.stop.latched
     assert again.state.stop.number == 5
 
@@ -168,7 +168,7 @@ def askers(ready):
 def test_everybody_who_asks_for_a_stop_is_in_the_log_once(ready):
     again = Identity("ann", Role.VIEWER, "10.0.0.1", "another page")
     for who, reason in ((ANN, "smoke"), (ANN, "smoke"), (BOB, "it tips"), (again, ""), (BOB, ""), (ANN, "")):
-        ready.stop(reason, who)
+        ready.commands.stop(reason, who)
     first = [
         ("stop_requested", "ann", "", "smoke"),
         ("stop_repeated", "bob", "", "it tips"),
@@ -176,26 +176,26 @@ def test_everybody_who_asks_for_a_stop_is_in_the_log_once(ready):
     ]
     assert askers(ready) == first
     assert ready.state.stop.reason == "smoke"
-    ready.take_stop_acknowledgement()
-    ready.clear_stop()
+    ready.rover.take_stop_acknowledgement()
+    ready.commands.clear_stop()
     assert not ready.state.stop.latched
-    ready.stop("again", BOB)
-    ready.stop("again", ANN)
+    ready.commands.stop("again", BOB)
+    ready.commands.stop("again", ANN)
     assert askers(ready) == [*first, ("stop_requested", "bob", "", "again"), ("stop_repeated", "ann", "", "again")]
 
 
 def test_a_flood_of_pages_that_ask_for_a_stop_does_not_fill_the_log(ready):
     for page in range(3 * stop_log.ASKED_AT_MOST):
-        ready.stop("", Identity("ann", Role.VIEWER, "10.0.0.1", f"page {page}"))
+        ready.commands.stop("", Identity("ann", Role.VIEWER, "10.0.0.1", f"page {page}"))
     assert len(askers(ready)) == stop_log.ASKED_AT_MOST
-    assert ready.gate["stopped"]
+    assert ready.commands.gate["stopped"]
 
 
 def test_a_stop_by_somebody_else_is_answered_while_the_first_is_still_being_written(ready, slow_record):
-    ready.stop("now", ANN)
-    ready.stop("now", BOB)
+    ready.commands.stop("now", ANN)
+    ready.commands.stop("now", BOB)
     assert askers(ready) == [("stop_repeated", "bob", "", "now")]
     assert not ready.state.stop.latched  # of the log; the gate has it
-    assert ready.gate["stopped"]
+    assert ready.commands.gate["stopped"]
     assert written(ready, slow_record) == ["stop_repeated", "stop_requested"]
     assert ready.state.stop.latched

@@ -370,5 +370,5 @@ def test_a_session_is_read_while_events_are_written(session, monkeypatch):
         return found
 
     monkeypatch.setattr(SqliteLog, "read", meanwhile)
-    assert len(read_session(session._store.folder).records) == before
+    assert len(read_session(session.store.folder).records) == before
     assert len(session.events()) == before + 1

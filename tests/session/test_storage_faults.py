@@ -38,11 +38,11 @@ def sent():
 @pytest.fixture
 def running(session, sent, frame_of):
     """A session that sends a sequence of three rows to a rover."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(sent.append)
-    session.take_telemetry(frame_of(0))
-    session.send(session.arm()["token"])
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(sent.append)
+    session.rover.take_telemetry(frame_of(0))
+    session.commands.send(session.commands.arm()["token"])
     return session
 
 
@@ -89,10 +89,10 @@ def test_stop_works_without_the_database_and_is_written_when_it_is_back(sessions
     heard = []
     running.listen(heard.append)
     back = fault(database)
-    running.stop("without a database")
+    running.commands.stop("without a database")
     assert json.loads(sent[-1])["type"] == "stop"
-    running.take_stop_acknowledgement()
-    assert running.gate["stopped"]
+    running.rover.take_stop_acknowledgement()
+    assert running.commands.gate["stopped"]
     assert running.unrecorded == 3
     told = [message["store"] for message in heard if message["type"] == "store"]
     assert [one["unrecorded"] for one in told] == [1, 2, 3]
@@ -113,13 +113,13 @@ def test_stop_works_without_the_database_and_is_written_when_it_is_back(sessions
     assert not [one for one in verify(sessions.folder, [session_id]) if one.harmful]
     again = sessions.open(session_id)
     assert again.events()[: len(events)] == events
-    assert again.gate["stopped"]
+    assert again.commands.gate["stopped"]
 
 
 @pytest.mark.parametrize("fault", [gone, locked])
 def test_what_could_not_be_written_until_the_end_is_written_by_the_next_opening(sessions, running, caplog, fault):
     back = fault(sessions.folder / DATABASE)
-    running.stop("without a database")
+    running.commands.stop("without a database")
     session_id = running.id
     running.close()
     assert "kept beside the database" in caplog.text
@@ -128,7 +128,7 @@ def test_what_could_not_be_written_until_the_end_is_written_by_the_next_opening(
     again = sessions.open(session_id)
     types = [event.type for event in again.events()]
     assert types[-3:] == ["stop_requested", "run_ended", "session_opened"]
-    assert again.gate["stopped"]
+    assert again.commands.gate["stopped"]
 
 
 def test_a_database_that_was_deleted_takes_no_open_session_along(sessions, session):
@@ -153,7 +153,7 @@ def test_a_database_with_another_history_is_not_written_to(sessions, running):
     for suffix in ("-wal", "-shm"):
         os.unlink(f"{database}{suffix}")
     os.replace(other / DATABASE, database)
-    running.stop("with the wrong database")
+    running.commands.stop("with the wrong database")
     assert running.unrecorded == 2
     with pytest.raises(Conflict, match="another story"):
         running.add_note("refused")
@@ -173,7 +173,7 @@ def test_what_could_not_be_written_is_written_once_it_can_be_though_nothing_else
 ):
     monkeypatch.setattr(journal_module, "TRY_AGAIN_AFTER", 0.05)
     back = fault(sessions.folder / DATABASE)
-    running.stop("while the database is locked")
+    running.commands.stop("while the database is locked")
     assert running.unrecorded == 2
     back()
     until(lambda: running.unrecorded == 0, "the writing of what was kept")
@@ -182,17 +182,17 @@ def test_what_could_not_be_written_is_written_once_it_can_be_though_nothing_else
 
 @pytest.mark.parametrize("fault", [gone, locked])
 def test_a_run_that_has_ended_is_told_so_though_it_can_not_be_written(sessions, running, fault):
-    assert running.run["state"] == "going"
+    assert running.commands.run["state"] == "going"
     back = fault(sessions.folder / DATABASE)
-    running.stop("without a database")
+    running.commands.stop("without a database")
     assert running.state.run.state == "going"
-    told = running.run
+    told = running.commands.run
     assert (told["state"], told["outcome"]) == ("ended", "stopped")
     assert [row["state"] for row in told["rows"]] == ["unknown", "unsent", "unsent"]
     back()
     running.add_note("it is back")
-    assert {**running.run, "ended": None}.keys() == told.keys()
-    assert [row["state"] for row in running.run["rows"]] == ["unknown", "unsent", "unsent"]
+    assert {**running.commands.run, "ended": None}.keys() == told.keys()
+    assert [row["state"] for row in running.commands.run["rows"]] == ["unknown", "unsent", "unsent"]
 
 
 # -- a full disk ------------------------------------------------------------------------------
@@ -387,7 +387,7 @@ def test_a_session_that_lost_events_is_refused_and_the_others_are_not(sessions, 
     records = older.read(lost)
     session.close()
     del sessions._open[lost]
-    older.replace(lost, session._store.session, records[:-1])
+    older.replace(lost, session.store.session, records[:-1])
     older.close()
     with pytest.raises(InvalidBundle, match="from a backup"):
         sessions.open(lost)

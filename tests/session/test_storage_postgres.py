@@ -284,20 +284,20 @@ def test_stop_works_without_the_server_and_is_written_when_it_is_back(
     sent, heard = [], []
     with Sessions(work, jobs=InlineJobs("tiny_recipes"), robot=athlete) as sessions:
         running = sessions.create("test")
-        running.load_terrain(tiny.dem(), "test")
-        running.set_state(state_of())
-        running.plan_step(2, (1.0, 0.0)).finish()
-        running.make_sequence()
-        running.rover_connected(sent.append)
-        running.take_telemetry(frame_of(0))
-        running.send(running.arm()["token"])
+        running.terrains.load(tiny.dem(), "test")
+        running.stances.set(state_of())
+        running.plans.step(2, (1.0, 0.0)).finish()
+        running.sequences.make()
+        running.rover.connected(sent.append)
+        running.rover.take_telemetry(frame_of(0))
+        running.commands.send(running.commands.arm()["token"])
         before = running.events()
         running.listen(heard.append)
         postgres.stop(mode)
         try:
-            running.stop("without a database")
+            running.commands.stop("without a database")
             assert json.loads(sent[-1])["type"] == "stop"
-            assert running.gate["stopped"]
+            assert running.commands.gate["stopped"]
             assert running.unrecorded == 2
             with pytest.raises(StoreRefused, match="can't be reached"):
                 running.add_note("refused, as it would not be kept")
@@ -344,15 +344,15 @@ def test_a_stop_is_answered_while_the_server_hangs_and_written_when_it_goes_on(
     sent = []
     with Sessions(work, jobs=InlineJobs("tiny_recipes"), robot=athlete) as sessions:
         running = sessions.create("test")
-        running.rover_connected(sent.append)
-        running.take_telemetry(frame_of(0))
-        hangs = backend(running._store)
+        running.rover.connected(sent.append)
+        running.rover.take_telemetry(frame_of(0))
+        hangs = backend(running.store)
         os.kill(hangs, signal.SIGSTOP)
         try:
             # the database itself is waited for 20 s, and would then be there no more
-            assert running.stop("the database hangs", Identity("ann", Role.COMMANDER))["stopped"]
+            assert running.commands.stop("the database hangs", Identity("ann", Role.COMMANDER))["stopped"]
             assert json.loads(sent[-1])["type"] == "stop"
-            assert [event for event in running._journal._events if event.type == "stop_requested"] == []
+            assert [event for event in running.journal._events if event.type == "stop_requested"] == []
         finally:
             os.kill(hangs, signal.SIGCONT)
         running.add_note("it goes on")

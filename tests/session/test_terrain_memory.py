@@ -36,25 +36,25 @@ def session(athlete, tmp_path):
 
 
 def test_a_second_snapshot_is_merged_and_can_be_undone(session, snapshots):
-    session.take_images(snapshots[0])
-    first = session.build_terrain(COARSE).finish()
+    session.rover.take_images(snapshots[0])
+    first = session.terrains.build(COARSE).finish()
     assert "map" not in session.state.products[first].parents
-    session.take_images(snapshots[1])
-    second = session.build_terrain(COARSE).finish()
+    session.rover.take_images(snapshots[1])
+    second = session.terrains.build(COARSE).finish()
     assert session.state.products[second].parents["map"] == first
     times = session.get(second).time
     assert {0.0, 100.0} <= set(np.unique(times[np.isfinite(times)]))
     # the same images again replace their own part; they are no new evidence
-    assert session.build_terrain(COARSE).finish() == second
+    assert session.terrains.build(COARSE).finish() == second
     assert session.state.products[second].parents["map"] == first
 
-    cleared = session.clear_terrain(Area(center=tuple(snapshots[1].state.T_site_base[:2, 3] + (2.0, 0.0)), radius=0.5))
+    cleared = session.terrains.clear(Area(center=tuple(snapshots[1].state.T_site_base[:2, 3] + (2.0, 0.0)), radius=0.5))
     assert np.isfinite(session.get(cleared).heights).sum() < np.isfinite(session.get(second).heights).sum()
     assert session.state.dem == cleared
-    assert session.undo_terrain() == second
-    assert session.undo_terrain() == first == session.state.dem
+    assert session.terrains.undo() == second
+    assert session.terrains.undo() == first == session.state.dem
     with pytest.raises(Conflict, match="no earlier terrain"):
-        session.undo_terrain()
+        session.terrains.undo()
 
     report = replay(session.export_bundle())
     assert report.ok, report.problems
@@ -63,55 +63,55 @@ def test_a_second_snapshot_is_merged_and_can_be_undone(session, snapshots):
 
 
 def test_when_a_map_is_started_anew(session, snapshots):
-    session.take_images(snapshots[0])
-    session.build_terrain(COARSE).finish()
-    session.take_images(snapshots[1])
+    session.rover.take_images(snapshots[0])
+    session.terrains.build(COARSE).finish()
+    session.rover.take_images(snapshots[1])
     for settings in (replace(COARSE, keep=False), replace(COARSE, resolution=0.05)):
-        made = session.build_terrain(settings).finish()
+        made = session.terrains.build(settings).finish()
         assert "map" not in session.state.products[made].parents
-    session.load_terrain(rock_field(8.0, 0.04, seed=1))
-    made = session.build_terrain(COARSE).finish()
+    session.terrains.load(rock_field(8.0, 0.04, seed=1))
+    made = session.terrains.build(COARSE).finish()
     assert "map" not in session.state.products[made].parents
 
 
 def test_what_can_not_be_cleared_is_refused(session, snapshots):
     with pytest.raises(Conflict, match="no terrain"):
-        session.clear_terrain(Area(center=(0.0, 0.0), radius=1.0))
+        session.terrains.clear(Area(center=(0.0, 0.0), radius=1.0))
     dem = rock_field(4.0, 0.1, seed=1)
-    session.load_terrain(dem)
+    session.terrains.load(dem)
     with pytest.raises(InvalidTerrain, match="nothing to clear"):
-        session.clear_terrain(Area(center=(90.0, 0.0), radius=1.0))
+        session.terrains.clear(Area(center=(90.0, 0.0), radius=1.0))
     assert session.state.dem == dem.digest
 
 
 def test_an_undo_that_does_not_fit_the_log_is_refused(session):
-    session.load_terrain(rock_field(4.0, 0.1, seed=1))
+    session.terrains.load(rock_field(4.0, 0.1, seed=1))
     with pytest.raises(InvalidBundle):
         fold(session.state, next_event(session.events()[-1], 9e9, "terrain_undone", {"digest": "0" * 32}))
 
 
 def test_the_rover_stands_where_the_map_says(session, snapshots):
     """A wrong pose moves the images and the state that is planned from alike, and telemetry after it."""
-    session.take_images(snapshots[0])
-    session.build_terrain(COARSE).finish()
+    session.rover.take_images(snapshots[0])
+    session.terrains.build(COARSE).finish()
     true = snapshots[1].state.T_site_base
     told = true + np.array([[0, 0, 0, 0.03], [0, 0, 0, -0.02], [0, 0, 0, 0.02], [0, 0, 0, 0]])
     pairs = tuple(replace(pair, T_site_base=told) for pair in snapshots[1].pairs)
     state = replace(snapshots[1].state, T_site_base=told)
-    session.take_images(replace(snapshots[1], state=state, pairs=pairs))
-    dem = session.get(session.build_terrain(COARSE).finish())
+    session.rover.take_images(replace(snapshots[1], state=state, pairs=pairs))
+    dem = session.get(session.terrains.build(COARSE).finish())
     planned = session.get(session.state.state)
     assert np.allclose(planned.T_site_base, dem.correction @ told, atol=1e-12)
     assert abs(planned.T_site_base[2, 3] - true[2, 3]) < 0.005
     assert np.array_equal(planned.posture, state.posture)
     frozen = session.state.state
-    session.take_telemetry(TelemetryFrame(1, state, state.posture))
-    assert session.snapshot_state() == frozen
-    session.undo_terrain()
-    session.take_images(replace(snapshots[1], state=state, pairs=pairs))
-    session.build_terrain(COARSE).finish()
+    session.rover.take_telemetry(TelemetryFrame(1, state, state.posture))
+    assert session.stances.freeze() == frozen
+    session.terrains.undo()
+    session.rover.take_images(replace(snapshots[1], state=state, pairs=pairs))
+    session.terrains.build(COARSE).finish()
     assert session.state.state == frozen
-    session.build_terrain(replace(COARSE, keep=False)).finish()
+    session.terrains.build(replace(COARSE, keep=False)).finish()
     assert np.array_equal(session.get(session.state.state).T_site_base, told)
     assert replay(session.export_bundle()).ok
 
@@ -119,14 +119,14 @@ def test_the_rover_stands_where_the_map_says(session, snapshots):
 def test_pairs_that_could_not_be_used_are_told_to_the_end(session, snapshots):
     """From the link, through the log, to the map and the event of the product."""
     reason = "pair haz1: the left camera gave no image"
-    session.take_images(replace(snapshots[0], left_out={"haz1": reason}))
-    made = session.build_terrain(COARSE).finish()
+    session.rover.take_images(replace(snapshots[0], left_out={"haz1": reason}))
+    made = session.terrains.build(COARSE).finish()
     dem = session.get(made)
     assert dict(dem.left_out) == {"haz1": reason}
     assert dem.name.endswith("without haz1 (the left camera gave no image)")
     told = {event.type: event.payload.get("left_out") for event in session.events()}
     assert told["snapshot_taken"] == told["product"] == {"haz1": reason}
     # the next snapshot had no such trouble: its map does not tell of it
-    session.take_images(snapshots[1])
-    assert not session.get(session.build_terrain(COARSE).finish()).left_out
+    session.rover.take_images(snapshots[1])
+    assert not session.get(session.terrains.build(COARSE).finish()).left_out
     assert [product.verdict for product in replay(session.export_bundle()).products] == ["same", "same"]

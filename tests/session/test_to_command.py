@@ -12,17 +12,17 @@ from tests.session.test_commands import Rover
 @pytest.fixture
 def ready(session, frame_of):
     """A session with commands of leg 2, three rows, and an idle rover where they start."""
-    session.plan_step(2, (1.0, 0.0)).finish()
-    session.make_sequence()
-    session.rover_connected(Rover())
-    session.take_telemetry(frame_of(0))
+    session.plans.step(2, (1.0, 0.0)).finish()
+    session.sequences.make()
+    session.rover.connected(Rover())
+    session.rover.take_telemetry(frame_of(0))
     return session
 
 
 def carry_out(session) -> None:
-    for command in session.send(session.arm()["token"])["commands"]:
+    for command in session.commands.send(session.commands.arm()["token"])["commands"]:
         for state in ("received", "started", "done"):
-            session.take_acknowledgement(command, state)
+            session.rover.take_acknowledgement(command, state)
 
 
 def log(*payloads):
@@ -120,38 +120,38 @@ def test_a_session_tells_it_until_the_rover_has_carried_it_out(ready, frame_of):
     told = ready.summary()["to_command"]
     assert (told["digest"], told["leg"]) == (ready.state.plan, 2)
     carry_out(ready)
-    ready.take_telemetry(frame_of(1, offset=0.5))
+    ready.rover.take_telemetry(frame_of(1, offset=0.5))
     assert ready.summary()["to_command"] is None
     assert ready.summary()["commands_carried_out"] is True
-    ready.plan_step(1, (1.0, 0.0)).finish()
+    ready.plans.step(1, (1.0, 0.0)).finish()
     assert ready.summary()["to_command"]["leg"] == 1
 
 
 def test_a_refusal_of_commands_that_were_carried_out_says_so_first(ready, frame_of):
     carry_out(ready)
-    ready.take_telemetry(frame_of(1, offset=0.5))
+    ready.rover.take_telemetry(frame_of(1, offset=0.5))
     with pytest.raises(CommandRefused, match=r"^these commands were carried out; make new ones: .* rad") as caught:
-        ready.arm()
+        ready.commands.arm()
     assert caught.value.details["check"] == "start"
 
 
 def test_a_refusal_of_others_does_not(ready, frame_of):
-    ready.take_telemetry(frame_of(1, offset=0.5))
+    ready.rover.take_telemetry(frame_of(1, offset=0.5))
     with pytest.raises(CommandRefused, match=r"^(?!these commands)"):
-        ready.arm()
+        ready.commands.arm()
 
 
 def test_commands_may_be_sent_again_where_the_rover_stands_at_their_start_again(ready, frame_of):
     carry_out(ready)
-    ready.take_telemetry(frame_of(1))
+    ready.rover.take_telemetry(frame_of(1))
     assert ready.summary()["commands_carried_out"] is False
     carry_out(ready)
 
 
 def test_commands_are_carried_out_only_when_every_row_is_done_in_one_run(ready, frame_of):
-    ids = ready.send(ready.arm()["token"])["commands"]
-    ready.take_acknowledgement(ids[0], "done")
-    ready.take_acknowledgement(ids[1], "refused", "no")
-    ready.take_telemetry(frame_of(1, offset=0.5))
+    ids = ready.commands.send(ready.commands.arm()["token"])["commands"]
+    ready.rover.take_acknowledgement(ids[0], "done")
+    ready.rover.take_acknowledgement(ids[1], "refused", "no")
+    ready.rover.take_telemetry(frame_of(1, offset=0.5))
     assert ready.summary()["commands_carried_out"] is False
     assert ready.summary()["to_command"]["leg"] == 2

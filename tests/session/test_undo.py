@@ -177,32 +177,32 @@ def test_what_is_not_the_latest_choice_is_no_undo():
 
 
 def test_choices_of_a_session_go_back_in_their_order(session):
-    session.plan_step(2, (1.0, 0.0)).finish()
+    session.plans.step(2, (1.0, 0.0)).finish()
     with acting(ADA):
-        session.choose_footfall(2, 1.0, 0.0)
-        sequence = session.make_sequence()
-        edited = session.edit_sequence(sequence, Edit("duration", 0, number=20.0))
+        session.maps.choose_footfall(2, 1.0, 0.0)
+        sequence = session.sequences.make()
+        edited = session.sequences.edit(sequence, Edit("duration", 0, number=20.0))
     with acting(BOB):
-        session.set_points(2, [(0.5, 0.0, 0.9)])
-        session.choose_footfall(3, 0.5, 0.5)
+        session.choices.set_points(2, [(0.5, 0.0, 0.9)])
+        session.maps.choose_footfall(3, 0.5, 0.5)
     kinds = [(one.kind, one.leg, one.by) for one in session.state.choices]
     assert kinds == [("footfall", 2, "ada"), ("edit", None, "ada"), ("points", 2, "bob"), ("footfall", 3, "bob")]
     count = len(session.events())
 
-    assert session.undo_choice().kind == "footfall"
+    assert session.choices.undo().kind == "footfall"
     assert (session.state.footfall.leg, session.state.footfall.x) == (2, 1.0)
-    assert session.undo_choice().kind == "points"
+    assert session.choices.undo().kind == "points"
     assert session.state.points is None
-    assert session.undo_choice().kind == "edit"
+    assert session.choices.undo().kind == "edit"
     assert session.state.sequence == sequence
-    assert session.undo_choice().kind == "footfall"
+    assert session.choices.undo().kind == "footfall"
     assert session.state.footfall is None
     with pytest.raises(Conflict, match="nothing to undo"):
-        session.undo_choice()
+        session.choices.undo()
     for kind in ("footfall", "edit", "points", "footfall"):
-        assert session.redo_choice().kind == kind
+        assert session.choices.redo().kind == kind
     with pytest.raises(Conflict, match="nothing to make again"):
-        session.redo_choice()
+        session.choices.redo()
     assert session.state.sequence == edited
     assert session.summary()["footfall"]["leg"] == 3
     # each was an event of its own; none was taken out
@@ -211,7 +211,7 @@ def test_choices_of_a_session_go_back_in_their_order(session):
 
 def test_who_did_it_is_in_the_log_also_of_what_a_job_made(session):
     with acting(ADA):
-        session.plan_step(2, (1.0, 0.0)).finish()
+        session.plans.step(2, (1.0, 0.0)).finish()
         session.add_note("by ada")
     session.add_note("by a script")
     plan, note, script = session.events()[-3:]
@@ -221,14 +221,14 @@ def test_who_did_it_is_in_the_log_also_of_what_a_job_made(session):
 
 
 def test_a_choice_that_is_not_the_latest_any_more_is_refused(session):
-    session.choose_footfall(2, 1.0, 0.0)
-    mine = session.undoable["undo"]["choice"]
-    session.choose_footfall(2, 1.1, 0.0)
+    session.maps.choose_footfall(2, 1.0, 0.0)
+    mine = session.choices.undoable["undo"]["choice"]
+    session.maps.choose_footfall(2, 1.1, 0.0)
     with pytest.raises(Conflict, match="since") as refused:
-        session.undo_choice(mine)
-    assert refused.value.details["present"] == session.undoable["undo"]["choice"] != mine
+        session.choices.undo(mine)
+    assert refused.value.details["present"] == session.choices.undoable["undo"]["choice"] != mine
     assert session.state.footfall.x == 1.1
     # the same once more is no choice to take back
-    session.choose_footfall(2, 1.1, 0.0)
-    session.undo_choice()
+    session.maps.choose_footfall(2, 1.1, 0.0)
+    session.choices.undo()
     assert session.state.footfall.x == 1.0

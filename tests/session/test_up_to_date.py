@@ -151,7 +151,7 @@ def test_in_a_what_if_colours_are_of_its_stance_and_commands_of_the_rovers(kind)
 
 
 def heard(live, number, state):
-    live.take_telemetry(TelemetryFrame(number, replace(state, time=float(number)), state.posture))
+    live.rover.take_telemetry(TelemetryFrame(number, replace(state, time=float(number)), state.posture))
 
 
 def near(athlete, standing):
@@ -167,12 +167,12 @@ def told(live):
 
 
 def test_every_product_is_told_of_until_the_rover_moves_and_again_when_it_is_back(live, athlete, standing):
-    live.rover_connected(lambda text: None)
+    live.rover.connected(lambda text: None)
     heard(live, 0, standing)
-    live.compute_maps(LEG).finish()
-    live.plan_step(LEG, near(athlete, standing)).finish()
-    live.make_sequence()
-    live.plan_body_move(BodyShift(dz=-0.05)).finish()
+    live.maps.compute(LEG).finish()
+    live.plans.step(LEG, near(athlete, standing)).finish()
+    live.sequences.make()
+    live.stances.plan_body_move(BodyShift(dz=-0.05)).finish()
     made = ("plan", "body_move", "sequence")
     first = live.summary()["up_to_date"]
     assert first["measured"]
@@ -183,10 +183,10 @@ def test_every_product_is_told_of_until_the_rover_moves_and_again_when_it_is_bac
     noisy = replace(standing, posture=standing.posture + 5e-4, time=50.0)
     fits = told(live)
     heard(live, 1, noisy)
-    live.set_state(noisy)
+    live.stances.set(noisy)
     assert live.state.state == noisy.digest
     assert live.summary()["maps_current"] == {str(LEG): True}
-    assert live.maps_shown(LEG) is not None
+    assert live.maps.shown(LEG) is not None
     assert fits() == []
     # it moves, and nothing else happens
     heard(live, 2, otherwise(standing, east=0.12))
@@ -195,37 +195,40 @@ def test_every_product_is_told_of_until_the_rover_moves_and_again_when_it_is_bac
     assert all(not news[name]["fits"] for name in made)
     assert not news["maps"][str(LEG)]["fits"]
     assert news["maps"][str(LEG)]["reason"] == "the rover moved since: its chassis by 0.120 m"
-    assert live.maps_shown(LEG) is None
-    assert "moved since" in live.footfall_answer(live.get(live.state.plan).footfall)["reasons"][0]
+    assert live.maps.shown(LEG) is None
+    assert "moved since" in live.maps.footfall_answer(live.get(live.state.plan).footfall)["reasons"][0]
     heard(live, 3, otherwise(standing, east=0.12))
     assert len(fits()) == 1
     heard(live, 4, standing)
     assert all(fits()[-1][name]["fits"] for name in made)
-    assert live.maps_shown(LEG) is not None
+    assert live.maps.shown(LEG) is not None
 
 
 def test_a_what_if_is_asked_of_how_the_rover_stands_now(live, standing):
-    live.rover_connected(lambda text: None)
+    live.rover.connected(lambda text: None)
     moved = otherwise(standing, east=0.05)
     heard(live, 0, standing)
-    live.what_if(BodyShift(dz=-0.05))
+    live.stances.what_if(BodyShift(dz=-0.05))
     assert live.state.what_if == standing.digest
     heard(live, 1, moved)
     assert live.state.what_if == standing.digest
     assert not live.summary()["up_to_date"]["what_if"]["fits"]
-    shifted = live.get(live.what_if(BodyShift(dz=-0.1)))
+    shifted = live.get(live.stances.what_if(BodyShift(dz=-0.1)))
     np.testing.assert_allclose(shifted.T_site_base[:3, 3], moved.T_site_base[:3, 3] + (0.0, 0.0, -0.1))
     assert live.summary()["up_to_date"]["what_if"]["fits"]
-    for asked in (live.find_shift(LEG, tuple(moved.T_site_base[:2, 3] + 1.5)), live.plan_body_move(BodyShift(dz=-0.1))):
+    for asked in (
+        live.stances.find_shift(LEG, tuple(moved.T_site_base[:2, 3] + 1.5)),
+        live.stances.plan_body_move(BodyShift(dz=-0.1)),
+    ):
         frozen = live.get(asked.finish()).provenance.parents["state"]
         np.testing.assert_allclose(live.get(frozen).T_site_base, moved.T_site_base)
     assert replay(live.export_bundle()).ok
 
 
 def test_a_what_if_that_the_rover_has_moved_to_ends(live, standing):
-    live.rover_connected(lambda text: None)
+    live.rover.connected(lambda text: None)
     heard(live, 0, standing)
-    shifted = live.get(live.what_if(BodyShift(dz=-0.06)))
+    shifted = live.get(live.stances.what_if(BodyShift(dz=-0.06)))
     # on its way, and at rest a little off where it stood: the question is open
     for number, state in enumerate((replace(shifted_as(standing, shifted), mode="moving"), otherwise(standing, 2e-3))):
         heard(live, 1 + number, state)
@@ -245,21 +248,21 @@ def shifted_as(standing, shifted):
 
 def test_a_what_if_ends_with_the_run_that_was_to_end_there_also_where_the_rover_sagged(live, standing):
     commands = []
-    live.rover_connected(lambda text: commands.append(json.loads(text)))
+    live.rover.connected(lambda text: commands.append(json.loads(text)))
     heard(live, 0, standing)
     shift = BodyShift(dz=-0.06)
-    live.make_sequence(live.plan_body_move(shift).finish())
-    shifted = live.get(live.what_if(shift))
-    for command_id in live.send(live.arm()["token"])["commands"]:
+    live.sequences.make(live.stances.plan_body_move(shift).finish())
+    shifted = live.get(live.stances.what_if(shift))
+    for command_id in live.commands.send(live.commands.arm()["token"])["commands"]:
         assert commands[-1]["id"] == command_id
-        live.take_acknowledgement(command_id, "done")
+        live.rover.take_acknowledgement(command_id, "done")
     assert live.state.what_if == standing.digest  # nobody has heard yet how it stands there
     sagged = otherwise(shifted_as(standing, shifted), turned=3 * START_TOLERANCE)
     heard(live, 1, sagged)
     assert live.state.what_if is None
     np.testing.assert_array_equal(live.get(live.state.state).posture, sagged.posture)
     # what is asked after the run is not ended by it, wherever the rover goes
-    live.what_if(shift)
+    live.stances.what_if(shift)
     heard(live, 2, otherwise(sagged, turned=0.2))
     assert live.state.what_if is not None
     assert fold_all(live.events()).digest == live.state.digest

@@ -51,8 +51,10 @@ class RigidRover:
         self.before_row, self.slips = lambda rows: None, None
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="rover")
-        live.link._clock = lambda: 0.1 * self.number  # telemetry is as old as the rover says, however slow the machine
-        live.rover_connected(self._hears)
+        live.rover.link._clock = lambda: (
+            0.1 * self.number
+        )  # telemetry is as old as the rover says, however slow the machine
+        live.rover.connected(self._hears)
         self._tells()
 
     def _hears(self, text):
@@ -63,7 +65,7 @@ class RigidRover:
     def _tells(self):
         self.number += 1
         told = replace(self.state, T_site_base=inverse(self.correction) @ self.state.T_site_base)
-        self.live.take_telemetry(TelemetryFrame(self.number, told, told.posture))
+        self.live.rover.take_telemetry(TelemetryFrame(self.number, told, told.posture))
 
     def _run(self):
         while not self._closing.wait(0.05):
@@ -81,9 +83,9 @@ class RigidRover:
             T[:3, 3] += self.slips
             self.slips = None
         self.state = replace(self.state, posture=sequence.predicted[message["row"]], T_site_base=T)
-        self.live.take_acknowledgement(message["id"], "done")
+        self.live.rover.take_acknowledgement(message["id"], "done")
         self._tells()
-        self.live._commanding.look()
+        self.live.rover.commanding.look()
 
     def __enter__(self):
         self._thread.start()
@@ -98,7 +100,7 @@ class RigidRover:
 def rover(live, standing):
     # nothing is known of what it bears: it is taken as rigid
     bare = replace(standing, wheel_forces=np.zeros_like(standing.wheel_forces), joint_torques=np.zeros(36))
-    live.set_state(bare)
+    live.stances.set(bare)
     with RigidRover(live, bare) as made:
         yield made
 
@@ -140,13 +142,13 @@ def test_held_it_sends_nothing_more_and_goes_on_where_it_was(live, rover):
     assert reached.wait(BOUND)
     loop.hold()
     go_on.set()
-    until(lambda: live.gate["waiting"], "the hold")
+    until(lambda: live.commands.gate["waiting"], "the hold")
     assert (loop.state, len(rover.sent)) == ("held", rover.rows)
     number = rover.number
     until(lambda: rover.number > number + 5, "more telemetry")
     assert len(rover.sent) == rover.rows == 2
     until(lambda: loop.as_dict()["waits_for"] == "somebody to let it go on: held by local", "what it waits for")
-    assert loop.as_dict()["part"] == live.walking().text.split("next: ")[1] == name_of_first(live)
+    assert loop.as_dict()["part"] == live.walks.walking().text.split("next: ")[1] == name_of_first(live)
     loop.go_on()
     assert ended(loop)[0] == "arrived"
     assert (loop.as_dict()["part"], loop.as_dict()["waits_for"]) == ("", "")
@@ -167,15 +169,15 @@ def test_what_steers_it_just_as_its_commands_end_counts_all_the_same(live, rover
             assert go_on.wait(BOUND)
 
     rover.before_row = before
-    steer = {"hold": "hold_run", "cancel": "abort_run"}[act]
-    late = getattr(live, steer)
+    steer = {"hold": "hold", "cancel": "abort"}[act]
+    late = getattr(live.commands, steer)
 
     def after_the_end(who):
         go_on.set()
-        until(lambda: live.gate["run"] is None, "the end of the run")
+        until(lambda: live.commands.gate["run"] is None, "the end of the run")
         late(who)
 
-    monkeypatch.setattr(live, steer, after_the_end)
+    monkeypatch.setattr(live.commands, steer, after_the_end)
     loop = live.walk_to(GOAL, UNSEEN)
     assert reached.wait(BOUND)
     getattr(loop, act)()
@@ -200,7 +202,7 @@ def test_let_go_on_before_the_row_has_ended_it_walks_as_if_it_was_not_held(live,
     loop.hold()
     loop.go_on()
     told = live.summary()["walk_loop"]
-    assert (told["state"], told["act"], live.gate["mode"]) == ("going", "go", "whole")
+    assert (told["state"], told["act"], live.commands.gate["mode"]) == ("going", "go", "whole")
     go_on.set()
     assert ended(loop)[0] == "arrived"
     assert live.summary()["walk_loop"]["outcome"] == "arrived"
@@ -220,10 +222,10 @@ def test_where_its_run_is_let_go_on_it_goes_on_itself(live, rover):
     loop.hold()
     go_on.set()
     until(lambda: loop.as_dict()["waits_for"] == "somebody to let it go on: held by local", "what it waits for")
-    live.next_row()
-    until(lambda: live.gate["waiting"], "the end of the row")
+    live.commands.next_row()
+    until(lambda: live.commands.gate["waiting"], "the end of the row")
     assert loop.state == "held"
-    live.resume_run()
+    live.commands.resume()
     until(lambda: loop.state != "held", "the walk that goes on")
     assert ended(loop)[0] == "arrived"
 
@@ -239,9 +241,9 @@ def test_a_run_of_somebody_else_just_after_its_own_is_not_taken_for_it(live, rov
         # the walk hears of nothing until the other run has ended, too
         with loop._sending:
             carries_out(message)
-            waits = live.edit_sequence(live.command_foot_moves(None, 1), Edit("insert", 0, command=wait(1.0)))
-            others.append(live.send(live.arm(waits)["token"])["run"])
-            live.abort_run()
+            waits = live.sequences.edit(live.walks.command(None, 1), Edit("insert", 0, command=wait(1.0)))
+            others.append(live.commands.send(live.commands.arm(waits)["token"])["run"])
+            live.commands.abort()
             rover.rows += 1
             carries_out(rover.sent[-1])
         return None
@@ -249,9 +251,9 @@ def test_a_run_of_somebody_else_just_after_its_own_is_not_taken_for_it(live, rov
     rover._carries_out = then
     assert ended(loop)[0] == "arrived"
     assert len(others) == 1
-    assert live.end_of_run(others[0]) == ("aborted", "aborted")
-    assert live.end_of_run(others[0] - 1) == ("done", "")
-    assert live.end_of_run(live.state.runs + 1) is None
+    assert live.commands.end_of_run(others[0]) == ("aborted", "aborted")
+    assert live.commands.end_of_run(others[0] - 1) == ("done", "")
+    assert live.commands.end_of_run(live.state.runs + 1) is None
 
 
 def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it(live, rover, monkeypatch):
@@ -259,7 +261,7 @@ def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it
     loop.cancel()
     ended(loop)
     aborted = []
-    monkeypatch.setattr(live, "abort_run", lambda *who: aborted.append(who))
+    monkeypatch.setattr(live.commands, "abort", lambda *who: aborted.append(who))
     for act in (loop.hold, loop.go_on, loop.cancel):
         with pytest.raises(Conflict, match="has ended"):
             act()
@@ -268,8 +270,8 @@ def test_a_walk_that_has_ended_is_not_steered_and_nobody_s_run_is_aborted_for_it
 
 def at_fault(live, loop):
     """Of the rover, which carries its row out all the same."""
-    frame = live.frame
-    live.take_telemetry(TelemetryFrame(frame.number + 1, replace(frame.state, mode="fault"), frame.commanded))
+    frame = live.rover.frame
+    live.rover.take_telemetry(TelemetryFrame(frame.number + 1, replace(frame.state, mode="fault"), frame.commanded))
     ended(loop)
 
 
@@ -277,9 +279,9 @@ def at_fault(live, loop):
     ("act", "outcome", "reason"),
     [
         (lambda live, loop: loop.cancel(), "cancelled", "ended by local"),
-        (lambda live, loop: live.stop("a dust devil"), "stopped", "the rover was stopped"),
-        (lambda live, loop: live.abort_run(), "stopped", "not carried out to their end"),
-        (lambda live, loop: live.rover_disconnected(), "stopped", "the rover is not connected"),
+        (lambda live, loop: live.commands.stop("a dust devil"), "stopped", "the rover was stopped"),
+        (lambda live, loop: live.commands.abort(), "stopped", "not carried out to their end"),
+        (lambda live, loop: live.rover.disconnected(), "stopped", "the rover is not connected"),
         (lambda live, loop: at_fault(live, loop), "stopped", "the rover reports a fault"),
     ],
     ids=["cancelled", "stopped", "run aborted", "link lost", "fault"],
@@ -300,7 +302,7 @@ def test_it_leaves_the_rover_to_whoever_takes_over(live, rover, act, outcome, re
     found = ended(loop)
     assert (found[0], reason in found[1]) == (outcome, True), found
     assert decided(live)[-1] == "end"
-    until(lambda: live.gate["state"] == "idle", "the end of the run")
+    until(lambda: live.commands.gate["state"] == "idle", "the end of the run")
     assert len(rover.sent) == 2
     with pytest.raises(Conflict, match="has ended"):
         loop.go_on()
@@ -309,7 +311,7 @@ def test_it_leaves_the_rover_to_whoever_takes_over(live, rover, act, outcome, re
 @pytest.fixture
 def making(live, monkeypatch):
     """Stops the loop where it has just made commands: waits for ``reached``, and goes on with ``go_on``."""
-    reached, go_on, make = threading.Event(), threading.Event(), live.command_foot_moves
+    reached, go_on, make = threading.Event(), threading.Event(), live.walks.command
 
     def made(*asked):
         sequence = make(*asked)
@@ -317,15 +319,15 @@ def making(live, monkeypatch):
         assert go_on.wait(BOUND)
         return sequence
 
-    monkeypatch.setattr(live, "command_foot_moves", made)
+    monkeypatch.setattr(live.walks, "command", made)
     yield reached, go_on
     go_on.set()
 
 
 def stopped_for_a_moment(live):
-    live.stop("a dust devil")
-    live.take_stop_acknowledgement()
-    live.clear_stop()
+    live.commands.stop("a dust devil")
+    live.rover.take_stop_acknowledgement()
+    live.commands.clear_stop()
 
 
 def test_held_while_commands_are_made_it_sends_none_until_it_goes_on(live, rover, making):
@@ -336,7 +338,7 @@ def test_held_while_commands_are_made_it_sends_none_until_it_goes_on(live, rover
     go_on.set()
     number = rover.number
     until(lambda: rover.number > number + 10, "more telemetry")
-    assert (loop.state, rover.sent, live.gate["state"]) == ("held", [], "idle")
+    assert (loop.state, rover.sent, live.commands.gate["state"]) == ("held", [], "idle")
     loop.go_on()
     assert ended(loop)[0] == "arrived"
 
@@ -365,7 +367,7 @@ def test_without_the_conn_it_is_neither_held_nor_ended(live, rover, making):
     other = Identity("another", Role.COMMANDER, page="elsewhere")
     loop = live.walk_to(GOAL, UNSEEN)
     assert reached.wait(BOUND)
-    live.conn_act("take", other)
+    live.commands.conn_act("take", other)
     for act in (loop.hold, loop.cancel):
         with pytest.raises(CommandRefused, match="another"):
             act()
@@ -486,11 +488,11 @@ def test_it_looks_before_it_moves_where_it_is_not_sure_where_it_is(live, dem, st
 
 
 def given_up(live, who):
-    live.conn_act("release", who)
+    live.commands.conn_act("release", who)
 
 
 def lapsed(live, who):
-    gate = live._commanding.gate
+    gate = live.rover.commanding.gate
     clock = gate._clock
     gate._clock = lambda: clock() + CONN_FOR + 1.0
 
@@ -522,7 +524,7 @@ def test_without_the_conn_it_ends_while_its_row_is_out_and_sends_no_more(live, r
     [*_, last] = [event.payload for event in live.events() if event.type == "walk_decided"]
     assert (last["act"], reason in last["reason"]) == ("end", True)
     # the clock that ends the conn ends the time of the row that is out, too: then its run is over
-    until(lambda: live.gate["waiting"] or live.gate["run"] is None, "the end of the row that was out")
+    until(lambda: live.commands.gate["waiting"] or live.commands.gate["run"] is None, "the end of the row that was out")
     number = rover.number
     until(lambda: rover.number > number + 5, "more telemetry")
     assert len(rover.sent) == rover.rows == 2
@@ -531,14 +533,14 @@ def test_without_the_conn_it_ends_while_its_row_is_out_and_sends_no_more(live, r
 def test_a_conn_given_up_before_the_first_row_is_not_taken_again(live, rover, making):
     who = Identity("operator", Role.COMMANDER, client="10.0.0.7", page="one")
     reached, go_on = making
-    live.conn_act("take", who)
+    live.commands.conn_act("take", who)
     loop = live.walk_to(GOAL, UNSEEN, who)
     assert reached.wait(BOUND)
-    live.conn_act("release", who)
+    live.commands.conn_act("release", who)
     go_on.set()
     found = ended(loop)
     assert (found[0], "the conn was given up" in found[1]) == ("stopped", True), found
-    assert (rover.sent, live.conn["holder"]) == ([], None)
+    assert (rover.sent, live.commands.conn["holder"]) == ([], None)
 
 
 class NoFootMoves(InlineJobs):
@@ -563,8 +565,8 @@ def test_a_session_closes_while_its_walk_waits_for_a_job(tmp_path, athlete, dem,
     jobs = NoFootMoves()
     with Sessions(tmp_path / "sessions", jobs=jobs, robot=athlete) as opened:
         live = opened.create("on waves")
-        live.load_terrain(dem)
-        live.set_state(bare)
+        live.terrains.load(dem)
+        live.stances.set(bare)
         with RigidRover(live, bare):
             loop = live.walk_to(GOAL, UNSEEN)
             assert jobs.asked.wait(BOUND)
@@ -573,7 +575,7 @@ def test_a_session_closes_while_its_walk_waits_for_a_job(tmp_path, athlete, dem,
             joined(closing)
             assert loop.outcome == "cancelled"
             with pytest.raises(Conflict, match="closed"):
-                live.plan_walk(GOAL)
+                live.walks.plan(GOAL)
 
 
 def test_what_the_rover_carries_counts_in_whether_it_stands_steadily(live, rover):

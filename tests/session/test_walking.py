@@ -23,7 +23,7 @@ class Rover:
 
     def __init__(self, live, state) -> None:
         self.live, self.state, self.number, self.sent = live, state, 0, []
-        live.rover_connected(self.hears)
+        live.rover.connected(self.hears)
         self.tells()
 
     def hears(self, text: str) -> None:
@@ -38,30 +38,30 @@ class Rover:
     def tells(self) -> None:
         self.number += 1
         self.state = replace(self.state, time=self.number * 0.1)
-        self.live.take_telemetry(TelemetryFrame(self.number, self.state, self.state.posture))
+        self.live.rover.take_telemetry(TelemetryFrame(self.number, self.state, self.state.posture))
 
     def carries_out(self, rows: int) -> None:
         """The next rows of what is being sent."""
-        sequence = self.live.get(self.live.gate["sequence"])
+        sequence = self.live.get(self.live.commands.gate["sequence"])
         for _ in range(rows):
             message = self.sent[-1]
-            self.live.take_acknowledgement(message["id"], "done")
+            self.live.rover.take_acknowledgement(message["id"], "done")
             row = message["row"]
             self.stands(sequence.predicted[row], sequence.poses[row])
-            self.live._commanding.look()
+            self.live.rover.commanding.look()
 
 
 def sent(live, rover):
     """All rows of the present sequence, carried out."""
     rover.tells()
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     rover.carries_out(len(live.get(live.state.sequence).commands))
-    assert live.gate["state"] == "idle"
+    assert live.commands.gate["state"] == "idle"
 
 
 @pytest.fixture
 def walk(live):
-    digest = live.ask(WALK, NEAR).finish()
+    digest = live.stances.ask(WALK, NEAR).finish()
     assert live.get(digest).plan is not None, live.get(digest).reason
     return live.get(digest).plan
 
@@ -71,14 +71,14 @@ def test_foot_moves_are_commanded_one_by_one_and_told(live, standing, walk):
     of = parts_count(walk)
     assert of >= walk.foot_moves > 1
     for number in range(of):
-        told = live.walking()
+        told = live.walks.walking()
         assert (told.done, told.next, told.of, told.against) == (number, number, of, "")
         assert told.commanded == 0
         rover.tells()
-        sequence = live.get(live.command_foot_moves(None, number))
-        assert live.walking().commanded == 1
+        sequence = live.get(live.walks.command(None, number))
+        assert live.walks.walking().commanded == 1
         assert sequence.valid, sequence.failures
-        [rows] = live.foot_moves_in(sequence.digest)
+        [rows] = live.walks.foot_moves_in(sequence.digest)
         assert (rows.first_row, rows.rows) == (0, len(sequence.commands))
         legs = {one.leg for one in sequence.commands} - {None}
         if number < walk.foot_moves:
@@ -86,7 +86,7 @@ def test_foot_moves_are_commanded_one_by_one_and_told(live, standing, walk):
             assert rows.text == f"foot move {number + 1} of {walk.foot_moves}: leg {told.leg}"
         np.testing.assert_array_equal(sequence.start, start_of(walk, number)[0])
         sent(live, rover)
-    told = live.walking()
+    told = live.walks.walking()
     assert (told.done, told.next, told.against) == (of, None, "")
     np.testing.assert_allclose(rover.state.posture, walk.waypoints[-1], atol=1e-12)
     np.testing.assert_allclose(rover.state.T_site_base, walk.Ts_site_base[-1], atol=1e-6)
@@ -97,47 +97,47 @@ def test_foot_moves_are_commanded_one_by_one_and_told(live, standing, walk):
 
 def test_a_rover_that_stands_elsewhere_is_told_by_how_much_and_the_rest_is_planned_anew(live, standing, walk):
     rover = Rover(live, standing)
-    live.command_foot_moves(None, 0)
+    live.walks.command(None, 0)
     sent(live, rover)
     posture = rover.state.posture.copy()
     posture[6 * walk.legs[0] + 2] += 0.02
     rover.stands(posture, rover.state.T_site_base)
     with pytest.raises(Conflict, match=r"\+1\.15° from there, at most 0\.57° are accepted: re-plan the walk from here"):
-        live.command_foot_moves(None, 1)
-    assert live.walking().against
-    again = live.get(live.replan_walk().finish())
+        live.walks.command(None, 1)
+    assert live.walks.walking().against
+    again = live.get(live.walks.replan().finish())
     assert again.goal.digest == NEAR.goal.digest
     assert again.provenance.settings.digest == NEAR.settings.digest
     np.testing.assert_array_equal(again.plan.waypoints[0], posture)
-    assert (live.walking().done, live.walking().against) == (0, "")
-    assert live.walking().commanded == 0  # those there are go back to the walk before
+    assert (live.walks.walking().done, live.walks.walking().against) == (0, "")
+    assert live.walks.walking().commanded == 0  # those there are go back to the walk before
 
 
 def test_between_foot_moves_the_rover_is_looked_at_and_a_run_held_where_it_stands_otherwise(live, standing, walk):
     rover = Rover(live, standing)
-    sequence = live.get(live.command_foot_moves(None, 0, walk.foot_moves))
+    sequence = live.get(live.walks.command(None, 0, walk.foot_moves))
     assert sequence.valid
-    assert live.walking().commanded == walk.foot_moves
-    first, second, *_ = live.foot_moves_in(sequence.digest)
+    assert live.walks.walking().commanded == walk.foot_moves
+    first, second, *_ = live.walks.foot_moves_in(sequence.digest)
     rover.tells()
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     rover.carries_out(first.rows + second.rows - 1)
-    assert live.walking().done == 1
+    assert live.walks.walking().done == 1
     message = rover.sent[-1]
     assert message["row"] == second.first_row + second.rows - 1
-    live.take_acknowledgement(message["id"], "done")
-    live._commanding.look()
+    live.rover.take_acknowledgement(message["id"], "done")
+    live.rover.commanding.look()
     assert rover.sent[-1] is message  # nothing goes by telemetry from before the foot was placed
     T_site_base = sequence.poses[message["row"]].copy()
     T_site_base[0, 3] += 0.08
     rover.stands(sequence.predicted[message["row"]], T_site_base)
-    live._commanding.look()
+    live.rover.commanding.look()
     assert rover.sent[-1] is message
-    assert live.gate["waiting"]
-    assert "held between foot moves: the chassis has moved by 0.08" in live.gate["why"]
-    assert live.walking().done == 2
+    assert live.commands.gate["waiting"]
+    assert "held between foot moves: the chassis has moved by 0.08" in live.commands.gate["why"]
+    assert live.walks.walking().done == 2
     rover.stands(sequence.predicted[message["row"]], sequence.poses[message["row"]])
-    live.resume_run()
+    live.commands.resume()
     assert rover.sent[-1]["row"] == message["row"] + 1
 
 
@@ -155,12 +155,12 @@ def test_an_excerpt_begins_where_the_rover_is(walk, standing):
 def test_what_is_no_walk_and_no_foot_move_is_refused(live, standing, walk):
     of = parts_count(walk)
     with pytest.raises(InvalidInput, match=f"{of} parts, counted from 0"):
-        live.command_foot_moves(None, of)
+        live.walks.command(None, of)
     with pytest.raises(InvalidInput):
-        live.command_foot_moves(None, 0, 0)
+        live.walks.command(None, 0, 0)
     with pytest.raises(NotFound):
-        live.command_foot_moves("0" * 32, 0)
+        live.walks.command("0" * 32, 0)
     with pytest.raises(NotFound):
-        live.replan_walk("0" * 32)
+        live.walks.replan("0" * 32)
     with pytest.raises(Conflict, match=r"the wheel of leg 0 .* from where it starts: re-plan the walk from here"):
-        live.command_foot_moves(None, 1)
+        live.walks.command(None, 1)

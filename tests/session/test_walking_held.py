@@ -32,8 +32,8 @@ def rover(live, standing):
 
 @pytest.fixture
 def walk(live, rover):
-    live.snapshot_state()
-    result = live.get(live.plan_walk(GOAL, SEED).finish())
+    live.stances.freeze()
+    result = live.get(live.walks.plan(GOAL, SEED).finish())
     assert result.plan is not None, result.reason
     assert parts_count(result.plan) > 1
     return result.plan
@@ -45,17 +45,17 @@ def asked_with(live, sequence) -> FootMovesRequest:
 
 def test_a_walk_is_carried_out_with_the_pose_held_and_ends_where_it_was_planned_to(live, rover, walk):
     for number in range(parts_count(walk)):
-        assert (live.walking().next, live.walking().against) == (number, "")
+        assert (live.walks.walking().next, live.walks.walking().against) == (number, "")
         rover.tells()
-        sequence = live.get(live.command_foot_moves(None, number))
+        sequence = live.get(live.walks.command(None, number))
         assert sequence.valid, sequence.failures
         assert np.array_equal(sequence.at_rest.set_points, rover.rest.commanded)
-        assert live.way_of(sequence.digest)["mode"] == "pose_held"
+        assert live.executions.way_of(sequence.digest)["mode"] == "pose_held"
         assert (
             asked_with(live, sequence.digest).digest
             == FootMovesRequest(number, 1, ExecutionSettings(), rover.rest.commanded).digest
         )
-        [told] = live.foot_moves_in(sequence.digest)
+        [told] = live.walks.foot_moves_in(sequence.digest)
         rover.carries_out_all()
         # what was predicted of its rest is how it stands
         away = rover.state.T_site_base[:3, 3] - told.rest.T_site_base[:3, 3]
@@ -64,7 +64,7 @@ def test_a_walk_is_carried_out_with_the_pose_held_and_ends_where_it_was_planned_
         assert told.rest.sag == pytest.approx(planned[2] - rover.state.T_site_base[2, 3], abs=1e-3)
         assert told.rest.off == pytest.approx(np.linalg.norm(planned - rover.state.T_site_base[:3, 3]), abs=1e-3)
         assert told.rest.off < 0.01
-    assert live.walking().next is None
+    assert live.walks.walking().next is None
     assert np.linalg.norm(rover.state.T_site_base[:3, 3] - walk.Ts_site_base[-1, :3, 3]) < 0.01
     report = replay(live.export_bundle())
     assert report.ok, [one.text for one in report.products if not one.ok]
@@ -72,8 +72,8 @@ def test_a_walk_is_carried_out_with_the_pose_held_and_ends_where_it_was_planned_
 
 def test_the_torque_that_is_told_is_that_of_the_forces_on_the_wheels(live, rover, walk, athlete):
     """Second method: statics of the predicted forces, without the springs."""
-    sequence = live.get(live.command_foot_moves(None, 0))
-    [told] = live.foot_moves_in(sequence.digest)
+    sequence = live.get(live.walks.command(None, 0))
+    [told] = live.walks.foot_moves_in(sequence.digest)
     assert isinstance(sequence.provenance.settings, SequenceSettings)
     way = follow(athlete, sequence.at_rest, sequence.commands, rover.dem, sequence.provenance.settings)
     shares = []
@@ -87,46 +87,46 @@ def test_the_torque_that_is_told_is_that_of_the_forces_on_the_wheels(live, rover
 
 
 def test_the_order_says_otherwise(live, rover, walk):
-    drooping = live.get(live.command_foot_moves(None, 0, settings=ExecutionSettings(mode="droop_aware")))
-    assert live.way_of(drooping.digest)["mode"] == "droop_aware"
+    drooping = live.get(live.walks.command(None, 0, settings=ExecutionSettings(mode="droop_aware")))
+    assert live.executions.way_of(drooping.digest)["mode"] == "droop_aware"
     # the standing legs are left alone
     steps = [one for one in drooping.commands if one.phase in ("unload", "lift", "swing", "lower", "load")]
     assert {one.leg for one in steps} == {walk.legs[0]}
-    rigid = live.get(live.command_foot_moves(None, 0, as_commanded=True))
+    rigid = live.get(live.walks.command(None, 0, as_commanded=True))
     assert rigid.at_rest is None
-    assert live.way_of(rigid.digest)["mode"] == "rigid"
+    assert live.executions.way_of(rigid.digest)["mode"] == "rigid"
     assert asked_with(live, rigid.digest).settings is None
-    assert [one.rest for one in live.foot_moves_in(rigid.digest)] == [None]
+    assert [one.rest for one in live.walks.foot_moves_in(rigid.digest)] == [None]
     with pytest.raises(InvalidInput, match="leave out one of them"):
-        live.command_foot_moves(None, 0, settings=ExecutionSettings(), as_commanded=True)
+        live.walks.command(None, 0, settings=ExecutionSettings(), as_commanded=True)
     with pytest.raises(InvalidInput, match="pose_held, droop_aware"):
-        live.command_foot_moves(None, 0, settings=ExecutionSettings(mode="as_commanded"))
+        live.walks.command(None, 0, settings=ExecutionSettings(mode="as_commanded"))
 
 
 def test_what_cannot_be_commanded_so_makes_nothing(live, rover, walk):
-    live.command_foot_moves(None, 0)
+    live.walks.command(None, 0)
     before = live.state.sequence
     with pytest.raises(
         InvalidInput, match=r"can't be commanded pose held: foot move 1: .*load on the supporting"
     ) as no:
-        live.command_foot_moves(None, 0, settings=ExecutionSettings(least_load=3000.0))
+        live.walks.command(None, 0, settings=ExecutionSettings(least_load=3000.0))
     assert (no.value.details["failed_at"], no.value.details["mode"]) == (0, "pose_held")
     assert live.state.sequence == before
 
 
 def test_the_weight_that_it_was_planned_with_is_that_of_its_settings(live, rover, walk):
-    light = live.command_foot_moves(None, 0)
-    assert live._weight(light) == pytest.approx(live.robot.mass * 9.81)
-    assert live.executed_with(live.command_foot_moves(None, 0, as_commanded=True)) is None
+    light = live.walks.command(None, 0)
+    assert live.commands._weight(light) == pytest.approx(live.robot.mass * 9.81)
+    assert live.executions.executed_with(live.walks.command(None, 0, as_commanded=True)) is None
 
 
 def test_between_foot_moves_every_wheel_is_where_it_is_predicted_to_rest(live, rover, walk):
     rover.tells()
-    sequence = live.get(live.command_foot_moves(None, 0, parts_count(walk)))
+    sequence = live.get(live.walks.command(None, 0, parts_count(walk)))
     assert sequence.valid, sequence.failures
-    first, *_ = live.foot_moves_in(sequence.digest)
+    first, *_ = live.walks.foot_moves_in(sequence.digest)
     rover.tells()
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     rover.carries_out(first.rows - 1)
     # set points and chassis are as they should be, a wheel is not
     q = rover.state.posture
@@ -136,41 +136,41 @@ def test_between_foot_moves_every_wheel_is_where_it_is_predicted_to_rest(live, r
     hubs = [wheel_centers(live.robot, one)[walk.legs[0]] for one in (q, moved)]
     assert 0.07 < np.linalg.norm(hubs[1] - hubs[0]) < 0.2
     rover.carries_out(1)
-    assert live.gate["waiting"]
-    assert f"held between foot moves: the wheel of leg {walk.legs[0]} is" in live.gate["why"]
-    assert f"predicted to rest after row {first.rows}" in live.gate["why"]
+    assert live.commands.gate["waiting"]
+    assert f"held between foot moves: the wheel of leg {walk.legs[0]} is" in live.commands.gate["why"]
+    assert f"predicted to rest after row {first.rows}" in live.commands.gate["why"]
     with pytest.raises(Conflict, match="predicted to rest"):
-        live.resume_run()
+        live.commands.resume()
     rover.shift = np.zeros_like(q)
     rover.tells()
-    live.resume_run()
+    live.commands.resume()
     assert rover.sent[-1]["row"] == first.rows
     rover.carries_out(len(sequence.commands) - first.rows)
-    assert live.walking().next is None
+    assert live.walks.walking().next is None
 
 
 def test_a_rover_off_the_walk_is_told_and_one_that_sags_on_it_is_not(live, rover, walk):
     start = walk.waypoints[0]
     # softer than a rigid rover may be off, as its wheels are pressed in
     assert np.abs(rover.state.posture - start).max() > 0.01
-    assert live.walking().against == ""
+    assert live.walks.walking().against == ""
     rover.rest = rover.springs.let_down(rover.rest.commanded, rover.rest.T_site_base + np.eye(4, k=3) * 0.05)
     rover.tells()
     with pytest.raises(Conflict, match=r"foot move 1 of .* begins: the chassis is 0\.0\d\d m and the wheel of leg"):
-        live.command_foot_moves(None, 0)
+        live.walks.command(None, 0)
 
 
 def test_wheels_pressed_in_deeper_than_wheels_sink_are_taken_out_before_a_walk_is_planned(live, standing):
     rover = YieldingRover(live, standing, wheel_scale=0.7)
     pressed_in = np.linalg.norm(rover.state.wheel_forces, axis=1) / (0.7 * live.robot.description.wheel_stiffness)
     assert pressed_in.min() > live.robot.description.clearances.wheel_sink
-    live.snapshot_state()
-    digest = live.plan_walk(GOAL, SEED).finish()
+    live.stances.freeze()
+    digest = live.walks.plan(GOAL, SEED).finish()
     found = live.get(digest)
     assert found.status is Status.FOUND, found.reason
     # what it is a product of is what telemetry says
     assert live.get(live.state.products[digest].parents["state"]).posture.tolist() == rover.state.posture.tolist()
-    again = live.get(live.replan_walk().finish())
+    again = live.get(live.walks.replan().finish())
     assert again.digest == digest
     report = replay(live.export_bundle())
     assert report.ok, [one.text for one in report.products if not one.ok]
@@ -180,18 +180,18 @@ def test_a_walk_goes_on_on_a_newer_map_where_its_feet_are_on_the_ground_and_on_n
     ground = live.get(live.state.dem)
 
     def raised(by):
-        return live.load_terrain(replace(ground, heights=ground.heights + np.float32(by)))
+        return live.terrains.load(replace(ground, heights=ground.heights + np.float32(by)))
 
     raised(0.05)
     with pytest.raises(
         Conflict, match=r"the terrain has changed since the walk was planned: the ground is 0\.050 m above"
     ):
-        live.command_foot_moves(None, 0)
+        live.walks.command(None, 0)
     newer = raised(0.002)
-    sequence = live.command_foot_moves(None, 0)
+    sequence = live.walks.command(None, 0)
     assert live.state.products[sequence].parents["dem"] == newer != walk.parents["dem"]
     rover.carries_out_all()
-    assert live.walking().done == 1
+    assert live.walks.walking().done == 1
     report = replay(live.export_bundle())
     assert report.ok, [one.text for one in report.products if not one.ok]
 
@@ -200,17 +200,17 @@ def test_several_foot_moves_are_commanded_only_where_the_ground_of_each_is_known
     ground, last = live.get(live.state.dem), walk.foot_moves - 1
     x, y = walk.stances[-1].contacts[walk.legs[last], :2]
     away = np.hypot(ground.geometry.xs - x, (ground.geometry.ys - y)[:, None])
-    live.load_terrain(replace(ground, heights=np.where(away <= 0.15, np.float32(np.nan), ground.heights)))
+    live.terrains.load(replace(ground, heights=np.where(away <= 0.15, np.float32(np.nan), ground.heights)))
     with pytest.raises(
         Conflict, match=rf"unknown ground is .* from where foot move {last + 1} puts the foot of leg {walk.legs[last]} "
     ):
-        live.command_foot_moves(None, 0, walk.foot_moves)
-    assert live.get(live.command_foot_moves(None, 0)).valid
+        live.walks.command(None, 0, walk.foot_moves)
+    assert live.get(live.walks.command(None, 0)).valid
 
 
 def test_a_state_that_was_made_up_is_planned_from_as_it_is(live, standing):
     assert standing.wheel_forces.any()
-    found = live.get(live.plan_walk(GOAL, SEED).finish())
+    found = live.get(live.walks.plan(GOAL, SEED).finish())
     assert np.array_equal(found.plan.waypoints[0], standing.posture)
 
 
@@ -242,13 +242,13 @@ def test_how_far_it_is_is_counted_when_something_changed_and_is_right(live, rove
     count = walking_module.carried_out_of
     monkeypatch.setattr(walking_module, "carried_out_of", lambda *args: counts.append(1) or count(*args))
     digest = live.state.newest(WALK)
-    live.command_foot_moves(None, 0)
+    live.walks.command(None, 0)
     rover.tells()
-    live.send(live.arm()["token"])
+    live.commands.send(live.commands.arm()["token"])
     for _ in live.get(live.state.sequence).commands:
         rover.carries_out(1)
-        assert live.walking().done == counted(live, digest)
-    assert live.walking().done == 1
+        assert live.walks.walking().done == counted(live, digest)
+    assert live.walks.walking().done == 1
     before = len(counts)
     for _ in range(3):
         rover.tells()
@@ -256,22 +256,22 @@ def test_how_far_it_is_is_counted_when_something_changed_and_is_right(live, rove
         assert live.summary()["walking"]["done"] == 1
     assert len(counts) == before
     # another walk is another count; and the first is still as far
-    live.snapshot_state()
-    other = live.plan_walk(WalkGoal(0.6, 0.1), SEED).finish()
+    live.stances.freeze()
+    other = live.walks.plan(WalkGoal(0.6, 0.1), SEED).finish()
     assert live.get(other).plan is not None
-    assert live.walking().done == counted(live, other) == 0
+    assert live.walks.walking().done == counted(live, other) == 0
     assert len(counts) == before + 1
 
 
 def test_commands_start_from_the_telemetry_that_was_judged_however_old(live, rover, walk, monkeypatch):
     frozen = live.state.state
     rover.goes(rover.rest.commanded + np.eye(36)[13] * 0.008)
-    clock = live.link._clock
-    monkeypatch.setattr(live.link, "_clock", lambda: clock() + 100.0)
-    assert live.link.age > 99.0
-    sequence = live.get(live.command_foot_moves(None, 0))
+    clock = live.rover.link._clock
+    monkeypatch.setattr(live.rover.link, "_clock", lambda: clock() + 100.0)
+    assert live.rover.link.age > 99.0
+    sequence = live.get(live.walks.command(None, 0))
     assert live.state.state != frozen
     assert np.abs(sequence.start - rover.state.posture).max() < 1e-9
     assert np.array_equal(sequence.at_rest.set_points, rover.rest.commanded)
     with pytest.raises(Conflict, match="the latest telemetry is 1"):
-        live.arm()
+        live.commands.arm()

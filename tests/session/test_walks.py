@@ -28,7 +28,7 @@ OFF = WalkRequest(WalkGoal(90.0, 0.0), WalkSettings())
 
 
 def walked(live, request):
-    return live.get(live.ask(WALK, request).finish())
+    return live.get(live.stances.ask(WALK, request).finish())
 
 
 def test_a_walk_is_asked_for_recorded_and_replayed_to_the_same_digest(live, standing):
@@ -39,7 +39,7 @@ def test_a_walk_is_asked_for_recorded_and_replayed_to_the_same_digest(live, stan
     assert (told["kind"], told["digest"], told["status"], told["reason"]) == ("walk", found.digest, "found", "")
     assert live.get(told["settings"]).digest == NEAR.digest
     assert live.state.newest(WALK) == live.summary()["walk"] == found.digest
-    assert live.up_to_date()["walk"]["fits"]
+    assert live.fits.up_to_date()["walk"]["fits"]
 
     refused = walked(live, OFF)
     assert refused.status is Status.OFF_MAP
@@ -60,7 +60,7 @@ def test_a_walk_on_a_tether_is_recorded_with_it_replayed_and_planned_again_on_it
     assert found.plan.tethered.tether.digest == TETHER.digest
     assert found.provenance.parents["tether"] == TETHER.digest
     assert live.get(live.events()[-1].payload["settings"]).digest == ON_TETHER.digest
-    again = live.get(live.replan_walk().finish())
+    again = live.get(live.walks.replan().finish())
     assert again.digest == found.digest
     under = walked(live, replace(ON_TETHER, tether=replace(TETHER, anchor=np.array([-3.2, 1.9, -1.0]))))
     assert under.status is Status.START_INVALID
@@ -72,7 +72,7 @@ def test_a_walk_on_a_tether_is_recorded_with_it_replayed_and_planned_again_on_it
 
 def test_commands_of_a_walk_on_a_tether_are_made_and_say_that_none_drives_its_drum(live):
     found = walked(live, ON_TETHER)
-    sequence = live.get(live.command_foot_moves(found.digest, 0, 1, as_commanded=True))
+    sequence = live.get(live.walks.command(found.digest, 0, 1, as_commanded=True))
     [rule] = [one for one in sequence.rules if one.rule == "tether"]
     assert not rule.holds
     assert "none drives its drum" in rule.text
@@ -106,26 +106,26 @@ def test_a_replay_names_what_another_planner_makes_otherwise(live):
 
 def test_a_walk_of_other_ground_is_told_as_such(live):
     walked(live, NEAR)
-    live.load_terrain(wavy(half=4.0, seed=1))
-    fit = live.up_to_date()["walk"]
+    live.terrains.load(wavy(half=4.0, seed=1))
+    fit = live.fits.up_to_date()["walk"]
     assert not fit["fits"]
     assert fit["reason"].startswith("the terrain has changed since: by up to 0.02 m on ")
 
 
 def test_in_a_what_if_a_walk_starts_from_there(live):
-    lower = live.what_if(BodyShift(dz=-0.2))
+    lower = live.stances.what_if(BodyShift(dz=-0.2))
     found = walked(live, NEAR)
     assert found.provenance.parents["state"] == lower
     if found.plan is not None:
         np.testing.assert_array_equal(found.plan.waypoints[0], live.get(lower).posture)
-    assert live.up_to_date()["walk"]["fits"]
-    live.end_what_if()
-    assert "the rover stands elsewhere" in live.up_to_date()["walk"]["reason"]
+    assert live.fits.up_to_date()["walk"]["fits"]
+    live.stances.end_what_if()
+    assert "the rover stands elsewhere" in live.fits.up_to_date()["walk"]["reason"]
 
 
 def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
     found = walked(live, NEAR)
-    digest = live.make_sequence(found.digest)
+    digest = live.sequences.make(found.digest)
     made = live.get(digest)
     assert made.valid, [(rule.rule, rule.row, rule.text) for rule in made.failures]
     np.testing.assert_allclose(made.predicted[-1], found.plan.waypoints[-1], atol=1e-9)
@@ -137,8 +137,8 @@ def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
         ends = [course.margins["plain"][course.rows == row][-1] for row in in_body]
         # with what it carries
         np.testing.assert_allclose(ends, found.plan.margins[1:][in_body], atol=2e-3)
-    live.edit_sequence(digest, Edit("duration", 0, number=30.0))
-    live.export_sequence(format="csv")
+    live.sequences.edit(digest, Edit("duration", 0, number=30.0))
+    live.sequences.export(format="csv")
     live.summary()
     report = replay(live.export_bundle())
     assert report.ok, report.problems
@@ -148,4 +148,4 @@ def test_a_walk_becomes_commands_that_replay_and_are_edited(live):
 def test_a_refused_walk_becomes_no_commands(live):
     refused = walked(live, OFF)
     with pytest.raises(InvalidInput, match=r"there is no plan to make commands of: .*off the map"):
-        live.make_sequence(refused.digest)
+        live.sequences.make(refused.digest)

@@ -1,5 +1,7 @@
 """The whole REST interface under schemathesis, in this process, over a session that has something of everything."""
 
+import json
+import re
 import zlib
 from collections import Counter
 from collections.abc import Iterator
@@ -25,6 +27,7 @@ from footfall.session.jobs.job import Job
 from footfall.session.registry import Sessions
 from footfall.terrain.generate import rock_field
 from tests.support.kept_workers import KeptWorkers
+from tests.support.undeclared import undeclared
 
 CONFIG = """
 seed = 20081
@@ -117,7 +120,7 @@ def fuzzed_app(folder: Path, accounts: Accounts | None = None) -> Iterator[tuple
             "plans": str(state.plan),
         }
         # a small one: files of terrains are written hundreds of times
-        live.load_terrain(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
+        live.terrains.load(rock_field(size=2.0, resolution=0.1, seed=1), "made for the tests")
         known["terrains"] = str(live.state.dem)
         app = assemble(sessions, accounts_=accounts, limits=Limits(requests_per_second=1e6, request_burst=10**6))
         app.state.streams.close()  # event streams end after what is recorded
@@ -157,17 +160,17 @@ def fuzz(
                 named[name] = chosen
         return named
 
-    found = Found()
+    found, document = Found(), app.openapi()
     for event in from_schema(schema).execute():
         if isinstance(event, events.ScenarioFinished):
-            _count(found, event.recorder)
+            _count(found, event.recorder, document)
         elif isinstance(event, (events.NonFatalError, events.FatalError)):
             error = event.value if isinstance(event, events.NonFatalError) else event.exception
             found.faults[f"{type(event).__name__}: {error}"] = ""
     return found
 
 
-def _count(found: Found, recorder: Any) -> None:
+def _count(found: Found, recorder: Any, document: dict[str, Any]) -> None:
     for case, sent in recorder.interactions.items():
         found.cases += 1
         asked = recorder.cases[case]
@@ -180,6 +183,7 @@ def _count(found: Found, recorder: Any) -> None:
         found.statuses[sent.response.status_code] += 1
         found.answers.add((asked.value.method, operation.path.removeprefix(BASE), sent.response.status_code))
         semantic_refusals(found, recorder.label, asked.value, sent.response)
+        undeclared_members(found, recorder.label, asked.value, sent.response, document)
     for case, checks in recorder.checks.items():
         for check in checks:
             if check.failure_info is not None:
@@ -196,3 +200,17 @@ def semantic_refusals(found: Found, label: str, case: Any, answer: Any) -> None:
     if positive and answer.status_code == 422 and b"/problems/validation" in answer.content:
         shown = answer.content[:400].decode(errors="replace")
         found.faults.setdefault(f"{label}: keeps to the schema, and is called malformed", shown)
+
+
+def undeclared_members(found: Found, label: str, case: Any, answer: Any, document: dict[str, Any]) -> None:
+    """An answer has no member that the document does not tell of."""
+    operation = document["paths"].get(case.operation.path, {}).get(case.method.lower(), {})
+    told = operation.get("responses", {}).get(str(answer.status_code), {}).get("content", {})
+    kind = answer.headers.get("content-type", [""])[0].split(";")[0]
+    schema = told.get(kind, {}).get("schema")
+    if schema and kind.endswith("json") and answer.content:
+        paths = sorted(
+            {re.sub(r"\[\d+\]", "[]", one) for one in undeclared(json.loads(answer.content), schema, document)}
+        )
+        if paths:
+            found.faults.setdefault(f"{label}: members that its schema does not tell of: {', '.join(paths)}", "")

@@ -9,11 +9,11 @@ class Linked:
     def __init__(self, live, rover):
         self.live, self.rover = live, rover
         self.waiting = []
-        live.rover_connected(lambda text: self.waiting.append(decode(text)))
+        live.rover.connected(lambda text: self.waiting.append(decode(text)))
         self.report()
 
     def report(self):
-        self.live.take_telemetry(self.rover.frame())
+        self.live.rover.take_telemetry(self.rover.frame())
 
     def run(self, look=lambda: None):
         """Until nothing is commanded any more; ``look`` at every moment that is told."""
@@ -29,4 +29,4 @@ class Linked:
 
     def hear(self, said):
         for ack in said:
-            self.live.take_acknowledgement(ack.id, ack.state, ack.reason)
+            self.live.rover.take_acknowledgement(ack.id, ack.state, ack.reason)

@@ -17,17 +17,17 @@ def stepped(live: LiveSession, state: RobotState, set_points: NDArray[np.float64
     predicted.
     """
     number = len(live.events())
-    live.take_telemetry(TelemetryFrame(number, state, set_points))
-    sequence = live.get(live.make_sequence(live.plan_execution().finish()))
+    live.rover.take_telemetry(TelemetryFrame(number, state, set_points))
+    sequence = live.get(live.sequences.make(live.executions.plan().finish()))
     assert isinstance(sequence, Sequence)
     assert sequence.at_rest is not None
     assert sequence.commanded is not None
-    live.take_telemetry(TelemetryFrame(number + 1, state, set_points))
-    ids = live.send(live.arm()["token"])["commands"]
+    live.rover.take_telemetry(TelemetryFrame(number + 1, state, set_points))
+    ids = live.commands.send(live.commands.arm()["token"])["commands"]
     start = sequence.start - sequence.at_rest.set_points
     for row, command_id in enumerate(ids):
         yielded = sequence.predicted[row] - sequence.commanded[row] - start
         told = replace(state, posture=sequence.commanded[row] + start + times * yielded)
-        live.take_telemetry(TelemetryFrame(number + 2 + row, told, sequence.commanded[row]))
-        live.take_acknowledgement(command_id, "done")
+        live.rover.take_telemetry(TelemetryFrame(number + 2 + row, told, sequence.commanded[row]))
+        live.rover.take_acknowledgement(command_id, "done")
     return sequence

@@ -22,5 +22,5 @@ def say(served: Running, number: int, **changes: Any) -> RobotState:
     assert live.state.state is not None
     before = cast(RobotState, live.get(live.state.state))
     state = replace(before, **{name: np.asarray(item, float) for name, item in changes.items()})
-    live.take_telemetry(TelemetryFrame(number, state, before.posture))
+    live.rover.take_telemetry(TelemetryFrame(number, state, before.posture))
     return state

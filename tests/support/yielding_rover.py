@@ -29,8 +29,10 @@ class YieldingRover:
         self.rest: Rest = self.springs.let_down(state.posture, state.T_site_base)
         self.shift = np.zeros_like(self.rest.posture)
         self.number, self.sent = 0, []
-        live.link._clock = lambda: 0.1 * self.number  # telemetry is as old as the rover says, however slow the machine
-        live.rover_connected(self.hears)
+        live.rover.link._clock = lambda: (
+            0.1 * self.number
+        )  # telemetry is as old as the rover says, however slow the machine
+        live.rover.connected(self.hears)
         self.tells()
 
     @property
@@ -46,7 +48,7 @@ class YieldingRover:
 
     def tells(self) -> None:
         self.number += 1
-        self.live.take_telemetry(TelemetryFrame(self.number, self.state, self.rest.commanded))
+        self.live.rover.take_telemetry(TelemetryFrame(self.number, self.state, self.rest.commanded))
 
     def goes(self, set_points: Any) -> None:
         """Stands at other set points."""
@@ -55,7 +57,7 @@ class YieldingRover:
 
     def carries_out(self, rows: int) -> None:
         """The next rows of what is being sent."""
-        sequence = self.live.get(self.live.gate["sequence"])
+        sequence = self.live.get(self.live.commands.gate["sequence"])
         for _ in range(rows):
             message = self.sent[-1]
             command = sequence.commands[message["row"]]
@@ -65,13 +67,13 @@ class YieldingRover:
             )
             assert not way.rows[0].reason
             self.rest = way.rows[0].rests[-1]
-            self.live.take_acknowledgement(message["id"], "done")
+            self.live.rover.take_acknowledgement(message["id"], "done")
             self.tells()
-            self.live._commanding.look()
+            self.live.rover.commanding.look()
 
     def carries_out_all(self) -> None:
         """The present sequence, armed and sent."""
         self.tells()
-        self.live.send(self.live.arm()["token"])
+        self.live.commands.send(self.live.commands.arm()["token"])
         self.carries_out(len(self.live.get(self.live.state.sequence).commands))
-        assert self.live.gate["state"] == "idle"
+        assert self.live.commands.gate["state"] == "idle"

@@ -14,4 +14,4 @@ def settings_of_order(live: LiveSession, given: BaseModel | None) -> ExecutionSe
         return None
     compliance = getattr(given, "compliance", None)
     told = compliance.model_fields_set if compliance and "compliance" in given.model_fields_set else ()
-    return settings if "joint_scale" in told else live.settings_in_force(settings)
+    return settings if "joint_scale" in told else live.executions.settings_in_force(settings)

@@ -75,30 +75,30 @@ class Asked(Served):
 def _find_shift(live: LiveSession, order: ShiftOrder) -> Job:
     leg = live.robot.require_leg(order.leg)
     target = None if order.target is None else (order.target[0], order.target[1])
-    return live.find_shift(leg, target, settings_value(FindShiftSettings, order.settings))
+    return live.stances.find_shift(leg, target, settings_value(FindShiftSettings, order.settings))
 
 
 def _plan_body_move(live: LiveSession, order: BodyMoveOrder) -> Job:
     shift = settings_value(BodyShift, order.shift) or BodyShift()
-    return live.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
+    return live.stances.plan_body_move(shift, settings_value(BodyMoveSettings, order.settings))
 
 
 def _plan_held_move(live: LiveSession, order: HeldMoveOrder) -> Job:
-    return live.plan_held_move(order.plan, settings_of_order(live, order.settings))
+    return live.executions.plan_held_move(order.plan, settings_of_order(live, order.settings))
 
 
 def _plan_walk(live: LiveSession, order: WalkOrder) -> Job:
     goal, settings = WalkGoal(**order.goal.model_dump()), settings_value(WalkSettings, order.settings)
-    return live.plan_walk(goal, settings, settings_value(Tether, order.tether))
+    return live.walks.plan(goal, settings, settings_value(Tether, order.tether))
 
 
 def _plan_gait(live: LiveSession, order: GaitOrder) -> Job:
-    return live.plan_gait(WalkGoal(**order.goal.model_dump()), settings_value(GaitSettings, order.settings))
+    return live.walks.plan_gait(WalkGoal(**order.goal.model_dump()), settings_value(GaitSettings, order.settings))
 
 
 def _plan_route(live: LiveSession, order: RouteOrder) -> Job:
     settings = settings_value(RouteSettings, order.settings) or RouteSettings()
-    return live.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
+    return live.stances.ask(kinds.ROUTE, RouteRequest((order.goal.x, order.goal.y), settings))
 
 
 SERVED: dict[Kind, Served] = {

@@ -127,10 +127,12 @@ async def session_stream(
                 yield _event(event.as_dict())
         if recorded:
             seen = recorded[-1].seq
-        yield ServerSentEvent(raw_data=dumps(live.link.as_dict()), event="link")
-        if (frame := live.frame) is not None:
+        yield ServerSentEvent(raw_data=dumps(live.rover.link.as_dict()), event="link")
+        if (frame := live.rover.frame) is not None:
             # who comes while the rover is silent hears how it was, and how long ago that is
-            mailbox.begin({"type": "telemetry", "frame": frame, "age": live.link.age or 0.0, "light": live.link.light})
+            mailbox.begin(
+                {"type": "telemetry", "frame": frame, "age": live.rover.link.age or 0.0, "light": live.rover.link.light}
+            )
         while taken := await mailbox.take():
             for message in taken:
                 if message["type"] == "event":
@@ -143,8 +145,8 @@ async def session_stream(
                     body = telemetry_body(message["frame"], message["age"] + waited, message["light"])
                     yield ServerSentEvent(raw_data=dumps(body), event="telemetry")
                 elif message["type"] == "view" and mailbox.who.seat:
-                    if live.concerns(mailbox.who, message["seat"]):
-                        view = live.choices_of(mailbox.who).view
+                    if live.choices.concerns(mailbox.who, message["seat"]):
+                        view = live.choices.of(mailbox.who).view
                         yield ServerSentEvent(raw_data=dumps(asdict(view)), event="view")
                 else:
                     yield ServerSentEvent(raw_data=dumps(message[message["type"]]), event=message["type"])
@@ -177,7 +179,7 @@ def telemetry_body(frame: TelemetryFrame, age: float, light: float) -> dict[str,
 def room_to_listen(live: OneSession, request: Request, who: Actor) -> None:
     """Raises Busy or Conflict before a stream begins: later it could only break off."""
     require_open(live)
-    request.app.state.streams.require_room(asker_of(who), live.holds_conn(who))
+    request.app.state.streams.require_room(asker_of(who), live.commands.holds_conn(who))
 
 
 def require_open(live: LiveSession) -> None:
@@ -189,7 +191,7 @@ def require_open(live: LiveSession) -> None:
 
 def mailbox_of(live: LiveSession, who: Identity, rate: float, ahead: int | None = None) -> Mailbox:
     """For ``who`` to listen to a session."""
-    return Mailbox(live.id, rate, ahead, asker_of(who), live.holds_conn(who), who)
+    return Mailbox(live.id, rate, ahead, asker_of(who), live.commands.holds_conn(who), who)
 
 
 def asker_of(who: Identity) -> str:

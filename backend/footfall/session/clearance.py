@@ -62,7 +62,7 @@ def clearances(live: LiveSession) -> Clearances:
     """
     from footfall.maps.steadiness import bearing
 
-    state, frame, age = live.state, live.frame, live.telemetry_age
+    state, frame, age = live.state, live.rover.frame, live.rover.telemetry_age
     if frame is None or age is None:
         return Clearances(None, "the rover has sent no telemetry yet")
     if age > STALE_AFTER:

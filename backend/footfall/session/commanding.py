@@ -80,7 +80,7 @@ class Commanding:
     # -- the conn ------------------------------------------------------------------------------
 
     def conn(self, act: str, who: Identity) -> dict[str, Any]:
-        """See :meth:`footfall.session.commanded.CommandedSession.conn_act`."""
+        """See :meth:`footfall.session.commands.Commands.conn_act`."""
         if act == "heartbeat":
             self.gate.act(act, who)
             return self.gate.conn()
@@ -99,7 +99,7 @@ class Commanding:
     def arm(
         self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...], who: Identity
     ) -> dict[str, Any]:
-        """See :meth:`footfall.session.commanded.CommandedSession.arm`."""
+        """See :meth:`footfall.session.commands.Commands.arm`."""
         with self._audited("arm", who, sequence=digest):
             self.gate.admit(who)
             require_fit(sequence, facts, joint_names)
@@ -117,7 +117,7 @@ class Commanding:
         step_by_step: bool = False,
         facts_later: Callable[[], Facts] | None = None,
     ) -> dict[str, Any]:
-        """See :meth:`footfall.session.commanded.CommandedSession.send`. facts_later: as ``facts``, asked in the run."""
+        """See :meth:`footfall.session.commands.Commands.send`. facts_later: as ``facts``, asked in the run."""
         with self._audited("send", who):
             require_fit(sequence, facts, joint_names)
             run = self.gate.begin(token, sequence, who, step_by_step)

@@ -82,7 +82,7 @@ class Sessions:
         return self._current
 
     def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
-        """Stop the rover, now, as :meth:`LiveSession.stop`. Waits for no session that is made, opened or carried in.
+        """Stop the rover, now, as :meth:`.Commands.stop`. Waits for no session that is made, opened or carried in.
 
         Raises Conflict where no session is open.
         """
@@ -90,7 +90,7 @@ class Sessions:
             live = self._current
             if live is None:
                 raise Conflict("no session is open, so there is no rover to stop; open one with POST /api/v1/sessions")
-            gate = live.stop(reason, who)
+            gate = live.commands.stop(reason, who)
             # another session may have taken the rover over meanwhile, and looked for a stop too early to find this one
             if self._current is live:
                 return gate
@@ -168,7 +168,7 @@ class Sessions:
         with self._guard:
             self.light_time = light_time
             for live in self._open.values():
-                live.set_light_time(light_time)
+                live.rover.set_light_time(light_time)
 
     def list(self) -> list[dict[str, Any]]:
         """What there is, newest first; a damaged session is listed with its ``problem``."""
@@ -248,8 +248,8 @@ class Sessions:
         # both are marked until the stop of the one is that of the other: an end in between loses none
         marked = mark_held(self.folder / live.id)
         if before is not None:
-            before.superseded(live.id)
-            if before.gate["stopped"]:
+            before.rover.superseded(live.id)
+            if before.commands.gate["stopped"]:
                 _stay_stopped(live, before.id, before.state.stop.reason)
             if marked:
                 unmark_held(self.folder / before.id)
@@ -300,14 +300,14 @@ class Sessions:
         current, who = self._current, actor()
         if current is None:
             return
-        if current.gate["run"] is not None:
+        if current.commands.gate["run"] is not None:
             raise Conflict(
                 "commands are on their way to the rover; wait until they are done, or stop it, "
                 "before another session takes it over",
                 session=current.id,
             )
         if who is not None:
-            current.require_may_leave(who)
+            current.commands.require_may_leave(who)
 
     def _existing(self, session_id: str) -> Path:
         path = self.folder / session_id
@@ -345,8 +345,10 @@ class Sessions:
 
 def _require_sense(live: LiveSession) -> None:
     """Raises InvalidBundle unless the session can be shown, and its rover commanded: later nobody could mend it."""
-    if live.epoch > time.time() + EPOCHS_AHEAD:
-        raise InvalidBundle(f"the session's epoch is {live.epoch}, which no rover would believe", epoch=live.epoch)
+    if live.rover.epoch > time.time() + EPOCHS_AHEAD:
+        raise InvalidBundle(
+            f"the session's epoch is {live.rover.epoch}, which no rover would believe", epoch=live.rover.epoch
+        )
     try:
         live.summary()
     except (FootFallError, LookupError, TypeError, ValueError, AttributeError, OverflowError, StopIteration) as err:
@@ -356,5 +358,7 @@ def _require_sense(live: LiveSession) -> None:
 
 def _stay_stopped(live: LiveSession, before: str, reason: str) -> None:
     """The rover is the same, so is its stop: clearing it is an act of its own."""
-    if not live.gate["stopped"]:
-        live.stop(f"still in force from session {before}" + (f": {reason}" if reason else ""), actor() or LOCAL)
+    if not live.commands.gate["stopped"]:
+        live.commands.stop(
+            f"still in force from session {before}" + (f": {reason}" if reason else ""), actor() or LOCAL
+        )

@@ -58,7 +58,7 @@ def judged(live: LiveSession) -> Judged:
     from footfall.maps.steadiness import bearing, support_of
     from footfall.robot.kinematics import center_of_mass
 
-    state, frame = live.state, live.frame
+    state, frame = live.state, live.rover.frame
     if frame is None and state.state is None:
         raise NotFound("the rover has sent no telemetry yet, and there is no state to plan from")
     dem = None if state.dem is None else cast(Dem, live.get(state.dem))
@@ -73,7 +73,7 @@ def judged(live: LiveSession) -> Judged:
 
 def friction_of(live: LiveSession) -> BalanceSettings:
     """With which friction the standing rover is judged: as the current maps of the chosen leg, or as delivered."""
-    maps = live.maps_shown(live.view.leg)
+    maps = live.maps.shown(live.choices.view.leg)
     settings = None if maps is None else maps.provenance.settings
     balance = settings.balance if isinstance(settings, MapSettings) else BalanceSettings()
     return BalanceSettings(friction=balance.friction)

@@ -1,7 +1,7 @@
 """A session as plain JSON, for a page that opens."""
 
 from dataclasses import asdict
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -9,13 +9,15 @@ from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
 from footfall.session.products.kinds import KINDS
 from footfall.session.products.snapshot_age import latest_look
-from footfall.session.walking import WalkingSession
 from footfall.terrain.dem import Dem
 
+if TYPE_CHECKING:
+    from footfall.session.live import LiveSession
 
-def summary(session: WalkingSession) -> dict[str, Any]:
+
+def summary(session: "LiveSession") -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
-    state, up_to_date, choices = session.state, session.up_to_date(), session.choices
+    state, up_to_date, choices = session.state, session.fits.up_to_date(), session.choices.now
     return {
         "id": session.id,
         "name": state.name,
@@ -38,8 +40,8 @@ def summary(session: WalkingSession) -> dict[str, Any]:
         "footfall": None if choices.footfall is None else fields_of(choices.footfall),
         "footfall_answer": _footfall_answer(session),
         "points": None if choices.points is None else fields_of(choices.points),
-        "hand": session.hand,
-        **session.undoable,
+        "hand": session.hand.as_dict(),
+        **session.choices.undoable,
         "plan": {
             "digest": state.plan,
             "status": state.plan_status,
@@ -52,31 +54,31 @@ def summary(session: WalkingSession) -> dict[str, Any]:
             "reason": state.execution_reason,
         },
         "joint_scale": state.joint_scale,
-        "way_of_commands": asdict(session.way_of_commands()),
+        "way_of_commands": asdict(session.executions.way_of_commands()),
         "sequence": state.sequence,
-        "commands_carried_out": session.commands_carried_out,
-        "to_command": session.to_command,
-        "commands_of_another_plan": session.commands_of_another_plan,
-        "played": session.played,
-        "walking": session.walking_told(),
+        "commands_carried_out": session.review.commands_carried_out,
+        "to_command": session.review.to_command,
+        "commands_of_another_plan": session.review.commands_of_another_plan,
+        "played": session.review.played,
+        "walking": session.walks.walking_told(),
         "can_undo": bool(state.sequence_history),
         "can_redo": bool(state.sequence_ahead),
         "exports": [fields_of(one) for one in state.exports],
         "stop": fields_of(state.stop),
-        "gate": session.gate,
-        "conn": session.conn,
-        "run": session.run,
+        "gate": session.commands.gate,
+        "conn": session.commands.conn,
+        "run": session.commands.run,
         "commands": [fields_of(one) for one in state.commands],
         "notes": [fields_of(one) for one in state.notes],
         "view": asdict(choices.view),
-        "link": session.link.as_dict(),
+        "link": session.rover.link.as_dict(),
         "jobs": [job.as_dict() for job in session.jobs],
-        "plan_matches_rover": session.plan_matches_rover(),
+        "plan_matches_rover": session.review.plan_matches_rover(),
         "unrecorded": session.unrecorded,
     }
 
 
-def _what_if(session: WalkingSession) -> dict[str, Any] | None:
+def _what_if(session: "LiveSession") -> dict[str, Any] | None:
     """The shift that the planning state has against how the rover stands; None where that is what it is."""
     if session.state.what_if is None or session.state.state is None:
         return None
@@ -84,20 +86,20 @@ def _what_if(session: WalkingSession) -> dict[str, Any] | None:
     return fields_of(cast(BodyShift, shifted.provenance.settings or BodyShift()))
 
 
-def _after(session: WalkingSession) -> str | None:
+def _after(session: "LiveSession") -> str | None:
     """The plan or sequence from whose end it is planned; None where that is not so."""
     if session.state.what_if is None or session.state.state is None:
         return None
     return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
 
 
-def _ends(session: WalkingSession) -> dict[str, Any]:
+def _ends(session: "LiveSession") -> dict[str, Any]:
     """What it would be gone on from, and what it is planned from the end of; None: nothing."""
-    told = {"go_on": session.planned_end(), "after": _after(session)}
-    return {name: None if digest is None else session.end_told(digest) for name, digest in told.items()}
+    told = {"go_on": session.plans.planned_end(), "after": _after(session)}
+    return {name: None if digest is None else session.plans.end_told(digest) for name, digest in told.items()}
 
 
-def _pairs(session: WalkingSession) -> list[str]:
+def _pairs(session: "LiveSession") -> list[str]:
     """Names of the pairs of the present snapshot."""
     for event in reversed(session.events()):
         if event.type == "snapshot_taken":
@@ -105,7 +107,7 @@ def _pairs(session: WalkingSession) -> list[str]:
     return []
 
 
-def _terrain(session: WalkingSession) -> dict[str, Any] | None:
+def _terrain(session: "LiveSession") -> dict[str, Any] | None:
     """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
     digest = session.state.dem
     if digest is None:
@@ -125,7 +127,7 @@ def _terrain(session: WalkingSession) -> dict[str, Any] | None:
     }
 
 
-def _footfall_answer(session: WalkingSession) -> dict[str, Any] | None:
+def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
     """What terrain and maps say now of the chosen footfall."""
-    chosen = session.choices.footfall
-    return None if chosen is None or session.state.dem is None else session.footfall_answer(chosen)
+    chosen = session.choices.now.footfall
+    return None if chosen is None or session.state.dem is None else session.maps.footfall_answer(chosen)

@@ -71,8 +71,8 @@ class WalkLoop:
         self._sending = threading.Lock()
         self._sent: int | None = None
         # number of the conn under which it goes, once whoever began it holds one
-        self._conn: int | None = live.conn["number"] if live.holds_conn(who) else None
-        self._epoch = live.epoch
+        self._conn: int | None = live.commands.conn["number"] if live.commands.holds_conn(who) else None
+        self._epoch = live.rover.epoch
         self._cancelled, self._ended_by = False, ""
         self._free.set()
         self._unlisten = live.listen(lambda _: self._news.set())
@@ -93,7 +93,7 @@ class WalkLoop:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""
         with self._sending:
             self._require_going()
-            self._steer(self._live.hold_run, who)
+            self._steer(self._live.commands.hold, who)
             self._free.clear()
             self.state = "held"
 
@@ -101,7 +101,7 @@ class WalkLoop:
         """Go on after :meth:`hold`. Raises CommandRefused, naming the check, where the gate does not let it."""
         with self._sending:
             self._require_going()
-            self._steer(self._live.resume_run, who)
+            self._steer(self._live.commands.resume, who)
             self.state = "going"
             self._free.set()
             self._news.set()
@@ -113,7 +113,7 @@ class WalkLoop:
         """
         with self._sending:
             self._require_going()
-            self._steer(self._live.abort_run, who)
+            self._steer(self._live.commands.abort, who)
             self._ended_by = who.name
             self._leave()
 
@@ -146,11 +146,11 @@ class WalkLoop:
                 if self._is_sending():
                     raise
         # there is none, or it has ended just now
-        return self._live.require_may_leave(who)
+        return self._live.commands.require_may_leave(who)
 
     def _is_sending(self) -> bool:
         """Whether a run that this loop began is under way, and not one of somebody else."""
-        return self._sent is not None and self._live.gate["run"] == self._sent
+        return self._sent is not None and self._live.commands.gate["run"] == self._sent
 
     def _require_going(self) -> None:
         if self.state == "ended":
@@ -205,12 +205,12 @@ class WalkLoop:
 
     def _look(self, so_far: SoFar) -> SoFar:
         before = self._live.state.snapshot
-        self._live.request_images(self._settings.pairs)
+        self._live.rover.request_images(self._settings.pairs)
         since = time.monotonic()
         self._until(lambda: self._live.state.snapshot != before or time.monotonic() - since > IMAGES_WITHIN, "images")
         if self._live.state.snapshot == before:
             raise Conflict(f"the rover sent no images within {IMAGES_WITHIN:z.0f} s")
-        self._finish(self._live.build_terrain(self._settings.terrain), "the ground made of the images")
+        self._finish(self._live.terrains.build(self._settings.terrain), "the ground made of the images")
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
     def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
@@ -220,14 +220,14 @@ class WalkLoop:
         dem, live = self._dem, self._live
         farthest = self._settings.farthest / 2 ** (so_far.anew - 1)
         goal: WalkGoal | str = so_far.nearest or "no ground is known yet"
-        live.snapshot_state()
+        live.stances.freeze()
         if so_far.nearest is None and dem is not None:
             routed = None if self._settings.route is None else self._routed
             goal = next_goal(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest, routed)
         if isinstance(goal, str):
             return None, 0, replace(so_far, refused=goal)
         asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
-        self._walk = self._finish(live.plan_walk(goal, asked), "the walk that is planned")
+        self._walk = self._finish(live.walks.plan(goal, asked), "the walk that is planned")
         found = cast(WalkResult, live.get(self._walk))
         refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
         return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found))
@@ -235,7 +235,7 @@ class WalkLoop:
     def _routed(self, place: tuple[float, float]) -> RouteResult:
         """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""
         request = RouteRequest(place, self._settings.route or RouteSettings())
-        found = cast(RouteResult, self._live.get(self._finish(self._live.ask(ROUTE, request), "a route")))
+        found = cast(RouteResult, self._live.get(self._finish(self._live.stances.ask(ROUTE, request), "a route")))
         if found.status is Status.START_INVALID and self._route is not None:
             return self._route
         self._route = found if found.plan is not None else self._route
@@ -245,7 +245,7 @@ class WalkLoop:
         live = self._live
         self.waits_for = "its commands"
         try:
-            sequence = live.command_foot_moves(self._walk, number, count)
+            sequence = live.walks.command(self._walk, number, count)
         except FootFallError as error:
             return number, replace(so_far, refused=error.message)
         refused = None
@@ -257,11 +257,11 @@ class WalkLoop:
         if refused:
             return number, replace(so_far, refused=refused)
         self._until(self._is_carried_out, CARRIED_OUT)
-        (outcome, reason), frame = live.end_of_run(self._sent) or ("", ""), live.frame
+        (outcome, reason), frame = live.commands.end_of_run(self._sent) or ("", ""), live.rover.frame
         self._seen = -1 if frame is None else frame.number
         if outcome != "done":
             raise Conflict(f"the commands were not carried out to their end: {reason}")
-        moved = len(live.foot_moves_in(sequence))
+        moved = len(live.walks.foot_moves_in(sequence))
         self.foot_moves += moved
         return number + moved, replace(so_far, moved=so_far.moved + moved, looked=False, anew=0, refused="")
 
@@ -276,10 +276,10 @@ class WalkLoop:
                 return None
             self._require_safe()
             try:
-                armed = live.arm(sequence, who)
+                armed = live.commands.arm(sequence, who)
                 self._require_conn(armed["conn"])
                 self._conn = armed["conn"]["number"]
-                self._sent = live.send(armed["token"], sequence, who)["run"]
+                self._sent = live.commands.send(armed["token"], sequence, who)["run"]
             except CommandRefused as error:
                 if error.details.get("check") not in MAY_BE_REPLANNED:
                     raise
@@ -300,24 +300,24 @@ class WalkLoop:
         """As telemetry from after the latest run has it that shows the rover at rest, on the map."""
 
         def rests() -> bool:
-            frame = self._live.frame
+            frame = self._live.rover.frame
             rested = frame is not None and frame.number != self._seen and frame.state.mode == "idle"
             return rested and self._is_fresh(STALE_AFTER)
 
         self._until(rests, "telemetry of the rover at rest")
-        frame = self._live.frame
+        frame = self._live.rover.frame
         if frame is None:
             raise Conflict("the rover has sent no telemetry")
-        return self._live.place_on_map(frame.state)
+        return self._live.fits.place_on_map(frame.state)
 
     def _is_fresh(self, within: float) -> bool:
-        age = self._live.link.age
+        age = self._live.rover.link.age
         return age is not None and age <= within
 
     def _is_carried_out(self) -> bool:
         """Whether its run has ended. One that waits by itself holds the walk, which goes on with one that goes on."""
         with self._sending:
-            gate = self._live.gate
+            gate = self._live.commands.gate
             waits = self._is_sending() and gate["waiting"]
             self.waits_for = f"{LET_GO_ON}: {gate['why']}" if waits else CARRIED_OUT
             if waits and self._free.is_set() and not self._cancelled:
@@ -326,7 +326,7 @@ class WalkLoop:
             elif self._is_sending() and gate["mode"] == "whole" and not self._free.is_set():
                 self.state = "going"
                 self._free.set()
-        return self._live.end_of_run(self._sent) is not None
+        return self._live.commands.end_of_run(self._sent) is not None
 
     def _finish(self, job: Job, what: str) -> str:
         try:
@@ -352,12 +352,12 @@ class WalkLoop:
         live = self._live
         if live.state.stop.latched:
             raise Conflict("the rover was stopped")
-        if live.frame is not None and live.frame.state.mode == "fault":
+        if live.rover.frame is not None and live.rover.frame.state.mode == "fault":
             raise Conflict("the rover reports a fault")
-        if not live.link.connected:
+        if not live.rover.link.connected:
             raise Conflict("the rover is not connected")
-        self._require_conn(live.conn)
-        if live.epoch != self._epoch:
+        self._require_conn(live.commands.conn)
+        if live.rover.epoch != self._epoch:
             raise Conflict("the rover was stopped, connected anew, or given up on in the middle of a row, meanwhile")
 
     def _require_conn(self, conn: dict[str, Any]) -> None:
@@ -367,7 +367,7 @@ class WalkLoop:
     def _conn_went(self) -> str:
         """How the conn was lost under which it goes."""
         live = self._live
-        if (holder := live.conn["holder"]) is not None:
+        if (holder := live.commands.conn["holder"]) is not None:
             return f"the conn changed hands, {holder['name']} holds it"
         changes = (event.payload["act"] for event in reversed(live.events()) if event.type == "conn_changed")
         # where the log does not have it given up its time is over, of which the log is told in a moment
@@ -378,10 +378,10 @@ class WalkLoop:
 
         Without the conn, which is not taken for that, the gate holds the run.
         """
-        gate, conn = self._live.gate, self._live.conn
+        gate, conn = self._live.commands.gate, self._live.commands.conn
         if self._is_sending() and not gate["aborted"] and conn["holder"] is not None and conn["number"] == self._conn:
             with suppress(FootFallError):
-                self._live.abort_run(self._who)
+                self._live.commands.abort(self._who)
 
     def _end(self, outcome: str, reason: str) -> None:
         self._unlisten()

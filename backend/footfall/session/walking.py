@@ -17,17 +17,19 @@ from footfall.planning.walk_execution.payload import with_load_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows, foot_moves
 from footfall.sequence.rest import PredictedRest, predicted_rest
+from footfall.session.core import SessionCore, present
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import FootMovesRequest, GaitRequest, WalkRequest
 from footfall.session.log.fold import SessionState
 from footfall.session.log.fold_commands import CommandRecord
-from footfall.session.planned import PlannedSession
-from footfall.session.products.executions import set_points_at
+from footfall.session.products.compared import UpToDate
+from footfall.session.products.executions import Executions, set_points_at
 from footfall.session.products.kinds import FOOT_MOVES, GAIT, WALK
+from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
-from footfall.session.recorded import present
+from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -68,18 +70,23 @@ class CommandedFootMove:
     rest: PredictedRest | None
 
 
-class WalkingSession(PlannedSession):
-    """The part of a session that carries walks out, foot move by foot move; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
+class Walks:
+    """Walks, planned and carried out foot move by foot move; thread-safe as
+    :class:`footfall.session.core.SessionCore` says.
     """
 
     _counted: tuple[str, tuple[CommandRecord, ...], frozenset[int]] | None = None
     """Of a walk, by these commands, which foot moves were carried out."""
 
+    def __init__(
+        self, core: SessionCore, rover: LinkedRover, fits: UpToDate, stances: Stances, executions: Executions
+    ) -> None:
+        self._core, self._rover, self._fits, self._stances, self._executions = core, rover, fits, stances, executions
+
     def walking(self) -> Walking | None:
         """How far the latest walk is, by what the log says of runs; None without a walk that was found."""
-        digest = self.state.newest(WALK)
-        plan = None if digest is None else self._shelf.typed(WalkResult, digest).plan
+        digest = self._core.state.newest(WALK)
+        plan = None if digest is None else self._core.typed(WalkResult, digest).plan
         if digest is None or plan is None:
             return None
         of = parts_count(plan)
@@ -98,23 +105,23 @@ class WalkingSession(PlannedSession):
         walking = self.walking()
         return None if walking is None else asdict(walking)
 
-    def plan_walk(self, goal: WalkGoal, settings: WalkSettings | None = None, tether: Tether | None = None) -> Job:
+    def plan(self, goal: WalkGoal, settings: WalkSettings | None = None, tether: Tether | None = None) -> Job:
         """Plan a walk to a goal from the state that is planned from; see :meth:`footfall.planning.walk.plan.plan_walk`.
 
         tether: that the rover hangs on. Where telemetry shows that the rover gives way, its wheels are first taken out
         of the strain that they are in.
         """
-        return self.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether))
+        return self._stances.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether))
 
     def plan_gait(self, goal: WalkGoal, settings: GaitSettings | None = None) -> Job:
         """Plan a gait to a goal from the state that is planned from; see :func:`footfall.planning.gait.plan.plan_gait`.
 
         It is there to be compared with walks: no commands are made of it.
         """
-        unpressed = self._seen_to_give_way is True
-        return self.ask(GAIT, GaitRequest(goal, settings or GaitSettings(), unpressed))
+        unpressed = self._rover.seen_to_give_way is True
+        return self._stances.ask(GAIT, GaitRequest(goal, settings or GaitSettings(), unpressed))
 
-    def command_foot_moves(
+    def command(
         self,
         walk: str | None,
         first: int,
@@ -126,7 +133,7 @@ class WalkingSession(PlannedSession):
         """Commands of ``count`` foot moves of a walk (None: the latest), from where the rover stands; their digest.
 
         first: number of the first of them, counted from 0; the number after the last foot move is the chassis' way to
-        the goal. They are commanded as a step is, see :meth:`footfall.session.live.LiveSession.make_sequence`: as
+        the goal. They are commanded as a step is, see :meth:`.Sequences.make`: as
         ``settings`` say (None: with the pose held) where it is known how the rover sags; as_commanded: as planned all
         the same. Raises Conflict where the rover does not stand as the walk has it then, with what is otherwise and by
         how much, NotFound, InvalidInput where there is no such foot move or it can't be commanded so.
@@ -144,26 +151,26 @@ class WalkingSession(PlannedSession):
         against = self._against(plan, first, count)
         if against:
             raise Conflict(against, walk=digest, first=first)
-        dem = present(self.state.dem, "there is no terrain any more")
+        dem = present(self._core.state.dem, "there is no terrain any more")
         # from the telemetry that was just judged, however old: the gate asks for newer before anything moves
-        parents = {**self._standing_now(oldest=np.inf), "dem": dem, "plan": digest}
+        parents = {**self._stances.standing_now(oldest=np.inf), "dem": dem, "plan": digest}
         request = FootMovesRequest(first, min(count, of - first))
         if self._sags and not as_commanded:
-            set_points = set_points_at(self.link.frame, self._shelf.typed(RobotState, parents["state"]))
-            settings = with_load_of(plan, settings or self.settings_in_force())
+            set_points = set_points_at(self._rover.link.frame, self._core.typed(RobotState, parents["state"]))
+            settings = with_load_of(plan, settings or self._executions.settings_in_force())
             request = replace(request, settings=settings, set_points=set_points)
         # the checks of a row take a tenth of a second
-        return self._workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
+        return self._core.workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
 
-    def replan_walk(self, walk: str | None = None) -> Job:
+    def replan(self, walk: str | None = None) -> Job:
         """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether."""
-        digest = walk or present(self.state.newest(WALK), "there is no walk yet")
-        made = self.state.products.get(digest)
+        digest = walk or present(self._core.state.newest(WALK), "there is no walk yet")
+        made = self._core.state.products.get(digest)
         if made is None or made.kind != WALK.name or made.settings is None:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
-        asked = self._shelf.typed(WalkRequest, made.settings)
+        asked = self._core.typed(WalkRequest, made.settings)
         request = self._walk_request(asked.goal, asked.settings, asked.tether)
-        return self._workshop.submit(WALK, self._standing_now(), request)
+        return self._core.workshop.submit(WALK, self._stances.standing_now(), request)
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
         """The rows of a sequence by foot moves, where it goes back to a walk; none where it does not."""
@@ -181,11 +188,11 @@ class WalkingSession(PlannedSession):
     def _rest(self, plan: WalkPlan, number: int, commands: Sequence, rows: Rows) -> PredictedRest | None:
         # the chassis stays where it is when a foot is moved; an operator may have written more rows
         T_planned = end_of(plan, min(number, parts_count(plan) - 1))
-        return predicted_rest(self.robot, commands, rows, T_planned)
+        return predicted_rest(self._core.robot, commands, rows, T_planned)
 
     def _carried_out(self, walk: str) -> frozenset[int]:
         """As :func:`carried_out_of`, counted anew when a row or the walk changed since."""
-        state, known = self.state, self._counted
+        state, known = self._core.state, self._counted
         # records are compared by identity: the fold makes a new one of what changes, and keeps the others
         if known is None or known[0] != walk or known[1] != state.commands:
             found = frozenset(carried_out_of(state, walk, self._asked_of, self._commands_of))
@@ -194,16 +201,16 @@ class WalkingSession(PlannedSession):
 
     def _commanded(self, walk: str, first: int) -> int:
         """Of how many parts of a walk, from ``first`` on, the session's commands are."""
-        asked = None if self.state.sequence is None else self._asked_of(self.state.sequence)
+        asked = None if self._core.state.sequence is None else self._asked_of(self._core.state.sequence)
         if asked is None or (asked[0], asked[1].first) != (walk, first):
             return 0
         return asked[1].count
 
     def _against(self, plan: WalkPlan, number: int, count: int = 1) -> str:
         """Why ``count`` parts of a walk from ``number`` on can't begin where the rover stands; "" where they can."""
-        if plan.parents.get("dem") != self.state.dem and (off := self._off_ground(plan, number, count)):
+        if plan.parents.get("dem") != self._core.state.dem and (off := self._off_ground(plan, number, count)):
             return f"the terrain has changed since the walk was planned: {off}: {AGAIN}"
-        now = self.things_now()
+        now = self._fits.things_now()
         if now.stands is None:
             return "nothing is known of how the rover stands"
         where = f"the rover does not stand where {name_of(plan, number)} begins"
@@ -221,8 +228,8 @@ class WalkingSession(PlannedSession):
         from footfall.planning.walk_execution.off_walk import off_walk
 
         if self._sags:
-            return off_walk(self.robot, state, posture, T_site_base)
-        found = difference(posture, T_site_base, state, self.description.joint_names)
+            return off_walk(self._core.robot, state, posture, T_site_base)
+        found = difference(posture, T_site_base, state, self._core.description.joint_names)
         what = found.beyond(*SENT)
         if not what:
             return ""
@@ -239,37 +246,37 @@ class WalkingSession(PlannedSession):
         """
         from footfall.planning.walk_execution.ground_ahead import moved_ground, unknown_ground
 
-        dem = self._shelf.typed(Dem, present(self.state.dem, "there is no terrain any more"))
-        return moved_ground(dem, plan, number) or unknown_ground(self.robot, dem, plan, number, number + count)
+        dem = self._core.typed(Dem, present(self._core.state.dem, "there is no terrain any more"))
+        return moved_ground(dem, plan, number) or unknown_ground(self._core.robot, dem, plan, number, number + count)
 
     @property
     def _sags(self) -> bool:
         """Whether it is known how the rover gives way."""
-        return self.way_of_commands().mode != "rigid"
+        return self._executions.way_of_commands().mode != "rigid"
 
     def _walk_request(self, goal: WalkGoal, settings: WalkSettings, tether: Tether | None) -> WalkRequest:
         # only telemetry has wheels that are pressed in: a posture that was made up stands on the ground
-        return WalkRequest(goal, settings, unpressed=self._seen_to_give_way is True, tether=tether)
+        return WalkRequest(goal, settings, unpressed=self._rover.seen_to_give_way is True, tether=tether)
 
     def _walk(self, digest: str | None) -> tuple[str, WalkPlan]:
-        digest = digest or present(self.state.newest(WALK), "there is no walk yet")
-        made = self.state.products.get(digest)
+        digest = digest or present(self._core.state.newest(WALK), "there is no walk yet")
+        made = self._core.state.products.get(digest)
         if made is None or made.kind != WALK.name:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
-        result = self._shelf.typed(WalkResult, digest)
+        result = self._core.typed(WalkResult, digest)
         if result.plan is None:
             raise Conflict(f"no walk was found there: {result.reason}", status=result.status.value)
         return digest, result.plan
 
     def _asked_of(self, sequence: str) -> tuple[str, FootMovesRequest] | None:
         """The walk that commands go back to, and which of its foot moves; None where they go back to none."""
-        made = self.state.products.get(self.state.before_edits(sequence))
+        made = self._core.state.products.get(self._core.state.before_edits(sequence))
         if made is None or made.kind != FOOT_MOVES.name or made.settings is None:
             return None
-        return made.parents["plan"], self._shelf.typed(FootMovesRequest, made.settings)
+        return made.parents["plan"], self._core.typed(FootMovesRequest, made.settings)
 
     def _commands_of(self, sequence: str) -> Sequence:
-        return self._shelf.typed(Sequence, sequence)
+        return self._core.typed(Sequence, sequence)
 
 
 def carried_out_of(
@@ -280,7 +287,7 @@ def carried_out_of(
 ) -> set[int]:
     """Numbers of the foot moves of a walk whose every row the rover has done in one run.
 
-    asked_of: of a sequence, see :meth:`WalkingSession._asked_of`; commands_of: the sequence itself.
+    asked_of: of a sequence, see :meth:`Walks._asked_of`; commands_of: the sequence itself.
     """
     done: dict[tuple[str, int], set[int]] = {}
     for one in state.commands:

@@ -9,7 +9,7 @@ from footfall.api.bodies.answer_models import Each, OneOf
 from footfall.api.bodies.fit_answers import UpToDateAnswer
 from footfall.core.value import Value
 from footfall.session.products.kinds import KINDS
-from footfall.session.recorded import ViewState
+from footfall.session.view import ViewState
 
 Array = NDArray[Any]
 DigestText = Annotated[str, Field(description="name of a product by its content")]
@@ -253,6 +253,16 @@ class LookAnswer(TypedDict):
     reason: str
 
 
+class MatchAnswer(TypedDict):
+    """Whether the rover stands where what was planned last starts; null: unknown. difference: of the farthest joint."""
+
+    ok: bool | None
+    joint: str | None
+    difference: float | None
+    reason: str
+    older_ground: bool
+
+
 class SessionAnswer(TypedDict):
     """What the events of a session fold to; products are named by digest."""
 
@@ -288,6 +298,7 @@ class SessionAnswer(TypedDict):
     commands_carried_out: bool
     to_command: ToCommand | None
     commands_of_another_plan: bool
+    played: Annotated[DigestText | None, Field(description="what a ghost plays")]
     walking: Annotated[dict[str, Any] | None, Field(description="how far the latest walk is")]
     walk_loop: Annotated[dict[str, Any] | None, Field(description="the latest walk in a closed loop")]
     can_undo: bool
@@ -302,6 +313,8 @@ class SessionAnswer(TypedDict):
     view: ViewState
     link: dict[str, Any]
     jobs: list[JobInSummary]
+    plan_matches_rover: MatchAnswer
+    unrecorded: Annotated[int, Field(ge=0, description="events that the disk could not take yet")]
 
 
 class EventAnswer(TypedDict):

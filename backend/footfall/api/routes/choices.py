@@ -24,7 +24,7 @@ class Turned(TypedDict):
 def set_points(live: OneSession, order: PointsOrder) -> PointsAnswer:
     """Points that the wheel's centre is to pass when the leg's step is planned; what was set before can be undone."""
     points = [(x, y, z) for x, y, z in order.points]
-    live.set_points(live.robot.require_leg(order.leg), points)
+    live.choices.set_points(live.robot.require_leg(order.leg), points)
     return {"leg": order.leg, "points": [list(point) for point in points]}
 
 
@@ -34,17 +34,17 @@ def undo(live: OneSession, order: UndoOrder) -> Turned:
 
     409 where `choice` names another than the latest.
     """
-    return _turned(live, live.undo_choice(order.choice))
+    return _turned(live, live.choices.undo(order.choice))
 
 
 @router.post("/sessions/{session}/redo")
 def redo(live: OneSession, order: UndoOrder) -> Turned:
     """Make the choice again that was taken back last, unless another came since."""
-    return _turned(live, live.redo_choice(order.choice))
+    return _turned(live, live.choices.redo(order.choice))
 
 
 def _turned(live: LiveSession, choice: Choice) -> Turned:
-    summary = live.undoable
+    summary = live.choices.undoable
     return {
         "choice": cast(ChoiceAnswer, choice.as_dict()),
         "undo": cast("ChoiceAnswer | None", summary["undo"]),

@@ -23,10 +23,10 @@ Act = Annotated[
 @router.get("/sessions/{session}/conn", name="read")
 def read_conn(live: OneSession) -> ConnAnswer:
     """Who holds the conn, for how long, and who asks for it. `number` counts its holders, also over restarts."""
-    return cast(ConnAnswer, live.conn)
+    return cast(ConnAnswer, live.commands.conn)
 
 
 @router.post("/sessions/{session}/conn/{act}", name="act")
 def act_on_conn(live: OneSession, act: Act, who: Actor) -> ConnAnswer:
     """Take, keep or hand on the conn; who holds it then. Refused where it is another's."""
-    return cast(ConnAnswer, live.conn_act(act, who))
+    return cast(ConnAnswer, live.commands.conn_act(act, who))

@@ -28,7 +28,7 @@ def order_execution(live: OneSession, order: ExecutionOrder, response: Response)
 
     Where the order does not say `joint_scale`, it is what was taken over last.
     """
-    return accepted(live.plan_execution(order.plan, settings_of_order(live, order.settings)), response)
+    return accepted(live.executions.plan(order.plan, settings_of_order(live, order.settings)), response)
 
 
 @router.get("/sessions/{session}/executions/{digest}")
@@ -50,7 +50,7 @@ def read_execution(live: OneSession, digest: Digest) -> ExecutionAnswer:
 @router.get("/sessions/{session}/sag")
 def read_sag(live: OneSession) -> MeasuredSag:
     """How far the rover gave way in the latest run: measured over predicted, and how stiff its joints are by that."""
-    return live.sag()
+    return live.executions.sag()
 
 
 @router.post("/sessions/{session}/sag/take-over")
@@ -59,7 +59,7 @@ def take_over(live: OneSession, order: TakeOver) -> Calibration:
 
     409 where something else was measured by now.
     """
-    return live.take_over_stiffness(order.joint_scale)
+    return live.executions.take_over_stiffness(order.joint_scale)
 
 
 @router.get("/sessions/{session}/clearance")

@@ -19,14 +19,14 @@ class HandAnswer(TypedDict):
 @router.get("/sessions/{session}/hand")
 def read_hand(live: OneSession) -> HandAnswer:
     """What is in hand, by whom, and what is told of the place where it is."""
-    return {"hand": cast("HeldAnswer | None", live.hand)}
+    return {"hand": cast("HeldAnswer | None", live.hand.as_dict())}
 
 
 @router.put("/sessions/{session}/hand")
 def hold(live: OneSession, order: HandOrder) -> HandAnswer:
     """Take something in hand and move it. The answer tells the place; every listener hears it as `hand`."""
     place = None if order.place is None else tuple(order.place)
-    return {"hand": cast(HeldAnswer, live.hold(order.what, place, order.index))}
+    return {"hand": cast(HeldAnswer, live.hand.hold(order.what, place, order.index))}
 
 
 @router.post("/sessions/{session}/hand/commit")
@@ -35,11 +35,11 @@ def commit(live: OneSession) -> HandAnswer:
 
     422 says which leg can't follow the chassis; it is then back where it was.
     """
-    return {"hand": cast(HeldAnswer, live.commit_hand())}
+    return {"hand": cast(HeldAnswer, live.hand.commit())}
 
 
 @router.delete("/sessions/{session}/hand")
 def put_down(live: OneSession) -> HandAnswer:
     """Put it down: what was moved and not committed is where it was."""
-    live.put_down()
+    live.hand.put_down()
     return {"hand": None}

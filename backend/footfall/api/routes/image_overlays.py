@@ -198,8 +198,8 @@ def _footfall(
 ) -> FootfallInImage | None:
     from footfall.terrain.ground.image_lines import seen, seen_lines
 
-    chosen = live.choices.footfall
-    answer = None if chosen is None else live.footfall_answer(chosen)
+    chosen = live.choices.now.footfall
+    answer = None if chosen is None else live.maps.footfall_answer(chosen)
     if answer is None or not answer["known"]:
         return None
     R = frames.rotation_from_z(answer["normal"] or (0.0, 0.0, 1.0))

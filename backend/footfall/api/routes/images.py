@@ -92,7 +92,7 @@ def _about(live: LiveSession, pair: ImagePair) -> PairAnswer:
 @router.post("/sessions/{session}/images", status_code=202)
 def ask_images(live: OneSession, order: ImageRequest) -> ImagesAsked:
     """Ask the rover for images; they arrive as an event."""
-    live.request_images(None if order.pairs is None else tuple(order.pairs))
+    live.rover.request_images(None if order.pairs is None else tuple(order.pairs))
     return {"requested": order.pairs}
 
 
@@ -132,9 +132,9 @@ async def upload_pair(live: OneSession, request: Request, sessions: AllSessions)
 
 
 def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded], held: HeldPixels) -> Digested:
-    if live.state.state is None and live.frame is None:
+    if live.state.state is None and live.rover.frame is None:
         raise Conflict("a snapshot needs the rover's state; give it with POST telemetry or state first")
-    digest = live.state.state if live.state.state is not None else live.snapshot_state()
+    digest = live.state.state if live.state.state is not None else live.stances.freeze()
     state = product(live, digest, RobotState)
     packed = [(file.read(), name) for name, file in sides]
     # an image that is too large by itself is refused by its name, before it is unpacked
@@ -150,7 +150,7 @@ def _take_pair(live: LiveSession, calibration: Calibration, sides: list[Uploaded
         camera_right=_camera(f"{calibration.name} right", calibration.camera_right),
         T_site_base=pose,
     )
-    return {"digest": live.take_images(Snapshot(state, (pair,)), held)}
+    return {"digest": live.rover.take_images(Snapshot(state, (pair,)), held)}
 
 
 def _camera(name: str, model: CameraModel) -> Camera:

@@ -140,7 +140,7 @@ def _take(door: RoverDoor, live: LiveSession, content: bytes, came: float) -> Ta
     return {
         "taken": len(frames) - len(errors),
         "refused": [{"detail": error.message, **error.details} for error in errors],
-        "link": live.link.as_dict(),
+        "link": live.rover.link.as_dict(),
     }
 
 
@@ -151,7 +151,7 @@ def _take_one(
         message = message_from(frame, hello.legs)
         if not isinstance(message, TelemetryFrame):
             raise InvalidTelemetry("frames holds telemetry messages alone", fault="unknown-message")
-        live.take_telemetry(message, came, by_request=True)
+        live.rover.take_telemetry(message, came, by_request=True)
     except InvalidTelemetry as error:
         error.details["frame"] = index
         return error
@@ -187,15 +187,15 @@ async def take_images(
             )
         with sessions.pixels.of(client) as held:
             _, snapshot = decode_images(content, live.robot.leg_count, held.take)
-            digest = live.take_images(snapshot, held)
+            digest = live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             door.count("images", reason)
-            live.take_complaint(reason, about_rover="images")
+            live.rover.take_complaint(reason, about_rover="images")
         return {
             "digest": digest,
             "pairs": [pair.name for pair in snapshot.pairs],
             "left_out": dict(snapshot.left_out),
-            "link": live.link.as_dict(),
+            "link": live.rover.link.as_dict(),
         }
 
     try:
@@ -215,7 +215,7 @@ def _require_free(door: RoverDoor) -> None:
 def _count(door: RoverDoor, live: LiveSession, error: FootFallError) -> None:
     kind = error.details.setdefault("fault", fault_of(error))
     door.count(kind, error.message)
-    live.take_complaint(error.message, about_rover=kind)
+    live.rover.take_complaint(error.message, about_rover=kind)
 
 
 class Delays(BaseModel):

@@ -93,7 +93,7 @@ class LayersAnswer(TypedDict):
 def compute(live: OneSession, order: MapOrder, response: Response) -> JobAnswer:
     """Traversability, reach and stability for one leg, as a job."""
     settings = settings_value(MapSettings, order.settings)
-    return accepted(live.compute_maps(live.robot.require_leg(order.leg), settings), response)
+    return accepted(live.maps.compute(live.robot.require_leg(order.leg), settings), response)
 
 
 @router.get("/sessions/{session}/maps/{digest}.tif", response_class=Response, responses=files("image/tiff"))
@@ -153,7 +153,7 @@ def layers() -> LayersAnswer:
 @router.get("/sessions/{session}/maps/{digest}/at")
 def read_out(live: OneSession, digest: Digest, x: Metres, y: Metres) -> Explanation:
     """Every layer's value at a point [m], and what decides whether the leg may stand there."""
-    return live.explain(product(live, digest, MapStack), x, y)
+    return live.maps.explain(product(live, digest, MapStack), x, y)
 
 
 @router.post("/sessions/{session}/suggestions")
@@ -162,7 +162,7 @@ def suggestions(live: OneSession, order: SuggestionOrder, who: Who) -> Suggestio
 
     Whoever may change the view has them shown in the scene.
     """
-    return live.suggest(
+    return live.maps.suggest(
         live.robot.require_leg(order.leg),
         count=order.count,
         separation=order.separation,
@@ -177,7 +177,7 @@ def changed_image(live: OneSession, digest: Digest, layer: ChangedLayer = "") ->
     """Where a newer terrain has made the latest maps of a leg wrong, as stripes, north up; clear where they hold."""
     stack = product(live, digest, MapStack)
     nowhere = np.zeros(stack.geometry.shape, bool)
-    changed = live.maps_changed(stack.leg, layer) if live.state.maps.get(str(stack.leg)) == digest else ~nowhere
+    changed = live.fits.maps_changed(stack.leg, layer) if live.state.maps.get(str(stack.leg)) == digest else ~nowhere
     return Response(changed_png(nowhere if changed is None else changed), media_type="image/png")
 
 

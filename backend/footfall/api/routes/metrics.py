@@ -120,13 +120,13 @@ def _gate(opened: list[LiveSession], current: LiveSession | None) -> Iterator[Me
     commands = GaugeMetricFamily("footfall_commands", "How far commands came", labels=["session", "state"])
     for live in opened:
         holds.add_metric([live.id], live is current)
-        gate = live.gate
+        gate = live.commands.gate
         now = {
             "stop_in_force": gate["stopped"],
             "stop_acknowledged": gate["stop_acknowledged"],
             "epoch_confirmed": gate["epoch_known"],
             "run_under_way": gate["run"] is not None,
-            "conn_held": live.conn["holder"] is not None,
+            "conn_held": live.commands.conn["holder"] is not None,
         }
         for name, figure in figures.items():
             figure.add_metric([live.id], now[name])
@@ -139,7 +139,7 @@ def _link(opened: list[LiveSession]) -> Iterator[Metric]:
     for name, text in _LINK_COUNTS.items():
         counter = CounterMetricFamily(f"footfall_link_{name}", text, labels=["session"])
         for live in opened:
-            counter.add_metric([live.id], getattr(live.link, name))
+            counter.add_metric([live.id], getattr(live.rover.link, name))
         yield counter
     faults = CounterMetricFamily("footfall_link_faults", "Complaints about the link", labels=["session", "kind"])
     connected = GaugeMetricFamily("footfall_link_connected", "Whether a rover is linked", labels=["session"])
@@ -147,13 +147,13 @@ def _link(opened: list[LiveSession]) -> Iterator[Metric]:
     stops = CounterMetricFamily("footfall_stops", "How often a stop was asked for", labels=["session"])
     lost = CounterMetricFamily("footfall_recorder_drops", "What the recorder could not take", labels=["session"])
     for live in opened:
-        for kind, count in sorted(live.link.kinds.items()):
+        for kind, count in sorted(live.rover.link.kinds.items()):
             faults.add_metric([live.id, kind], count)
-        connected.add_metric([live.id], live.link.connected)
-        if (seconds := live.link.age) is not None:
+        connected.add_metric([live.id], live.rover.link.connected)
+        if (seconds := live.rover.link.age) is not None:
             age.add_metric([live.id], seconds)
-        stops.add_metric([live.id], live.stops)
-        lost.add_metric([live.id], live.recorder.dropped)
+        stops.add_metric([live.id], live.rover.stops)
+        lost.add_metric([live.id], live.rover.recorder.dropped)
     yield from (faults, connected, age, stops, lost)
 
 

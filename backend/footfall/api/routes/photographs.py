@@ -81,7 +81,7 @@ def _build(
     with TemporaryDirectory(prefix="footfall-") as folder:
         photographs = _read(read, held, Path(folder), calibration, images, pairs, options.cameras, pose)
     settings = settings_value(TerrainSettings, options.settings)
-    job = live.build_from_photographs(photographs, settings, with_rover=options.with_rover)
+    job = live.terrains.build_from_photographs(photographs, settings, with_rover=options.with_rover)
     pairs_used = [pair.name for pair in photographs.pairs]
     return {**accepted(job, response), "pairs": pairs_used, "left_out": dict(photographs.left_out)}
 

@@ -15,7 +15,7 @@ from footfall.api.routing import Routes
 from footfall.core.errors import Conflict
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, PlanResult, StepSettings
-from footfall.session.recorded import present
+from footfall.session.core import present
 
 router = Routes(tags=["plans"])
 
@@ -61,20 +61,20 @@ def order_plan(live: OneSession, order: PlanOrder, response: Response) -> JobAns
     target = None if order.target is None else (order.target[0], order.target[1])
     through = [(x, y, z) for x, y, z in order.through]
     leg = live.robot.require_leg(order.leg)
-    return accepted(live.plan_step(leg, target, settings, through=through, after=order.after), response)
+    return accepted(live.plans.step(leg, target, settings, through=through, after=order.after), response)
 
 
 @router.get("/sessions/{session}/plans")
 def list_plans(live: OneSession) -> list[PlanListed]:
     """The present plan and the alternatives to it, each with what differs and the figures that they are compared by."""
-    return cast(list[PlanListed], live.plans_shown())
+    return cast(list[PlanListed], live.plans.shown())
 
 
 @router.put("/sessions/{session}/plans/current")
 def choose_plan(live: OneSession, choice: PlanChoice) -> list[PlanListed]:
     """Take one of the listed plans as the session's plan."""
-    live.choose_plan(choice.plan)
-    return cast(list[PlanListed], live.plans_shown())
+    live.plans.choose(choice.plan)
+    return cast(list[PlanListed], live.plans.shown())
 
 
 @router.get("/sessions/{session}/plans/{digest}")
@@ -97,7 +97,7 @@ def read_wheel_path(live: OneSession, digest: Digest) -> WheelPath:
 @router.post("/sessions/{session}/plans/{digest}/alternatives", status_code=202)
 def order_alternatives(live: OneSession, digest: Digest, order: AlternativesOrder) -> JobsAnswer:
     """Ask for a plan otherwise, a job for each kind. What they find is listed beside the plan and replaces nothing."""
-    jobs = live.plan_alternatives(None if digest == "current" else digest, order.kinds or ())
+    jobs = live.plans.alternatives(None if digest == "current" else digest, order.kinds or ())
     return {"jobs": [job_body(job) for job in jobs]}
 
 
@@ -107,5 +107,5 @@ def go_on(live: OneSession, order: GoOn) -> StateNamed:
 
     Nothing is sent meanwhile.
     """
-    after = order.after or live.planned_end() or present(live.state.plan, "there is no plan yet")
-    return {"state": live.go_on_after(after)}
+    after = order.after or live.plans.planned_end() or present(live.state.plan, "there is no plan yet")
+    return {"state": live.plans.go_on_after(after)}

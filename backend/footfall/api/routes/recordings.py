@@ -133,7 +133,7 @@ def list_telemetry(
 ) -> TelemetryFiles:
     """What the rover said in this session, as MCAP files, oldest first; one that is being written is not finished."""
     found: list[dict[str, Any]] = []
-    paths, following = page(live.recorder.paths(), recording_name, limit, cursor, request)
+    paths, following = page(live.rover.recorder.paths(), recording_name, limit, cursor, request)
     for path in paths:
         name = recording_name(path)
         about: dict[str, Any] = {"name": name, "finished": path.name == name}
@@ -142,7 +142,7 @@ def list_telemetry(
         if about["finished"]:
             about |= _figures(path)
         found.append({**about, "url": session_path(live, "recordings", name)})
-    return {"recordings": cast(list[TelemetryFile], found), "next": following, "dropped": live.recorder.dropped}
+    return {"recordings": cast(list[TelemetryFile], found), "next": following, "dropped": live.rover.recorder.dropped}
 
 
 def _figures(path: Path) -> dict[str, Any]:
@@ -156,7 +156,7 @@ def _figures(path: Path) -> dict[str, Any]:
 @router.get("/sessions/{session}/recordings/{name}", response_class=Response, responses=files(MCAP))
 def download_telemetry(live: OneSession, name: FileName) -> Response:
     """One of them, for Foxglove, ROS 2 tools and `footfall play`; of one that is being written what is whole."""
-    path = live.recorder.path(name)
+    path = live.rover.recorder.path(name)
     if path.name != name:
         out = BytesIO()
         with suppress(FileNotFoundError):
@@ -164,5 +164,5 @@ def download_telemetry(live: OneSession, name: FileName) -> Response:
                 recover(file, out)
             headers = {"Content-Disposition": f'attachment; filename="{name}"'}
             return Response(out.getvalue(), media_type=MCAP, headers=headers)
-        path = live.recorder.path(name)  # it was finished at this moment
+        path = live.rover.recorder.path(name)  # it was finished at this moment
     return FileResponse(path, media_type=MCAP, filename=name)

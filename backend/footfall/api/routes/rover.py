@@ -100,7 +100,7 @@ async def rover(socket: WebSocket) -> None:
         door.count("wrong-version", told)
         await socket.close(1008, text)
         if (live := socket.app.state.sessions.current) is not None:
-            await to_thread.run_sync(partial(live.take_complaint, told, about_rover="wrong-version"))
+            await to_thread.run_sync(partial(live.rover.take_complaint, told, about_rover="wrong-version"))
         return
     if door.inside is not None and not door.inside.silent:
         await socket.close(1008, "another rover is linked")
@@ -229,7 +229,7 @@ class _Connection:
             self._left = True
             live, self._live, self._hello = self._live, None, None
             if live is not None:
-                live.rover_disconnected(self._send)
+                live.rover.disconnected(self._send)
 
     async def _write(self) -> None:
         try:
@@ -305,7 +305,7 @@ class _Connection:
             self._send(encode(ErrorMessage("", text)))
         live = self._live
         if live is not None:
-            live.take_complaint(text, about_rover=kind)
+            live.rover.take_complaint(text, about_rover=kind)
 
     def _take_images(self, content: bytes, at: float) -> None:
         live = self._live
@@ -313,7 +313,7 @@ class _Connection:
             raise InvalidTelemetry("the first message of a rover is hello", fault="no-hello")
         with self._sessions.pixels.of(self._client) as held:
             _, snapshot = decode_images(content, live.robot.leg_count, held.take)
-            live.take_images(snapshot, held)
+            live.rover.take_images(snapshot, held)
         for reason in snapshot.left_out.values():
             self._refuse(reason, "images")
 
@@ -328,16 +328,16 @@ class _Connection:
             return
         match message:
             case TelemetryFrame():
-                live.take_telemetry(message, at)
+                live.rover.take_telemetry(message, at)
             case AckMessage():
-                live.take_acknowledgement(message.id, message.state, message.reason, message.time)
+                live.rover.take_acknowledgement(message.id, message.state, message.reason, message.time)
             case EpochMessage():
-                live.take_epoch(message.id, message.epoch)
+                live.rover.take_epoch(message.id, message.epoch)
             case StopAckMessage():
-                live.take_stop_acknowledgement(message.id, message.time)
+                live.rover.take_stop_acknowledgement(message.id, message.time)
             case ErrorMessage():
                 _log.warning("the rover could not use a message: %s", message.text)
-                live.take_complaint(message.text, message_id=message.id)
+                live.rover.take_complaint(message.text, message_id=message.id)
             case _:
                 raise InvalidTelemetry(f"a rover does not send {kind_of(message)}", fault="not-for-ground")
 
@@ -352,7 +352,7 @@ class _Connection:
             raise
         if live is not None and hello.epoch is not None:
             try:
-                live.require_epoch(hello.epoch)
+                live.rover.require_epoch(hello.epoch)
             except InvalidTelemetry:
                 # linked all the same, so that it can be stopped
                 self._hello = replace(hello, epoch=None)
@@ -370,12 +370,12 @@ class _Connection:
         if live is self._live:
             return live
         if self._live is not None:
-            self._live.rover_disconnected(self._send)
+            self._live.rover.disconnected(self._send)
             # what the next session tells must not look older than what this one has told
-            self._hello = replace(self._hello, epoch=max(self._live.epoch, self._hello.epoch or 0))
+            self._hello = replace(self._hello, epoch=max(self._live.rover.epoch, self._hello.epoch or 0))
             self._live = None
         if live is not None:
             require_same_rover(self._hello, live)
-            live.rover_connected(self._send, self._hello)
+            live.rover.connected(self._send, self._hello)
             self._live = live
         return live

@@ -92,17 +92,17 @@ def read_run(live: OneSession) -> RunAnswer:
 def act_on_run(live: OneSession, act: Act, who: Actor) -> RunAnswer:
     """Steer what is being sent. Before rows go on, the rover is checked as before sending."""
     acts: dict[str, Any] = {
-        "hold": live.hold_run,
-        "resume": live.resume_run,
-        "next": live.next_row,
-        "abort": live.abort_run,
+        "hold": live.commands.hold,
+        "resume": live.commands.resume,
+        "next": live.commands.next_row,
+        "abort": live.commands.abort,
     }
     acts[act](who)
     return _told(live)
 
 
 def _told(live: LiveSession) -> RunAnswer:
-    run = live.run
+    run = live.commands.run
     if run is None:
         raise NotFound("nothing has been sent to the rover yet")
     return cast(RunAnswer, run)

@@ -51,5 +51,5 @@ def _load(live: LiveSession, read: Read, file: Uploaded, beside: list[Uploaded],
             pose=options.pose,
             calibration=calibration,
         )
-    live.load_terrain(dem, source=file.name)
+    live.terrains.load(dem, source=file.name)
     return about_terrain(dem)

@@ -50,8 +50,8 @@ def make(live: OneSession, order: NewSequence, response: Response) -> SequenceAn
             raise InvalidInput("a sequence is made of a plan or of an execution, not of both")
         if settings is not None or order.as_commanded:
             raise InvalidInput("an execution says already how it is commanded: leave out settings and as_commanded")
-        chosen = live.found_execution(None if order.execution == "current" else order.execution)
-    live.make_sequence(chosen, settings, as_commanded=order.as_commanded)
+        chosen = live.executions.found(None if order.execution == "current" else order.execution)
+    live.sequences.make(chosen, settings, as_commanded=order.as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return sequence_body(lineage, lineage.head, response)
@@ -70,7 +70,7 @@ async def read_in(live: OneSession, request: Request, response: Response) -> Seq
     """
     async with form_of(request, ("file",)) as form:
         name, content = await file_of(form, "file")
-    await run_in_threadpool(live.import_sequence, name, content)
+    await run_in_threadpool(live.sequences.import_file, name, content)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return sequence_body(lineage, lineage.head, response)
@@ -89,7 +89,7 @@ def change(
 ) -> SequenceAnswer:
     """Apply one edit; every rule is checked again. A broken rule makes the sequence invalid, not the request."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.edit_sequence(lineage.head, _edit(order.edit))
+    lineage.live.sequences.edit(lineage.head, _edit(order.edit))
     return _now(lineage, response)
 
 
@@ -97,7 +97,7 @@ def change(
 def undo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
     """Take back the last edit."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.undo_sequence()
+    lineage.live.sequences.undo()
     return _now(lineage, response)
 
 
@@ -105,7 +105,7 @@ def undo(sequence: SequenceId, sessions: AllSessions, response: Response, if_mat
 def redo(sequence: SequenceId, sessions: AllSessions, response: Response, if_match: IfMatch = None) -> SequenceAnswer:
     """Make the edit again that was taken back last, unless another came since."""
     lineage = _matched(*find(sessions, sequence), if_match)
-    lineage.live.redo_sequence()
+    lineage.live.sequences.redo()
     return _now(lineage, response)
 
 
@@ -142,7 +142,7 @@ def record_export(
     if format == "html":
         encode(_sequence(lineage, digest), format, robot=lineage.live.robot)
     else:
-        recorded = bytes_digest(lineage.live.export_sequence(digest, format))
+        recorded = bytes_digest(lineage.live.sequences.export(digest, format))
     url = f"{BASE}/sequences/{digest}/export?format={format}"
     response.headers["Location"] = url
     return {"format": format, "digest": recorded, "url": url}
@@ -155,14 +155,14 @@ def arm(sequence: SequenceId, sessions: AllSessions, who: Actor) -> ArmedAnswer:
     Takes the conn where nobody holds it; refused where another does.
     """
     lineage, digest = find(sessions, sequence)
-    return cast(ArmedAnswer, lineage.live.arm(digest, who))
+    return cast(ArmedAnswer, lineage.live.commands.arm(digest, who))
 
 
 @router.post("/sequences/{sequence}/send", status_code=202)
 def send(sequence: SequenceId, order: SendOrder, sessions: AllSessions, who: Actor) -> SentAnswer:
     """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
     lineage, digest = find(sessions, sequence)
-    return cast(SentAnswer, lineage.live.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
+    return cast(SentAnswer, lineage.live.commands.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
 
 
 def _edit(model: EditModel) -> Edit:
@@ -232,8 +232,8 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "rules": sequence.rules,
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
-        "way": cast(WayOfCommands, lineage.live.way_of(digest)),
-        "foot_moves": [cast(FootMoveRows, asdict(one)) for one in lineage.live.foot_moves_in(digest)],
+        "way": cast(WayOfCommands, lineage.live.executions.way_of(digest)),
+        "foot_moves": [cast(FootMoveRows, asdict(one)) for one in lineage.live.walks.foot_moves_in(digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,
     }

@@ -32,7 +32,7 @@ from footfall.api.streams import (
 )
 from footfall.core.errors import Busy, FootFallError, InvalidInput
 from footfall.session.live import LiveSession
-from footfall.session.recorded import ViewState
+from footfall.session.view import ViewState
 
 router = Routes(tags=["sessions"])
 
@@ -198,14 +198,14 @@ def read_log(
 @router.get("/sessions/{session}/view")
 def read_view(live: OneSession) -> ViewState:
     """What is looked at on the page that asks: leg, layer, scrubber, ghost; without its name, what was last on any."""
-    return live.view
+    return live.choices.view
 
 
 @router.put("/sessions/{session}/view")
 def change_view(live: OneSession, change: ViewChange) -> ViewState:
     """Change some of it for the page that asks, and no other; for every page, where none is named."""
-    live.set_view(**change.model_dump(exclude_unset=True))
-    return live.view
+    live.choices.set_view(**change.model_dump(exclude_unset=True))
+    return live.choices.view
 
 
 @router.get("/sessions/{session}/notes")

@@ -15,7 +15,7 @@ router = Routes(tags=["stances"])
 def what_if(live: OneSession, shift: WhatIfOrder) -> WhatIfAnswer:
     """Plan from where the rover would stand after this shift; its feet stay. 422 says which leg can't follow."""
     asked = settings_value(BodyShift, shift)
-    return _about(live, live.what_if(asked or BodyShift()))
+    return _about(live, live.stances.what_if(asked or BodyShift()))
 
 
 def _about(live: LiveSession, digest: str) -> WhatIfAnswer:
@@ -34,4 +34,4 @@ def _about(live: LiveSession, digest: str) -> WhatIfAnswer:
 @router.delete("/sessions/{session}/what-if")
 def end_what_if(live: OneSession) -> StateNamed:
     """Plan from how the rover stands again."""
-    return {"state": live.end_what_if()}
+    return {"state": live.stances.end_what_if()}

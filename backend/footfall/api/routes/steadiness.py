@@ -8,7 +8,7 @@ from pydantic import Field
 from footfall.api.access import Digest, OneSession
 from footfall.api.bodies.answers import Array, DigestText
 from footfall.api.routing import Routes
-from footfall.session.recorded import present
+from footfall.session.core import present
 from footfall.session.steadiness import along, judged
 
 router = Routes(tags=["steadiness"])
@@ -84,7 +84,7 @@ def stands(live: OneSession) -> SteadinessAnswer:
 @router.get("/sessions/{session}/steadiness/{digest}")
 def moves(live: OneSession, digest: Digest) -> CourseAnswer:
     """Margins all along a plan, walk or sequence, and where each is least; `current` names what the ghost plays."""
-    played = present(live.played, "there is no plan yet") if digest == "current" else digest
+    played = present(live.review.played, "there is no plan yet") if digest == "current" else digest
     found = along(live, played)
     course = found.course
     worst: dict[str, WorstMoment | None] = {}

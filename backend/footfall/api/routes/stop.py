@@ -98,11 +98,11 @@ async def _stopped(sessions: Sessions, order: str | bytes, who: Identity) -> dic
 def clear(sessions: AllSessions, who: Actor) -> GateAnswer:
     """Allow commands again. For the holder of the conn; where nobody holds it, for any commander."""
     live = current_session(sessions)
-    live.clear_stop(who)
-    return cast(GateAnswer, live.gate)
+    live.commands.clear_stop(who)
+    return cast(GateAnswer, live.commands.gate)
 
 
 @router.get("/stop")
 def read_stop(sessions: AllSessions) -> GateAnswer:
     """Whether stop is latched and acknowledged, and what the command gate is doing."""
-    return cast(GateAnswer, current_session(sessions).gate)
+    return cast(GateAnswer, current_session(sessions).commands.gate)

@@ -58,7 +58,7 @@ class Listeners(TypedDict):
 @router.get("/sessions/{session}/telemetry")
 def latest(live: OneSession) -> LatestTelemetry:
     """The newest telemetry frame, when it came and how old it is."""
-    link, frame = live.link, live.frame
+    link, frame = live.rover.link, live.rover.frame
     if frame is None:
         raise NotFound("the rover has sent no telemetry to this session yet")
     body = telemetry_body(frame, link.age or 0.0, link.light)
@@ -87,7 +87,7 @@ def take_report(live: OneSession, report: StateReport) -> Digested:
         joint_torques=np.array(report.joint_torques, float),
         mode=report.mode,
     )
-    return {"digest": live.set_state(state)}
+    return {"digest": live.stances.set(state)}
 
 
 @router.get("/sessions/{session}/state")
@@ -100,12 +100,12 @@ def read_state(live: OneSession) -> RobotState:
 def freeze(live: OneSession, order: FreezeState) -> Digested:
     """Freeze the rover's state for planning; with ``stand``, compute a stance on the current terrain."""
     if order.stand is None:
-        return {"digest": live.snapshot_state()}
+        return {"digest": live.stances.freeze()}
     from footfall.planning.stance.stand import stand
     from footfall.planning.walk.stand import hanging
 
     dem = product(live, "current", Dem, live.state.dem)
     where, tether = order.stand, settings_value(Tether, order.stand.tether)
     if tether is not None:
-        return {"digest": live.set_state(hanging(live.robot, dem, where.x, where.y, where.yaw, tether))}
-    return {"digest": live.set_state(stand(live.robot, dem, where.x, where.y, where.yaw, where.posture))}
+        return {"digest": live.stances.set(hanging(live.robot, dem, where.x, where.y, where.yaw, tether))}
+    return {"digest": live.stances.set(stand(live.robot, dem, where.x, where.y, where.yaw, where.posture))}

@@ -76,7 +76,7 @@ async def make_terrain(
         return about
     order = parse(await small_body(request), BuildTerrain)
     settings = settings_value(TerrainSettings, order.settings)
-    return accepted(await run_in_threadpool(live.build_terrain, settings), response)
+    return accepted(await run_in_threadpool(live.terrains.build, settings), response)
 
 
 def beside_of(form: FormData, name: str) -> list[Uploaded]:
@@ -96,7 +96,7 @@ def _load(
 ) -> TerrainAnswer:
     with on_disk(file, beside) as path:
         dem = read(read_terrain, path, **options.arguments())
-    live.load_terrain(dem, source=file.name)
+    live.terrains.load(dem, source=file.name)
     return about_terrain(dem)
 
 
@@ -147,19 +147,19 @@ def _blend(live: LiveSession, read: Read, file: Uploaded, beside: list[Uploaded]
     settings = settings_value(BlendSettings, options.settings)
     with on_disk(file, beside) as path:
         external = read(read_terrain, path, **options.read.arguments())
-    return live.blend_terrain(external, settings, source=file.name)
+    return live.terrains.blend(external, settings, source=file.name)
 
 
 @router.post("/sessions/{session}/terrains/undo")
 def undo(live: OneSession) -> TerrainAnswer:
     """Go back to the terrain before the present one."""
-    return about_terrain(cast(Dem, live.get(live.undo_terrain())))
+    return about_terrain(cast(Dem, live.get(live.terrains.undo())))
 
 
 @router.post("/sessions/{session}/terrains/clear", status_code=201)
 def clear(live: OneSession, order: ClearTerrain, response: Response) -> TerrainAnswer:
     """Make a disc or a polygon of the terrain unknown; the result becomes the session's terrain."""
-    digest = live.clear_terrain(order.area())
+    digest = live.terrains.clear(order.area())
     response.headers["Location"] = session_path(live, "terrains", digest)
     return about_terrain(cast(Dem, live.get(digest)))
 

@@ -26,7 +26,7 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
     where they can't be commanded so: nothing is made otherwise than was asked for.
     """
     walk, settings = None if digest == "current" else digest, settings_of_order(live, order.settings)
-    live.command_foot_moves(walk, order.first, order.count, settings, as_commanded=order.as_commanded)
+    live.walks.command(walk, order.first, order.count, settings, as_commanded=order.as_commanded)
     lineage = head_of(live)
     response.headers["Location"] = f"{BASE}/sequences/{lineage.id}"
     return sequence_body(lineage, lineage.head, response)
@@ -35,10 +35,10 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
 @router.get("/sessions/{session}/walking")
 def read_walking(live: OneSession) -> WalkingAnswer | None:
     """How far the latest walk is, and what is next; null without a walk that was found."""
-    return cast(WalkingAnswer | None, live.walking_told())
+    return cast(WalkingAnswer | None, live.walks.walking_told())
 
 
 @router.post("/sessions/{session}/walks/{digest}/again", status_code=202)
 def replan(live: OneSession, digest: Digest, response: Response) -> JobAnswer:
     """Plan the rest of a walk from how the rover stands now, as a job: same goal, same settings."""
-    return accepted(live.replan_walk(None if digest == "current" else digest), response)
+    return accepted(live.walks.replan(None if digest == "current" else digest), response)

@@ -1,47 +1,128 @@
-"""Choices of a session: points for the wheel, and taking back what was chosen, or making it again."""
+"""What is chosen and looked at on each page, points for the wheel, and taking choices back or making them again."""
 
+from collections.abc import Callable
 from collections.abc import Sequence as Listed
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
 from footfall.core.errors import Conflict, InvalidInput
 from footfall.planning.step.problem import MOST_THROUGH, Point
+from footfall.session.access.acting import actor
+from footfall.session.access.identity import Identity, Role
+from footfall.session.choosing.pages import Choices, Pages
+from footfall.session.core import SessionCore
 from footfall.session.log.fold_choices import Choice
-from footfall.session.products.plans import PlanSession
+from footfall.session.view import ViewState
 
 
-class ChoiceSession(PlanSession):
-    """The part of a session that chooses and takes back; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
+class PageChoices:
+    """What is chosen and looked at on each page, and taking that back; thread-safe as
+    :class:`footfall.session.core.SessionCore` says.
     """
+
+    def __init__(self, core: SessionCore, conn_seat: Callable[[], str]) -> None:
+        """conn_seat: of the page that holds the conn; "" where none does."""
+        self._core, self._conn_seat = core, conn_seat
+        chosen = core.state.footfall
+        view = ViewState() if chosen is None else ViewState(leg=chosen.leg)
+        self._pages = Pages(Choices(view, chosen, core.state.points))
+
+    @property
+    def now(self) -> Choices:
+        """What is chosen on the page that acts; what was chosen last, where no page acts."""
+        return self.of(actor())
+
+    @property
+    def view(self) -> ViewState:
+        """What is looked at on the page that acts; as :attr:`now`."""
+        return self.now.view
+
+    def of(self, who: Identity | None) -> Choices:
+        """What a page shows: its own choices, or where it follows, those of the holder of the conn.
+
+        Where nobody holds that, or a program that names no page: what was chosen last. Viewers can't choose, so they
+        begin by following.
+        """
+        own = self._own_choices(who)
+        if not own.view.follows:
+            return own
+        shown = self._pages.of(self._conn_seat())
+        return replace(shown, view=replace(shown.view, follows=True))
+
+    def concerns(self, who: Identity, changed: str) -> bool:
+        """Whether a page shows something else since those of the seat ``changed`` ("": of every one) are others."""
+        if not who.seat or changed in ("", who.seat):
+            return True
+        return self._own_choices(who).view.follows and self._conn_seat() in ("", changed)
+
+    def set_view(self, **changes: Any) -> ViewState:
+        """Change fields of the view of the page that acts; see :meth:`footfall.session.view.ViewState.changed`.
+
+        follows: whether it shows what the holder of the conn shows. Raises InvalidInput; Conflict where it does.
+        """
+        if "leg" in changes:
+            self._core.require_leg(changes["leg"])
+        follows = changes.pop("follows", None)
+        with self._core.journal.lock:
+            if follows is not None:
+                self._pages.follow(self._seat(), follows)
+            if changes:
+                latest = len(self._core.events()) - 1
+                self.change(lambda own: replace(own, view=own.view.changed(latest, **changes)))
+            else:
+                self._tell_choices()
+            return self.view
+
+    def change(self, make: Callable[[Choices], Choices]) -> None:
+        """Other choices on the page that acts. Raises Conflict where it does not show its own."""
+        with self._core.journal.lock:
+            self.require_own()
+            self._pages.change(self._seat(), make)
+            self._tell_choices()
+
+    def _tell_choices(self) -> None:
+        self._core.journal.tell("view", view=asdict(self.view), seat=self._seat())
+
+    def require_own(self) -> None:
+        """What is chosen is chosen of what is in sight. Raises Conflict where that is another page's."""
+        if self._own_choices(actor()).view.follows and self._conn_seat() != self._seat():
+            raise Conflict(
+                "this page shows what the holder of the conn shows: let it show its own choices, and then choose"
+            )
+
+    def _own_choices(self, who: Identity | None) -> Choices:
+        return self._pages.of(_seat_of(who), follows=who is not None and who.role is Role.VIEWER)
+
+    def _seat(self) -> str:
+        return _seat_of(actor())
 
     def set_points(self, leg: int, points: Listed[Point]) -> None:
         """Points that the wheel's centre of ``leg`` is to pass in its swing, in their order, site frame [m].
 
         Nothing is planned yet. Raises InvalidInput.
         """
-        self._require_leg(leg)
+        self._core.require_leg(leg)
         asked = np.asarray(points, float).reshape(-1, 3) if len(points) else np.zeros((0, 3))
         if len(asked) > MOST_THROUGH or not np.isfinite(asked).all():
             raise InvalidInput(f"a swing passes at most {MOST_THROUGH} points of three finite coordinates [m]")
-        with self._journal.lock:
-            self._require_own()
-            now = self.choices.points
+        with self._core.journal.lock:
+            self.require_own()
+            now = self.now.points
             if now is None or (now.leg, now.points) != (leg, tuple(map(tuple, asked.tolist()))):
-                self._journal.record("points_set", {"leg": leg, "points": asked.tolist()})
-                points_now = self.state.points
-                self._change_choices(lambda own: replace(own, points=points_now))
+                self._core.journal.record("points_set", {"leg": leg, "points": asked.tolist()})
+                points_now = self._core.state.points
+                self.change(lambda own: replace(own, points=points_now))
 
     @property
     def undoable(self) -> dict[str, dict[str, Any] | None]:
         """What ``undo`` and ``redo`` would turn, as plain JSON; None: nothing."""
-        state = self.state
+        state = self._core.state
         latest = {"undo": state.choices[-1:], "redo": state.choices_ahead[-1:]}
         return {way: found[0].as_dict() if found else None for way, found in latest.items()}
 
-    def undo_choice(self, seq: int | None = None) -> Choice:
+    def undo(self, seq: int | None = None) -> Choice:
         """Take back the latest choice of a footfall, plan or point, or the latest edit; returns it.
 
         seq: the choice that is meant, by the number of its event; None: the latest, whichever it is. Raises Conflict
@@ -49,15 +130,15 @@ class ChoiceSession(PlanSession):
         """
         return self._turn("choice_undone", seq)
 
-    def redo_choice(self, seq: int | None = None) -> Choice:
-        """Make the choice again that was taken back last; as :meth:`undo_choice`."""
+    def redo(self, seq: int | None = None) -> Choice:
+        """Make the choice again that was taken back last; as :meth:`undo`."""
         return self._turn("choice_redone", seq)
 
     def _turn(self, event: str, seq: int | None) -> Choice:
-        with self._journal.lock:
-            self._require_own()
+        with self._core.journal.lock:
+            self.require_own()
             back = event == "choice_undone"
-            found = self.state.choices if back else self.state.choices_ahead
+            found = self._core.state.choices if back else self._core.state.choices_ahead
             if not found:
                 raise Conflict("there is nothing to undo" if back else "there is nothing to make again")
             last = found[-1]
@@ -68,9 +149,13 @@ class ChoiceSession(PlanSession):
                     present=last.seq,
                 )
             leg = {} if last.leg is None else {"leg": last.leg}
-            before = self.state
-            self._journal.record(event, {"choice": last.seq, "kind": last.kind, **leg})
-            after = self.state
+            before = self._core.state
+            self._core.journal.record(event, {"choice": last.seq, "kind": last.kind, **leg})
+            after = self._core.state
             if last.kind in ("footfall", "points"):
-                self._change_choices(lambda own: own.turned(before, after))
+                self.change(lambda own: own.turned(before, after))
             return last
+
+
+def _seat_of(who: Identity | None) -> str:
+    return "" if who is None else who.seat

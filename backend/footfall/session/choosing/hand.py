@@ -14,9 +14,12 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Footfall, Point
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
-from footfall.session.choosing.choices import ChoiceSession
+from footfall.session.choosing.choices import PageChoices
 from footfall.session.choosing.read_outs import Hip, ReadOut, from_hip, read_chassis, read_footfall, read_point
-from footfall.session.recorded import present
+from footfall.session.core import SessionCore, present
+from footfall.session.products.compared import UpToDate
+from footfall.session.products.footing import LegMaps
+from footfall.session.products.stances import Stances
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -60,21 +63,26 @@ class Held:
         }
 
 
-class HandSession(ChoiceSession):
-    """The part of a session that moves things by hand; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says. One thing is held at a time; who takes another up has it.
+class Hand:
+    """What is moved by hand. One thing is held at a time; who takes another up has it.
+
+    Thread-safe as :class:`footfall.session.core.SessionCore` says.
     """
 
     _held: Held | None = None
+
+    def __init__(
+        self, core: SessionCore, choices: PageChoices, fits: UpToDate, stances: Stances, maps: LegMaps
+    ) -> None:
+        self._core, self._choices, self._fits, self._stances, self._maps = core, choices, fits, stances, maps
 
     @property
     def held(self) -> Held | None:
         """What is in hand; None: nothing. What was chosen otherwise, undone or removed meanwhile is as it is now."""
         return self._present_hand()
 
-    @property
-    def hand(self) -> dict[str, Any] | None:
-        """What is in hand, as plain JSON."""
+    def as_dict(self) -> dict[str, Any] | None:
+        """What is in hand, as plain JSON; None: nothing."""
         held = self._present_hand()
         return None if held is None else held.as_dict()
 
@@ -87,7 +95,7 @@ class HandSession(ChoiceSession):
             raise InvalidInput(f"what can be held is {', '.join(COUNTS)}", what=what)
         if place is not None and (len(place) != COUNTS[what] or not all(map(math.isfinite, place))):
             raise InvalidInput(f"the place of a {what} is {COUNTS[what]} finite numbers", place=list(place))
-        self._require_own()
+        self._choices.require_own()
         who = actor() or LOCAL
         leg, origin = self._thing(what, index, who)
         at = origin if place is None else tuple(float(one) for one in place)
@@ -95,7 +103,7 @@ class HandSession(ChoiceSession):
         stance = before.stance if before is not None and before.what == what else None
         return self._have(self._told(Held(what, index, leg, origin, at, who, {}, stance=stance)))
 
-    def commit_hand(self) -> dict[str, Any]:
+    def commit(self) -> dict[str, Any]:
         """What is in hand becomes the choice, and stays in hand; where it is refused, it goes back to where it was.
 
         Raises Conflict where nothing is held, or by somebody else; InvalidInput where the feet can't stay.
@@ -113,17 +121,15 @@ class HandSession(ChoiceSession):
         """Nothing is in hand any more; what was moved and not committed is where it was. Raises Conflict."""
         if self._present_hand() is not None:
             self._mine()
-        with self._journal.lock:
+        with self._core.journal.lock:
             self._held = None
-            self._journal.tell("hand", hand=None)
-
-    # -- inside --------------------------------------------------------------------------------
+            self._core.journal.tell("hand", hand=None)
 
     def _have(self, held: Held) -> dict[str, Any]:
         told = held.as_dict()
-        with self._journal.lock:
+        with self._core.journal.lock:
             self._held = held
-            self._journal.tell("hand", hand=told)
+            self._core.journal.tell("hand", hand=told)
         return told
 
     def _mine(self) -> Held:
@@ -138,7 +144,7 @@ class HandSession(ChoiceSession):
 
     def _present_hand(self) -> Held | None:
         """What is held, as it is by now: it may have been chosen anew, undone or removed by somebody."""
-        with self._journal.lock:
+        with self._core.journal.lock:
             held = self._held
         if held is None:
             return None
@@ -149,14 +155,14 @@ class HandSession(ChoiceSession):
         if (leg, origin) == (held.leg, held.origin):
             return held
         now = self._told(replace(held, leg=leg, origin=origin, place=origin, refused="", stance=None))
-        with self._journal.lock:
+        with self._core.journal.lock:
             if self._held is held:
                 self._held = now
         return now
 
     def _thing(self, what: str, index: int, who: Identity) -> tuple[int | None, tuple[float, ...]]:
         """Of which leg it is that ``who`` chose, and where. Raises Conflict where there is none."""
-        chosen = self.choices_of(who)
+        chosen = self._choices.of(who)
         if what == "footfall":
             if chosen.footfall is None:
                 raise Conflict("there is no chosen footfall to move: choose one first")
@@ -166,33 +172,33 @@ class HandSession(ChoiceSession):
             if chosen.points is None or not 0 <= index < len(points):
                 raise Conflict(f"there is no point {index + 1} for the wheel to pass", points=len(points))
             return chosen.points.leg, points[index]
-        now = self._shelf.typed(RobotState, self._ground()["state"])
+        now = self._core.typed(RobotState, self._stances.ground()["state"])
         return None, tuple(BodyShift.between(self._stands().T_site_base, now.T_site_base).vector.tolist())
 
     def _stands(self) -> RobotState:
-        return self._shelf.typed(RobotState, self._standing()["state"])
+        return self._core.typed(RobotState, self._stances.standing()["state"])
 
     def _choose(self, held: Held) -> None:
         if held.what == "footfall" and held.leg is not None:
-            self.choose_footfall(held.leg, *held.place)
-        elif held.what == "point" and (chosen := self.choices.points) is not None:
+            self._maps.choose_footfall(held.leg, *held.place)
+        elif held.what == "point" and (chosen := self._choices.now.points) is not None:
             points: list[Point] = list(chosen.points)
             points[held.index] = _point(held.place)
-            self.set_points(chosen.leg, points)
+            self._choices.set_points(chosen.leg, points)
         elif max(map(abs, held.place)) > UNMOVED:
-            self.what_if(BodyShift(*held.place))
-        elif self.state.what_if is not None:
-            self.end_what_if()
+            self._stances.what_if(BodyShift(*held.place))
+        elif self._core.state.what_if is not None:
+            self._stances.end_what_if()
 
     def _told(self, held: Held) -> Held:
         """With what is to be said of its place."""
-        dem = self._shelf.typed(Dem, present(self.state.dem, "there is no terrain yet"))
+        dem = self._core.typed(Dem, present(self._core.state.dem, "there is no terrain yet"))
         if held.leg is None:
             # names what computes only when the chassis is in hand
             from footfall.planning.stance.shift import shifted_state
 
             shift = BodyShift(*held.place)
-            found = shifted_state(self.robot, dem, self._stands(), shift)
+            found = shifted_state(self._core.robot, dem, self._stands(), shift)
             stance = found if isinstance(found, RobotState) else held.stance
             return replace(held, read=read_chassis(shift, found), stance=stance)
         return replace(held, read=self._read(dem, held, held.leg))
@@ -201,23 +207,23 @@ class HandSession(ChoiceSession):
         place, away = held.place, math.dist(held.place, held.origin)
         if held.what == "point":
             point = _point(place)
-            return read_point(dem, self.robot.wheel_radius, held.index, point, away, self._from_hip(leg, point))
-        answer = self.footfall_answer(Footfall(leg, place[0], place[1]))
+            return read_point(dem, self._core.robot.wheel_radius, held.index, point, away, self._from_hip(leg, point))
+        answer = self._maps.footfall_answer(Footfall(leg, place[0], place[1]))
         contact = None if answer["z"] is None else (answer["x"], answer["y"], answer["z"])
         hip = None if contact is None else self._from_hip(leg, contact)
         return read_footfall(answer, self._lines(leg, place[0], place[1]), away, hip)
 
     def _from_hip(self, leg: int, point: Point) -> Hip | None:
-        state = self.state.state
-        return None if state is None else from_hip(self.robot, self._shelf.typed(RobotState, state), leg, point)
+        state = self._core.state.state
+        return None if state is None else from_hip(self._core.robot, self._core.typed(RobotState, state), leg, point)
 
     def _lines(self, leg: int, x: float, y: float) -> tuple[str, ...]:
         """What every layer says there; nothing without current maps of that place."""
-        state = self.state
-        if not self.maps_fit(leg).usable or self.maps_doubt(leg, x, y):
+        state = self._core.state
+        if not self._fits.of_maps(leg).usable or self._maps.doubt(leg, x, y):
             return ()
-        maps = self._shelf.typed(MapStack, state.maps[str(leg)])
-        return self.explain(maps, x, y).lines if maps.geometry.contains(x, y) else ()
+        maps = self._core.typed(MapStack, state.maps[str(leg)])
+        return self._maps.explain(maps, x, y).lines if maps.geometry.contains(x, y) else ()
 
 
 def _point(place: tuple[float, ...]) -> Point:

@@ -9,12 +9,12 @@ import numpy as np
 from footfall.maps.layers import MapStack
 from footfall.planning.stance.body_shift import PredictedState
 from footfall.sequence.commands import Sequence
-from footfall.session.jobs.pool import JobPool
+from footfall.session.core import SessionCore
+from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.kinds import KINDS, Kind, LooksAt
 from footfall.session.products.remembered import looks_behind
-from footfall.session.products.terrains import TerrainSession
 from footfall.session.products.up_to_date import Fit, OtherGround, Present
-from footfall.session.storage.store import SessionStore
+from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import Looks, OnMap, place_on_map
@@ -34,76 +34,85 @@ class Compared:
     spoiled: "Mask | None" = None
 
 
-class UpToDateSession(TerrainSession):
-    """The part of a session that knows which of its products are of how things are now; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
+class UpToDate:
+    """Which products of a session are of how things are now; thread-safe as
+    :class:`footfall.session.core.SessionCore` says.
     """
 
-    def __init__(self, store: SessionStore, jobs: JobPool) -> None:
-        super().__init__(store, jobs)
-        self._stances: dict[str, RobotState] = {}
+    def __init__(self, core: SessionCore, rover: LinkedRover) -> None:
+        self._core, self._rover = core, rover
+        self._known_stances: dict[str, RobotState] = {}
         self._looks: tuple[str, Looks | None] | None = None
         self._newer_grounds: dict[tuple[str, str], Compared | None] = {}
         self._latest_change: tuple[tuple[str, str], GroundChange | None] = ("", ""), None
 
-    def _measured(self) -> OnMap | None:
+    def measured(self) -> OnMap | None:
         """Where the rover stands by its latest telemetry; None where it sent none."""
-        return None
+        frame = self._rover.frame
+        return None if frame is None else self.place_on_map(frame.state)
 
-    def _unheard(self) -> str:
+    def unheard(self) -> str:
         """Why nobody knows whether the rover still stands so; "" where it was heard lately."""
-        return "the rover has sent no telemetry yet"
+        age = self._rover.link.age
+        if age is None:
+            return "the rover has sent no telemetry yet"
+        if self._rover.link.connected and age <= STALE_AFTER:
+            return ""
+        return f"the rover was last heard {age:z.0f} s ago"
 
     def things_now(self) -> Present:
         """What products are compared with."""
-        state = self.state
+        state = self._core.state
         frozen = state.what_if or state.state
-        measured = self._measured()
-        stands = measured.state if measured is not None else None if frozen is None else self._stance(frozen)
-        names, unheard = self.description.joint_names, self._unheard()
+        measured = self.measured()
+        stands = measured.state if measured is not None else None if frozen is None else self.stance(frozen)
+        names, unheard = self._core.description.joint_names, self.unheard()
         if state.what_if is None or state.state is None:
             return Present(state.robot, state.dem, stands, names, unheard=unheard, measured=measured)
-        what_if, counts_from = self._stance(state.state), self._stance(state.what_if)
+        what_if, counts_from = self.stance(state.state), self.stance(state.what_if)
         return Present(state.robot, state.dem, stands, names, what_if, counts_from, unheard, measured)
 
-    def maps_fit(self, leg: int) -> Fit:
+    def of_maps(self, leg: int) -> Fit:
         """Whether the latest maps of a leg are of the present terrain and stance."""
-        digest = self.state.maps.get(str(leg))
-        return Fit(False, f"there are no maps of leg {leg} yet") if digest is None else self.fit_of(digest)
+        digest = self._core.state.maps.get(str(leg))
+        return Fit(False, f"there are no maps of leg {leg} yet") if digest is None else self.of(digest)
 
-    def fit_of(self, digest: str, now: Present | None = None) -> Fit:
+    def of(self, digest: str, now: Present | None = None) -> Fit:
         """Whether a product of the session is of how things are ``now``."""
-        made = self.state.products[digest]
-        return self.fit_of_made(KINDS[made.kind], made.parents, digest, now)
+        made = self._core.state.products[digest]
+        return self.of_made(KINDS[made.kind], made.parents, digest, now)
 
-    def fit_of_made(self, kind: Kind, parents: Mapping[str, str], digest: str = "", now: Present | None = None) -> Fit:
-        """As :meth:`fit_of`, also of what is being made still. digest: of what is made; "" is of no other map."""
+    def of_made(self, kind: Kind, parents: Mapping[str, str], digest: str = "", now: Present | None = None) -> Fit:
+        """As :meth:`of`, also of what is being made still. digest: of what is made; "" is of no other map."""
         stance = digest if kind.is_commands else parents["state"]
-        made_for, present = self._stance(stance), now or self.things_now()
+        made_for, present = self.stance(stance), now or self.things_now()
         compared = self._against_newer(kind, digest, present.dem, made_for)
         ground = None if compared is None else compared.ground
         return present.fit(kind, parents, made_for, isinstance(made_for, PredictedState), ground)
 
     def ground_holds(self, digest: str) -> bool:
         """Whether the ground that a product of the session looked at is as it was then, wherever the rover stands."""
-        made, dem = self.state.products[digest], self.state.dem
+        made, dem = self._core.state.products[digest], self._core.state.dem
         if made.parents.get("dem") == dem:
             return True
-        compared = self._against_newer(KINDS[made.kind], digest, dem, self._stance(made.parents["state"]))
+        compared = self._against_newer(KINDS[made.kind], digest, dem, self.stance(made.parents["state"]))
         return compared is not None and not compared.ground.area
 
     def maps_changed(self, leg: int, layer: str = "") -> "Mask | None":
         """Cells of the latest maps of a leg, (rows, cols), for whose ``layer`` newer ground has other values; None
         where there are none, or none hold.
         """
-        digest, dem = self.state.maps.get(str(leg)), self.state.dem
-        if digest is None or dem is None or self.state.products[digest].parents["dem"] == dem:
+        digest, dem = self._core.state.maps.get(str(leg)), self._core.state.dem
+        if digest is None or dem is None or self._core.state.products[digest].parents["dem"] == dem:
             return None
         from footfall.session.products.looked_at import REMEMBERED
 
-        maps, made_for = self._shelf.typed(MapStack, digest), self._stance(self.state.products[digest].parents["state"])
-        compared = self._against_newer(KINDS[self.state.products[digest].kind], digest, dem, made_for)
-        if compared is None or not self.fit_of(digest).usable:
+        maps, made_for = (
+            self._core.typed(MapStack, digest),
+            self.stance(self._core.state.products[digest].parents["state"]),
+        )
+        compared = self._against_newer(KINDS[self._core.state.products[digest].kind], digest, dem, made_for)
+        if compared is None or not self.of(digest).usable:
             return None
         if layer in REMEMBERED or compared.spoiled is None:
             return np.ones(maps.geometry.shape, bool)
@@ -113,7 +122,7 @@ class UpToDateSession(TerrainSession):
         """A product on the ground that is there ``now``; None where it is of that, or that is not asked, or can't be
         told.
         """
-        made = self.state.products.get(digest)
+        made = self._core.state.products.get(digest)
         then = None if made is None else made.parents.get("dem")
         if then is None or now is None or then == now or kind.looks_at is LooksAt.MAP:
             return None
@@ -130,15 +139,15 @@ class UpToDateSession(TerrainSession):
 
         between, change = self._latest_change
         if between != (then, now):
-            change = ground_change(*(self._shelf.typed(Dem, one) for one in (then, now)))
+            change = ground_change(*(self._core.typed(Dem, one) for one in (then, now)))
             self._latest_change = (then, now), change
         if change is None:
             return None
-        value = self._shelf.get(digest)
-        looked = change.within(discs_of(kind, self.robot, made_for, value))
+        value = self._core.get(digest)
+        looked = change.within(discs_of(kind, self._core.robot, made_for, value))
         if not isinstance(value, MapStack):
             return Compared(other_ground(change, looked))
-        marked = spoiled(self.robot, made_for, value, change)
+        marked = spoiled(self._core.robot, made_for, value, change)
         if not marked.any():
             return Compared(OtherGround(), marked)
         # maps say something of every cell, also of those that the leg is nowhere near
@@ -152,40 +161,40 @@ class UpToDateSession(TerrainSession):
         maps: by leg. measured: whether the rover was asked, not only what was frozen of it; unheard: why nobody knows
         whether it still stands so, "" where that is known.
         """
-        state, now = self.state, self.things_now()
+        state, now = self._core.state, self.things_now()
         latest = {kind.name: state.newest(kind) for kind in KINDS.values() if kind.watched}
         what_if = now.what_if_fit()
         return {
-            "measured": self._measured() is not None,
+            "measured": self.measured() is not None,
             "unheard": now.unheard,
             "what_if": None if what_if is None else what_if.as_dict(),
-            "maps": {leg: self.fit_of(digest, now).as_dict() for leg, digest in state.maps.items()},
-            **{name: None if one is None else self.fit_of(one, now).as_dict() for name, one in latest.items()},
+            "maps": {leg: self.of(digest, now).as_dict() for leg, digest in state.maps.items()},
+            **{name: None if one is None else self.of(one, now).as_dict() for name, one in latest.items()},
         }
 
-    def _stance(self, digest: str) -> RobotState:
+    def stance(self, digest: str) -> RobotState:
         """A frozen or predicted state, or where a sequence starts."""
-        if digest not in self._stances:
-            value = self._shelf.get(digest)
+        if digest not in self._known_stances:
+            value = self._core.get(digest)
             if isinstance(value, Sequence):
                 bears, torques = np.zeros((len(value.start) // 6, 3)), np.zeros(len(value.start))
                 value = RobotState(value.robot, 0.0, value.start, value.T_site_base, bears, torques, "idle")
             if not isinstance(value, RobotState):
-                return self._shelf.typed(RobotState, digest)  # raises
-            if len(self._stances) >= MOST_STANCES:
-                self._stances.clear()
-            self._stances[digest] = value
+                return self._core.typed(RobotState, digest)  # raises
+            if len(self._known_stances) >= MOST_STANCES:
+                self._known_stances.clear()
+            self._known_stances[digest] = value
             return value
-        return self._stances[digest]
+        return self._known_stances[digest]
 
     def place_on_map(self, told: RobotState) -> OnMap:
         """Where the present terrain has a rover that tells of itself so."""
-        state = self.state
+        state = self._core.state
         if state.dem is None:
             return place_on_map(told, None, None)
-        dem = self._shelf.typed(Dem, state.dem)
+        dem = self._core.typed(Dem, state.dem)
         if dem.correction is None:
             return place_on_map(told, dem, None)
         if self._looks is None or self._looks[0] != state.dem:
-            self._looks = state.dem, looks_behind(state, self.events(), self._shelf)
+            self._looks = state.dem, looks_behind(state, self._core.events(), self._core.shelf)
         return place_on_map(told, dem, self._looks[1])

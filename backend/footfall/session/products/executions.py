@@ -12,17 +12,17 @@ from footfall.planning.execution.problem import BodyExecutionResult, ExecutionRe
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
-from footfall.session.choosing.hand import HandSession
+from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest, FootMovesRequest
 from footfall.session.log.fold_commands import CommandRecord
 from footfall.session.log.records import ProductRecord
 from footfall.session.products.kinds import BODY_MOVE, EXECUTION, HELD_MOVE, KINDS, PLAN
+from footfall.session.products.plans import StepPlans
 from footfall.session.products.sag import Calibration, MeasuredSag, Sag, calibration_of, sag_of
 from footfall.session.products.terrains import SHORT_JOB
 from footfall.session.products.up_to_date import SENT, difference
-from footfall.session.recorded import present
-from footfall.session.rover.link import RoverLink
+from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState, TelemetryFrame
 
 MOST_RUNS = 20
@@ -44,42 +44,42 @@ class Way:
     reason: str
 
 
-class ExecutionSession(HandSession):
-    """The part of a session that turns plans into set points; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
-    """
+class Executions:
+    """Plans as set points, for a rover that sags; thread-safe as :class:`footfall.session.core.SessionCore` says."""
 
-    link: RoverLink
-    _seen_to_give_way: bool | None = None
-    """Whether the rover's joints give way, by the latest telemetry at rest that tells it."""
+    def __init__(self, core: SessionCore, rover: LinkedRover, plans: StepPlans) -> None:
+        self._core, self._rover, self._plans = core, rover, plans
 
     def way_of_commands(self) -> Way:
         """How a planned step is commanded unless an order says otherwise: with the pose held where sag is known."""
-        if self._seen_to_give_way is not None:
-            return Way("pose_held", HELD) if self._seen_to_give_way else Way("rigid", HOLDS)
-        state = None if self.state.state is None else self._shelf.typed(RobotState, self.state.state)
+        if self._rover.seen_to_give_way is not None:
+            return Way("pose_held", HELD) if self._rover.seen_to_give_way else Way("rigid", HOLDS)
+        state = None if self._core.state.state is None else self._core.typed(RobotState, self._core.state.state)
         if state is None or not (state.joint_torques.any() or state.wheel_forces.any()):
             return Way("rigid", UNTOLD)
         return Way("pose_held", HELD)
 
     def way_of(self, sequence: str) -> dict[str, Any]:
         """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
-        if self._shelf.typed(Sequence, sequence).at_rest is not None:
+        if self._core.typed(Sequence, sequence).at_rest is not None:
             asked = self.executed_with(sequence)
             if asked is None:
                 return {"mode": "for_sag", "text": "commanded for sag, as the file says", "doubt": False}
             title, text = MODES[asked.mode]
             return {"mode": asked.mode, "text": f"{title}: {text}", "doubt": False}
-        if self._seen_to_give_way is False:
+        if self._rover.seen_to_give_way is False:
             return {"mode": "rigid", "text": f"as commanded: {HOLDS}", "doubt": False}
         sags = "the rover sags" if self.way_of_commands().mode == "pose_held" else "whether the rover sags is not known"
         return {"mode": "rigid", "text": f"as commanded: {sags}; touch-down is not predicted", "doubt": True}
 
     def executed_with(self, sequence: str) -> ExecutionSettings | None:
         """Settings of the execution that a sequence goes back to; None where it goes back to none."""
-        own, behind = self.state.products.get(self.state.before_edits(sequence)), self.state.plan_behind(sequence)
+        own, behind = (
+            self._core.state.products.get(self._core.state.before_edits(sequence)),
+            self._core.state.plan_behind(sequence),
+        )
         for made in (own, behind):
-            asked = None if made is None or made.settings is None else self._shelf.get(made.settings)
+            asked = None if made is None or made.settings is None else self._core.get(made.settings)
             if isinstance(asked, (ExecutionRequest, FootMovesRequest)):
                 return asked.settings
         return None
@@ -90,13 +90,15 @@ class ExecutionSession(HandSession):
 
         Raises InvalidInput where it can't be commanded so.
         """
-        made = self.state.products[plan]
+        made = self._core.state.products[plan]
         kind, request = KINDS[KINDS[made.kind].executed_by], self._request(made, settings)
-        there = self.state.newest(kind)
-        known = None if there is None else self.state.products[there]
+        there = self._core.state.newest(kind)
+        known = None if there is None else self._core.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
-            there = self._workshop.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(SHORT_JOB)
-        found = self._shelf.get(there)
+            there = self._core.workshop.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(
+                SHORT_JOB
+            )
+        found = self._core.get(there)
         if isinstance(found, (ExecutionResult, BodyExecutionResult)) and found.status is not Status.FOUND:
             mode = MODES[request.settings.mode][0]
             what, blind = ("step", "its touch-down") if kind is EXECUTION else ("move", "where the chassis ends")
@@ -109,29 +111,29 @@ class ExecutionSession(HandSession):
             )
         return there
 
-    def plan_execution(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
+    def plan(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a planned step (None: the present one), from the state that it was planned from.
 
         settings: None: as delivered, with the stiffness that was taken over last. Set points are the rover's present
         ones where it still stands so, else those that its torques tell. Raises Conflict where there is no plan,
         NotFound.
         """
-        digest, made = self._made_plan(plan)
-        self._found_plan(digest)
-        return self._workshop.submit(EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings))
+        digest, made = self._plans.made(plan)
+        self._plans.found(digest)
+        return self._core.workshop.submit(EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings))
 
     def plan_held_move(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a move of the chassis (None: the one planned last), with the pose held; settings as in
-        :meth:`plan_execution`. Raises Conflict where there is none, NotFound, InvalidInput for another mode.
+        :meth:`plan`. Raises Conflict where there is none, NotFound, InvalidInput for another mode.
         """
-        digest = plan or present(self.state.newest(BODY_MOVE), "there is no move of the chassis yet; plan one")
-        made = self.state.products.get(digest)
+        digest = plan or present(self._core.state.newest(BODY_MOVE), "there is no move of the chassis yet; plan one")
+        made = self._core.state.products.get(digest)
         if made is None or KINDS[made.kind].executed_by != HELD_MOVE.name:
             raise NotFound(f"the session holds no move of the chassis {digest}", digest=digest)
-        found = self._shelf.get(digest)
+        found = self._core.get(digest)
         if getattr(found, "plan", None) is None:
             raise Conflict(f"no move of the chassis was found there: {getattr(found, 'reason', '')}")
-        return self._workshop.submit(HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings))
+        return self._core.workshop.submit(HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings))
 
     def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
         if settings is not None and settings.mode != "pose_held" and made.kind != PLAN.name:
@@ -140,15 +142,15 @@ class ExecutionSession(HandSession):
                 "ask for it as commanded",
                 mode=settings.mode,
             )
-        state = self._shelf.typed(RobotState, made.parents["state"])
-        return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self.link.frame, state))
+        state = self._core.typed(RobotState, made.parents["state"])
+        return ExecutionRequest(settings or self.settings_in_force(), set_points_at(self._rover.link.frame, state))
 
-    def found_execution(self, digest: str | None = None) -> str:
+    def found(self, digest: str | None = None) -> str:
         """Digest of a step's execution (None: the present one), or of a held move. Raises Conflict where
         there is none, NotFound.
         """
-        digest = digest or present(self.state.execution, "there is no execution of the present plan yet")
-        made = self.state.products.get(digest)
+        digest = digest or present(self._core.state.execution, "there is no execution of the present plan yet")
+        made = self._core.state.products.get(digest)
         if made is None or KINDS[made.kind].given_as != EXECUTION.given_as:
             raise NotFound(f"the session holds no execution {digest}", digest=digest)
         return digest
@@ -156,34 +158,36 @@ class ExecutionSession(HandSession):
     def settings_in_force(self, settings: ExecutionSettings | None = None) -> ExecutionSettings:
         """Those given (None: as delivered), their joints as stiff as was taken over last."""
         settings = settings or ExecutionSettings()
-        return replace(settings, compliance=replace(settings.compliance, joint_scale=self.state.joint_scale))
+        return replace(settings, compliance=replace(settings.compliance, joint_scale=self._core.state.joint_scale))
 
     def sag(self) -> MeasuredSag:
         """How far the rover gave way in the latest run, compared with what its sequence predicted, and what that says.
 
         Raises Conflict where no sequence that knows sag was sent, InvalidInput where too little was to give way.
         """
-        sent = [one for one in self.state.commands if one.run == self.state.runs]
+        sent = [one for one in self._core.state.commands if one.run == self._core.state.runs]
         if not sent:
             raise Conflict("nothing was sent to the rover yet, so there is no sag to compare")
-        postures = {one.payload["id"]: one.payload["posture"] for one in self.events() if "posture" in one.payload}
+        postures = {
+            one.payload["id"]: one.payload["posture"] for one in self._core.events() if "posture" in one.payload
+        }
 
         def of_run(rows: list[CommandRecord]) -> Sag:
             seen = {one.row: np.array(postures[one.id]) for one in rows if one.id in postures}
-            return sag_of(self._shelf.typed(Sequence, rows[0].sequence), seen)
+            return sag_of(self._core.typed(Sequence, rows[0].sequence), seen)
 
         latest = of_run(sent)
         alike = [latest]
-        for run in range(max(1, self.state.runs - MOST_RUNS), self.state.runs):
+        for run in range(max(1, self._core.state.runs - MOST_RUNS), self._core.state.runs):
             # a run that says nothing of sag takes nothing from those that do
             with suppress(Conflict, InvalidInput):
-                rows = [one for one in self.state.commands if one.run == run]
+                rows = [one for one in self._core.state.commands if one.run == run]
                 found = of_run(rows) if rows else None
                 if found is not None and found.stiffnesses == latest.stiffnesses:
                     alike.insert(-1, found)
         calibration, refused = None, ""
         try:
-            calibration = calibration_of(alike, self.state.joint_scale)
+            calibration = calibration_of(alike, self._core.state.joint_scale)
         except InvalidInput as err:
             refused = err.message
         return MeasuredSag(**vars(latest), calibration=calibration, refused=refused)
@@ -194,7 +198,7 @@ class ExecutionSession(HandSession):
         joint_scale: what is thought to be taken over; None: whatever it says. Raises Conflict where it says another by
         now, or that is taken over already, and what :meth:`sag` raises.
         """
-        with self._journal.lock:
+        with self._core.journal.lock:
             sag = self.sag()
             found = sag.calibration
             if found is None:
@@ -208,7 +212,7 @@ class ExecutionSession(HandSession):
             if np.isclose(found.now, found.was, rtol=1e-9):
                 raise Conflict(f"the joints are taken to be {found.now:z.4f} times as stiff as described already")
             payload = {"joint_scale": found.now, "was": found.was, "ratio": found.ratio, "steps": found.steps}
-            self._journal.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
+            self._core.journal.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
         return found
 
 

@@ -10,12 +10,14 @@ from footfall.core.errors import Conflict
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
+from footfall.session.choosing.choices import PageChoices
+from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import MapRequest
+from footfall.session.products.compared import UpToDate
 from footfall.session.products.footfalls import judge_footfall, nearest_good, without
 from footfall.session.products.kinds import MAPS
-from footfall.session.products.stances import StanceSession
-from footfall.session.recorded import present
+from footfall.session.products.stances import Stances
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -28,29 +30,33 @@ MOST_GOOD = 20
 """Places that a plan may name instead of one on unknown ground."""
 
 
-class FootingSession(StanceSession):
-    """The part of a session that maps and chooses footfalls; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
+class LegMaps:
+    """Where each leg may stand, and the footfall that is chosen; thread-safe as
+    :class:`footfall.session.core.SessionCore` says.
     """
 
     _suggested: "tuple[str, Suggestions | None]" = ("", None)
     """Digest of the maps, and the suggestions on them that the scene shows."""
 
-    def compute_maps(self, leg: int, settings: MapSettings | None = None) -> Job:
-        """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
-        self._require_leg(leg)
-        return self.ask(MAPS, MapRequest(leg, settings or MapSettings()), leg=leg)
+    def __init__(self, core: SessionCore, choices: PageChoices, fits: UpToDate, stances: Stances) -> None:
+        self._core, self._choices, self._fits, self._stances = core, choices, fits, stances
 
-    def maps_shown(self, leg: int) -> MapStack | None:
+    def compute(self, leg: int, settings: MapSettings | None = None) -> Job:
+        """Maps for one leg; an older job for it that still runs is cancelled. Raises Conflict, InvalidInput."""
+        self._core.require_leg(leg)
+        return self._stances.ask(MAPS, MapRequest(leg, settings or MapSettings()), leg=leg)
+
+    def shown(self, leg: int) -> MapStack | None:
         """The maps of ``leg`` that fit the present terrain and state; a coarse form while they are being made.
 
-        Those that hold in part where no newer ones are on their way; :meth:`maps_changed` says where they don't.
+        Those that hold in part where no newer ones are on their way; :meth:`.UpToDate.maps_changed` says where they
+        don't.
         """
-        fit = self.maps_fit(leg)
-        if fit.fits or (fit.partly and self._workshop.preview(leg) is None):
-            return self._shelf.typed(MapStack, self.state.maps[str(leg)])
-        preview = self._workshop.preview(leg)
-        if preview is None or not self.fit_of_made(MAPS, preview.parents).fits:
+        fit = self._fits.of_maps(leg)
+        if fit.fits or (fit.partly and self._core.workshop.preview(leg) is None):
+            return self._core.typed(MapStack, self._core.state.maps[str(leg)])
+        preview = self._core.workshop.preview(leg)
+        if preview is None or not self._fits.of_made(MAPS, preview.parents).fits:
             return None
         return cast(MapStack, preview.product)
 
@@ -76,23 +82,23 @@ class FootingSession(StanceSession):
         """
         from footfall.maps.suggest import suggest
 
-        self._require_leg(leg)
-        if not (fit := self.maps_fit(leg)).fits:
+        self._core.require_leg(leg)
+        if not (fit := self._fits.of_maps(leg)).fits:
             raise Conflict(
                 f"there are no maps of leg {leg} for the present terrain and stance ({fit.reason}); compute them first"
             )
-        maps = self._shelf.typed(MapStack, self.state.maps[str(leg)])
+        maps = self._core.typed(MapStack, self._core.state.maps[str(leg)])
         found = suggest(self._quality(maps, settings, towards), count, separation)
         if show:
-            with self._journal.lock:
+            with self._core.journal.lock:
                 self._suggested = maps.digest, found
-                self._journal.tell("view", view=asdict(self.view), seat="")
+                self._core.journal.tell("view", view=asdict(self._choices.view), seat="")
         return found
 
     def suggestions_shown(self, leg: int) -> "Suggestions | None":
         """What the scene was given to show, where it is of maps of ``leg`` that fit the present terrain and state."""
         maps, found = self._suggested
-        return found if self.state.maps.get(str(leg)) == maps and self.maps_fit(leg).fits else None
+        return found if self._core.state.maps.get(str(leg)) == maps and self._fits.of_maps(leg).fits else None
 
     def _quality(
         self, maps: MapStack, settings: QualitySettings | None, towards: tuple[float, float] | None
@@ -100,14 +106,14 @@ class FootingSession(StanceSession):
         from footfall.maps.choice import stack_quality
 
         parents = maps.provenance.parents
-        dem, state = self._shelf.typed(Dem, parents["dem"]), self._shelf.typed(RobotState, parents["state"])
-        return stack_quality(self.robot, dem, state, maps, settings, towards)
+        dem, state = self._core.typed(Dem, parents["dem"]), self._core.typed(RobotState, parents["state"])
+        return stack_quality(self._core.robot, dem, state, maps, settings, towards)
 
     def good_places(self, footfall: Footfall) -> tuple[tuple[float, float], ...]:
         """The nearest cells that the leg's maps call reachable and stable, nearest first; none without maps of now."""
-        if not self.maps_fit(footfall.leg).fits:
+        if not self._fits.of_maps(footfall.leg).fits:
             return ()
-        maps = self._shelf.typed(MapStack, self.state.maps[str(footfall.leg)])
+        maps = self._core.typed(MapStack, self._core.state.maps[str(footfall.leg)])
         return nearest_good(maps, footfall.x, footfall.y, MOST_GOOD)
 
     def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
@@ -115,34 +121,36 @@ class FootingSession(StanceSession):
 
         It is the choice of the page that acts. Raises Conflict where that does not show its own.
         """
-        self._require_leg(leg)
+        self._core.require_leg(leg)
         footfall = Footfall(leg, float(x), float(y))
         answer = self.footfall_answer(footfall)
-        with self._journal.lock:
-            self._require_own()
-            self._journal.record("footfall_chosen", answer)
-            self._change_choices(lambda own: replace(own, footfall=footfall))
+        with self._core.journal.lock:
+            self._choices.require_own()
+            self._core.journal.record("footfall_chosen", answer)
+            self._choices.change(lambda own: replace(own, footfall=footfall))
         return answer
 
     def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:
         """What terrain and maps say of a footfall now; see :func:`.footfalls.judge_footfall`."""
-        state = self.state
-        dem = self._shelf.typed(Dem, present(state.dem, "there is no terrain yet"))
-        maps, outdated = self.maps_held(footfall.leg), self.maps_doubt(footfall.leg, footfall.x, footfall.y)
-        return judge_footfall(dem, self.description.wheel_radius, footfall.leg, footfall.x, footfall.y, maps, outdated)
+        state = self._core.state
+        dem = self._core.typed(Dem, present(state.dem, "there is no terrain yet"))
+        maps, outdated = self.held(footfall.leg), self.doubt(footfall.leg, footfall.x, footfall.y)
+        return judge_footfall(
+            dem, self._core.description.wheel_radius, footfall.leg, footfall.x, footfall.y, maps, outdated
+        )
 
-    def maps_held(self, leg: int) -> MapStack | None:
+    def held(self, leg: int) -> MapStack | None:
         """The latest maps of a leg, those that hold in part with their footing unknown where it does not hold."""
-        digest = self.state.maps.get(str(leg))
-        maps = None if digest is None else self._shelf.typed(MapStack, digest)
-        changed = None if maps is None else self.maps_changed(leg)
+        digest = self._core.state.maps.get(str(leg))
+        maps = None if digest is None else self._core.typed(MapStack, digest)
+        changed = None if maps is None else self._fits.maps_changed(leg)
         return maps if maps is None or changed is None else without(maps, changed)
 
-    def maps_doubt(self, leg: int, x: float, y: float) -> str:
+    def doubt(self, leg: int, x: float, y: float) -> str:
         """Why the latest maps of a leg say nothing of a place [m] as things are now; "" where they do, or are none."""
-        maps, fit = self.maps_held(leg), self.maps_fit(leg)
+        maps, fit = self.held(leg), self._fits.of_maps(leg)
         if maps is None or not fit.partly or not maps.geometry.contains(x, y):
             return "" if maps is None else fit.reason
-        changed = self.maps_changed(leg)
+        changed = self._fits.maps_changed(leg)
         row, col = (int(i) for i in maps.geometry.cell(x, y))
         return "" if changed is None or not changed[row, col] else fit.reason

@@ -7,11 +7,12 @@ from footfall.core.errors import FootFallError
 from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.outcome import Difference, Outcome
+from footfall.session.core import SessionCore
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import OutcomeRequest
 from footfall.session.log.fold_commands import RunRecord
-from footfall.session.products.executions import ExecutionSession
-from footfall.session.products.kinds import FOOT_MOVES, OUTCOME
+from footfall.session.products.kinds import OUTCOME
+from footfall.session.products.sequences import Sequences
 from footfall.telemetry.command_kinds import WAIT
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.dem import Dem
@@ -31,34 +32,37 @@ class _Waiting:
     frame: TelemetryFrame
 
 
-class OutcomeSession(ExecutionSession):
-    """The part of a session that compares runs with their prediction; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
+class Outcomes:
+    """What came of each run, compared with its prediction; thread-safe as
+    :class:`footfall.session.core.SessionCore` says.
     """
 
-    _compared: int = 0
-    """The latest run that was compared, or can't be."""
     _waiting: _Waiting | None = None
     _asked: tuple[int, Job] | None = None
     """A run, and the job that compares it."""
     _refused: tuple[int, str] = (0, "")
     """A run, and why it was not compared."""
-    _before: int = 0
-    """The latest run before the session was opened."""
 
-    def outcome(self) -> dict[str, Any]:
+    def __init__(self, core: SessionCore, sequences: Sequences) -> None:
+        self._core, self._sequences = core, sequences
+        self._before = core.state.runs
+        """The latest run before the session was opened."""
+        self._compared = self._before
+        """The latest run that was compared, or can't be."""
+
+    def latest(self) -> dict[str, Any]:
         """What came of the latest run, as plain JSON.
 
         state: "none" where there is nothing to compare, "waiting" until the rover is at rest and the comparison made,
         "compared". verdict: "as_predicted", "differs" or "not_told"; only the first is good.
         """
-        state = self.state
+        state = self._core.state
         run = state.run
         nothing = {"verdict": "not_told", "rigid": None, "differences": []}
         if run is None or run.state != "ended":
             return {"state": "none", "reason": "nothing was carried out yet", **nothing}
         found = state.newest(OUTCOME)
-        made = None if found is None else self._shelf.typed(Outcome, found)
+        made = None if found is None else self._core.typed(Outcome, found)
         if made is not None and made.run == run.number:
             told = {"verdict": made.verdict, "rigid": made.rigid, "reason": _reason(made)}
             return {"state": "compared", **told, "differences": [_plain(one) for one in made.differences]}
@@ -71,9 +75,9 @@ class OutcomeSession(ExecutionSession):
             return {"state": "none", "reason": reason, **nothing}
         return {"state": "waiting", "reason": "it is compared when the rover is at rest", **nothing}
 
-    def _look_whether_a_run_is_over(self, frame: TelemetryFrame) -> None:
+    def look(self, frame: TelemetryFrame) -> None:
         """``frame``: the latest. What is compared is the first at rest after a run, or the last before the next run."""
-        waiting, run = self._waiting, self.state.run
+        waiting, run = self._waiting, self._core.state.run
         if waiting is not None and (run is None or run.number != waiting.run.number):
             self._compare(waiting)
             waiting = self._waiting
@@ -85,27 +89,27 @@ class OutcomeSession(ExecutionSession):
         rows = len(self._done(run))
         since = frame.state.time if waiting is None else waiting.since
         self._waiting = waiting = _Waiting(run, rows, since, frame)
-        ended = self._shelf.typed(Sequence, run.sequence).commands[rows - 1]
+        ended = self._core.typed(Sequence, run.sequence).commands[rows - 1]
         if ended.kind is WAIT or frame.state.time - since >= REST:
             self._compare(waiting)
 
     def _compare(self, waiting: _Waiting) -> None:
         self._waiting, self._compared = None, waiting.run.number
-        dem = self._planned_on(waiting.run.sequence) or self.state.dem
+        dem = self._sequences.planned_on(waiting.run.sequence) or self._core.state.dem
         if dem is None:
             return
         try:
-            state = self._shelf.put(on_map(waiting.frame.state, self._shelf.typed(Dem, dem)))
-            parents = {"robot": self.robot_digest, "dem": dem, "sequence": waiting.run.sequence, "state": state}
+            state = self._core.put(on_map(waiting.frame.state, self._core.typed(Dem, dem)))
+            parents = {"robot": self._core.robot_digest, "dem": dem, "sequence": waiting.run.sequence, "state": state}
             request = OutcomeRequest(waiting.run.number, waiting.rows, waiting.frame.commanded)
-            job = self._workshop.submit(OUTCOME, parents, request, urgent=True, run=waiting.run.number)
+            job = self._core.workshop.submit(OUTCOME, parents, request, urgent=True, run=waiting.run.number)
             self._asked = (waiting.run.number, job)
         except (FootFallError, OSError) as err:
             self._refused = (waiting.run.number, f"it could not be compared with its prediction: {err}")
 
     def _not_compared(self, run: RunRecord) -> str:
         """Why a run that has ended can't be compared with its prediction; empty where it can."""
-        sent = [one for one in self.state.commands if one.run == run.number]
+        sent = [one for one in self._core.state.commands if one.run == run.number]
         open_rows = [one.row for one in sent if one.state != "done"]
         if open_rows:
             return f"row {open_rows[0] + 1} was not carried out to its end: where the rover is now was not predicted"
@@ -113,18 +117,12 @@ class OutcomeSession(ExecutionSession):
             return "no row of it was carried out"
         if run.number <= self._before:
             return "the session was closed before the rover was at rest"
-        if self.state.dem is None:
+        if self._core.state.dem is None:
             return "there is no terrain to compare it on"
         return ""
 
     def _done(self, run: RunRecord) -> list[int]:
-        return [one.row for one in self.state.commands if one.run == run.number and one.state == "done"]
-
-    def _planned_on(self, sequence: str) -> str | None:
-        """Digest of the terrain that the plan behind a sequence was made on; of foot moves, that those were."""
-        own = self.state.products.get(self.state.before_edits(sequence))
-        behind = own if own is not None and own.kind == FOOT_MOVES.name else self.state.plan_behind(sequence)
-        return None if behind is None else behind.parents["dem"]
+        return [one.row for one in self._core.state.commands if one.run == run.number and one.state == "done"]
 
 
 def _plain(one: Difference) -> dict[str, Any]:

@@ -6,22 +6,25 @@ from typing import Any
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
+from footfall.session.choosing.choices import PageChoices
+from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import StepRequest
 from footfall.session.log.records import ProductRecord
-from footfall.session.products.footing import FootingSession
+from footfall.session.products.footing import LegMaps
 from footfall.session.products.kinds import AFTER, EXECUTION, PLAN
 from footfall.session.products.kinds import KINDS as PRODUCT_KINDS
+from footfall.session.products.stances import Stances
 from footfall.session.products.terrains import SHORT_JOB
-from footfall.session.recorded import present
 
 
-class PlanSession(FootingSession):
-    """The part of a session that plans steps; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
-    """
+class StepPlans:
+    """The steps that are planned; thread-safe as :class:`footfall.session.core.SessionCore` says."""
 
-    def plan_step(
+    def __init__(self, core: SessionCore, choices: PageChoices, maps: LegMaps, stances: Stances) -> None:
+        self._core, self._choices, self._maps, self._stances = core, choices, maps, stances
+
+    def step(
         self,
         leg: int | None = None,
         target: tuple[float, float] | None = None,
@@ -35,31 +38,31 @@ class PlanSession(FootingSession):
         through: points, site [m], that the wheel's centre passes. after: digest of a plan, execution or sequence from
         whose predicted end the step starts, see :meth:`go_on_after`. Raises Conflict, InvalidInput, NotFound.
         """
-        chosen = self.choices.footfall
+        chosen = self._choices.now.footfall
         if target is not None and leg is not None:
             chosen = Footfall(leg, float(target[0]), float(target[1]))
         elif target is not None:
             raise InvalidInput("a target needs the leg that is to step there")
         elif chosen is None or (leg is not None and chosen.leg != leg):
             raise Conflict("no footfall is chosen for this leg; choose one, or give a target")
-        self._require_leg(chosen.leg)
+        self._core.require_leg(chosen.leg)
         if after is not None:
             self.go_on_after(after)
         points = tuple((float(x), float(y), float(z)) for x, y, z in through)
-        good = self.good_places(chosen)
+        good = self._maps.good_places(chosen)
         request = StepRequest(chosen, settings or StepSettings(), points, explain=True, instead=good)
-        return self.ask(PLAN, request, leg=chosen.leg)
+        return self._stances.ask(PLAN, request, leg=chosen.leg)
 
-    def plan_alternatives(self, digest: str | None = None, kinds: Listed[str] = ()) -> list[Job]:
+    def alternatives(self, digest: str | None = None, kinds: Listed[str] = ()) -> list[Job]:
         """Ask for a plan (None: the present one) otherwise, one job for each kind of KINDS (none named: all).
 
         What they find is listed beside the plan and replaces nothing. Raises Conflict, InvalidInput, NotFound.
         """
-        digest, made = self._made_plan(digest)
-        result, plan = self._shelf.typed(PlanResult, digest), self._found_plan(digest)
+        digest, made = self.made(digest)
+        result, plan = self._core.typed(PlanResult, digest), self.found(digest)
         asked = [(kind, *asked_otherwise(plan, kind)) for kind in dict.fromkeys(kinds or KINDS)]
         return [
-            self._workshop.submit(
+            self._core.workshop.submit(
                 PLAN,
                 dict(made.parents),
                 StepRequest(result.footfall, settings, result.through, explain=True),
@@ -69,24 +72,24 @@ class PlanSession(FootingSession):
             for kind, settings, text in asked
         ]
 
-    def choose_plan(self, digest: str) -> None:
+    def choose(self, digest: str) -> None:
         """Take one of the plans that are listed beside each other as the session's plan. Raises NotFound, Conflict."""
-        with self._journal.lock:
-            if digest == self.state.plan:
+        with self._core.journal.lock:
+            if digest == self._core.state.plan:
                 return
-            chosen = next((one for one in self.state.alternatives if one.plan == digest), None)
+            chosen = next((one for one in self._core.state.alternatives if one.plan == digest), None)
             if chosen is None:
                 raise NotFound(f"{digest} is none of the plans to choose from", digest=digest)
             if chosen.status != Status.FOUND.value:
                 raise Conflict(f"{chosen.text}: there is no such plan: {chosen.reason}", status=chosen.status)
-            self._journal.record("plan_chosen", {"digest": digest})
+            self._core.journal.record("plan_chosen", {"digest": digest})
 
-    def plans_shown(self) -> list[dict[str, Any]]:
+    def shown(self) -> list[dict[str, Any]]:
         """The present plan and those to compare it with, as plain JSON, each with its figures."""
         # names what compares plans only when plans are compared
         from footfall.session.products.plan_figures import plan_figures
 
-        state = self.state
+        state = self._core.state
         return [
             {
                 "digest": one.plan,
@@ -95,7 +98,7 @@ class PlanSession(FootingSession):
                 "status": one.status,
                 "reason": one.reason,
                 "chosen": one.plan == state.plan,
-                "figures": plan_figures(self.robot, self._shelf.typed(PlanResult, one.plan)),
+                "figures": plan_figures(self._core.robot, self._core.typed(PlanResult, one.plan)),
             }
             for one in state.plans
         ]
@@ -104,7 +107,7 @@ class PlanSession(FootingSession):
         """Digest of what says best where the present plan ends: of its commands, its execution, which knows sag, and
         itself the one that was made last; None without a plan.
         """
-        state = self.state
+        state = self._core.state
         if state.plan is None or state.plan_status != Status.FOUND.value:
             return None
         plan, execution = state.products[state.plan], None
@@ -117,12 +120,12 @@ class PlanSession(FootingSession):
             if behind is plan or (behind is not None and behind is execution):
                 able.append(state.sequence)
         # the same may be made again: the latest time counts
-        made = {one.payload["digest"]: one.seq for one in self.events() if one.type == "product"}
+        made = {one.payload["digest"]: one.seq for one in self._core.events() if one.type == "product"}
         return max(able, key=lambda digest: made[digest])
 
     def end_told(self, digest: str) -> dict[str, Any]:
         """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
-        kind, behind = PRODUCT_KINDS[self.state.products[digest].kind], self.state.plan_behind(digest)
+        kind, behind = PRODUCT_KINDS[self._core.state.products[digest].kind], self._core.state.plan_behind(digest)
         sags = kind is EXECUTION or (behind is not None and PRODUCT_KINDS[behind.kind].given_as == EXECUTION.given_as)
         of = "commands" if kind.is_commands else kind.name
         return {"digest": digest, "of": of, "sags": sags}
@@ -130,36 +133,36 @@ class PlanSession(FootingSession):
     def go_on_after(self, digest: str) -> str:
         """Plan from where a plan, execution or sequence of this session ends; returns the predicted state's digest.
 
-        Until :meth:`end_what_if` it is planned from there as in a what-if: nothing planned so can be sent before the
-        rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
+        Until :meth:`.Stances.end_what_if` it is planned from there as in a what-if: nothing planned so can be sent
+        before the rover stands there, the command gate sees to that. Raises Conflict, InvalidInput, NotFound.
         """
-        kind = self.state.kind_of(digest)
+        kind = self._core.state.kind_of(digest)
         if kind is None or not (kind in (PLAN, EXECUTION) or kind.is_commands):
             raise NotFound(f"the session holds no plan and no sequence {digest}", digest=digest)
         if kind is PLAN:
-            self._found_plan(digest)
-        plan = self.state.plan_behind(digest) if kind.is_commands else self.state.products[digest]
+            self.found(digest)
+        plan = self._core.state.plan_behind(digest) if kind.is_commands else self._core.state.products[digest]
         if plan is None:
             raise Conflict("the sequence goes back to no plan, so nothing is known of where it starts")
         parents = {
-            "robot": self.robot_digest,
-            "dem": present(self.state.dem, "there is no terrain yet"),
+            "robot": self._core.robot_digest,
+            "dem": present(self._core.state.dem, "there is no terrain yet"),
             "state": plan.parents["state"],
             kind.given_as: digest,
         }
-        return self._workshop.submit(AFTER, parents, None, urgent=True).finish(SHORT_JOB)
+        return self._core.workshop.submit(AFTER, parents, None, urgent=True).finish(SHORT_JOB)
 
-    def _found_plan(self, digest: str) -> StepPlan:
+    def found(self, digest: str) -> StepPlan:
         """The plan of a result. Raises Conflict where it is a refusal."""
-        result = self._shelf.typed(PlanResult, digest)
+        result = self._core.typed(PlanResult, digest)
         if result.plan is None:
             raise Conflict(f"no plan was found there to go on with: {result.reason}", status=result.status.value)
         return result.plan
 
-    def _made_plan(self, digest: str | None) -> tuple[str, ProductRecord]:
+    def made(self, digest: str | None) -> tuple[str, ProductRecord]:
         """A plan (None: the present one) and how it was made."""
-        digest = digest or present(self.state.plan, "there is no plan yet")
-        made = self.state.products.get(digest)
+        digest = digest or present(self._core.state.plan, "there is no plan yet")
+        made = self._core.state.products.get(digest)
         if made is None or made.kind != PLAN.name:
             raise NotFound(f"the session holds no plan {digest}", digest=digest)
         return digest, made

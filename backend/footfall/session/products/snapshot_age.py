@@ -1,17 +1,19 @@
 """Whether images still show where the rover is: when they came, and whether it has moved since."""
 
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.up_to_date import SENT, difference
-from footfall.session.walking import WalkingSession
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import RobotState
 
+if TYPE_CHECKING:
+    from footfall.session.live import LiveSession
 
-def taken_at(live: WalkingSession, snapshot: Snapshot) -> float | None:
+
+def taken_at(live: "LiveSession", snapshot: Snapshot) -> float | None:
     """When a snapshot reached the server [s since 1970]; None where it never came as one."""
     return next(
         (
@@ -23,9 +25,9 @@ def taken_at(live: WalkingSession, snapshot: Snapshot) -> float | None:
     )
 
 
-def moved_since(live: WalkingSession, then: RobotState) -> dict[str, Any]:
+def moved_since(live: "LiveSession", then: RobotState) -> dict[str, Any]:
     """``moved``: whether the rover stands otherwise than then, None where that is not known; ``reason``."""
-    frame, age = live.frame, live.link.age
+    frame, age = live.rover.frame, live.rover.link.age
     unknown = ""
     if frame is None or age is None:
         unknown = "the rover has sent no telemetry yet"
@@ -44,7 +46,7 @@ def moved_since(live: WalkingSession, then: RobotState) -> dict[str, Any]:
     return {"moved": bool(what), "reason": told[what]}
 
 
-def latest_look(live: WalkingSession) -> dict[str, Any] | None:
+def latest_look(live: "LiveSession") -> dict[str, Any] | None:
     """Of the newest images: ``taken``, when they reached the server [s since 1970], and :func:`moved_since` then; None
     before the first.
     """

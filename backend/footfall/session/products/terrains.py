@@ -1,10 +1,10 @@
 """The terrains of a session: loaded, built from images, blended, cleared, undone."""
 
 from footfall.core.errors import Conflict
+from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.products.kinds import BLEND, CLEAR, PHOTOGRAPHS, TERRAIN
 from footfall.session.products.remembered import map_below
-from footfall.session.recorded import RecordedSession, present
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.photographs import Photographs
 from footfall.terrain.dem import Dem
@@ -15,28 +15,31 @@ SHORT_JOB = 120.0
 """How long short work, such as clearing or making and editing a sequence, is waited for [s]."""
 
 
-class TerrainSession(RecordedSession):
-    """The part of a session that changes its terrain; thread-safe as :class:`RecordedSession` says."""
+class Terrains:
+    """The terrains of a session; thread-safe as :class:`footfall.session.core.SessionCore` says."""
 
-    def load_terrain(self, dem: Dem, source: str = "") -> str:
+    def __init__(self, core: SessionCore) -> None:
+        self._core = core
+
+    def load(self, dem: Dem, source: str = "") -> str:
         """Use a terrain that came from elsewhere. Returns its digest."""
-        with self._journal.lock:
-            digest = self.put(dem)
-            self._journal.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
+        with self._core.journal.lock:
+            digest = self._core.put(dem)
+            self._core.journal.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
         return digest
 
-    def build_terrain(self, settings: TerrainSettings | None = None) -> Job:
+    def build(self, settings: TerrainSettings | None = None) -> Job:
         """Rebuild the ground from the latest snapshot and merge it into the map.
 
         Raises Conflict without a snapshot, InvalidInput where the settings name a pair that it has not.
         """
-        settings, state = settings or TerrainSettings(), self.state
+        settings, state = settings or TerrainSettings(), self._core.state
         snapshot = present(state.snapshot, "there are no images yet; request them from the rover")
-        images = self._shelf.typed(Snapshot, snapshot)
+        images = self._core.typed(Snapshot, snapshot)
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
-        parents = {"robot": self.robot_digest, "snapshot": snapshot}
-        below = map_below(state, snapshot, settings, self._shelf)
-        return self._workshop.submit(TERRAIN, parents if below is None else {**parents, "map": below}, settings)
+        parents = {"robot": self._core.robot_digest, "snapshot": snapshot}
+        below = map_below(state, snapshot, settings, self._core.shelf)
+        return self._core.workshop.submit(TERRAIN, parents if below is None else {**parents, "map": below}, settings)
 
     def build_from_photographs(
         self, photographs: Photographs, settings: TerrainSettings | None = None, *, with_rover: bool = False
@@ -46,28 +49,28 @@ class TerrainSession(RecordedSession):
         with_rover: the cameras are on the rover as it stands now; its body is taken out. Raises Conflict where
         nothing is known of how it stands.
         """
-        parents = {"photographs": self.put(photographs)}
+        parents = {"photographs": self._core.put(photographs)}
         if with_rover:
-            state = present(self.state.state, "nothing is known of how the rover stands; freeze its state first")
-            parents |= {"robot": self.robot_digest, "state": state}
-        return self._workshop.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
+            state = present(self._core.state.state, "nothing is known of how the rover stands; freeze its state first")
+            parents |= {"robot": self._core.robot_digest, "state": state}
+        return self._core.workshop.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
 
-    def blend_terrain(self, external: Dem, settings: BlendSettings | None = None, source: str = "") -> Job:
+    def blend(self, external: Dem, settings: BlendSettings | None = None, source: str = "") -> Job:
         """Lay a terrain from elsewhere under the present one. source: where it came from. Raises Conflict."""
-        dem = present(self.state.dem, "there is no terrain yet")
-        parents = {"dem": dem, "external": self.put(external)}
-        return self._workshop.submit(BLEND, parents, settings or BlendSettings(), source=source)
+        dem = present(self._core.state.dem, "there is no terrain yet")
+        parents = {"dem": dem, "external": self._core.put(external)}
+        return self._core.workshop.submit(BLEND, parents, settings or BlendSettings(), source=source)
 
-    def clear_terrain(self, area: Area) -> str:
+    def clear(self, area: Area) -> str:
         """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
-        dem = present(self.state.dem, "there is no terrain yet")
-        return self._workshop.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
+        dem = present(self._core.state.dem, "there is no terrain yet")
+        return self._core.workshop.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
 
-    def undo_terrain(self) -> str:
+    def undo(self) -> str:
         """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""
-        with self._journal.lock:
-            if not self.state.terrain_history:
+        with self._core.journal.lock:
+            if not self._core.state.terrain_history:
                 raise Conflict("there is no earlier terrain to go back to")
-            digest = self.state.terrain_history[-1]
-            self._journal.record("terrain_undone", {"digest": digest})
+            digest = self._core.state.terrain_history[-1]
+            self._core.journal.record("terrain_undone", {"digest": digest})
         return digest

@@ -127,7 +127,7 @@ class Fit:
 
 
 def unfit_of(fits: Mapping[str, Any]) -> frozenset[str]:
-    """Names of what :meth:`UpToDateSession.up_to_date` says is not of how things are now."""
+    """Names of what :meth:`.UpToDate.up_to_date` says is not of how things are now."""
     each = {**fits["maps"], **{name: one for name, one in fits.items() if isinstance(one, dict) and "fits" in one}}
     return frozenset(name for name, one in each.items() if not one["fits"])
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from footfall.planning.step.problem import PlanResult
 from footfall.sequence.commands import Sequence
+from footfall.session.core import SessionCore
 from footfall.session.log.fold import SessionState
-from footfall.session.recorded import RecordedSession
 from footfall.session.replay.compare import Difference, differences
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -42,7 +42,7 @@ class SideBySide:
         return all(row.same for row in self.rows)
 
 
-def side_by_side(one: RecordedSession, other: RecordedSession) -> SideBySide:
+def side_by_side(one: SessionCore, other: SessionCore) -> SideBySide:
     """Compare two sessions; values by content, so that the same work done twice is the same."""
     both = (one, other)
     products: dict[str, tuple[Callable[[SessionState], str | None], Callable[[Any], str]]] = {
@@ -66,7 +66,7 @@ def side_by_side(one: RecordedSession, other: RecordedSession) -> SideBySide:
 
 def _values(
     what: str,
-    both: tuple[RecordedSession, RecordedSession],
+    both: tuple[SessionCore, SessionCore],
     digest_of: Callable[[SessionState], str | None],
     tell: Callable[[Any], str],
 ) -> Compared:

@@ -1,4 +1,4 @@
-"""A session whose rover is commanded: the conn, arming, sending, steering what is sent, and the stop.
+"""Commanding the rover of a session: the conn, arming, sending, steering what is sent, and the stop.
 
 ``who`` asks is part of every act; a script that holds the session in its own process is LOCAL.
 """
@@ -14,40 +14,54 @@ from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.carried_out import carried_out
+from footfall.session.core import SessionCore
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
 from footfall.session.jobs.requests import WalkRequest
-from footfall.session.linked import LinkedSession
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
-from footfall.session.recorded import present
+from footfall.session.products.compared import UpToDate
+from footfall.session.products.executions import Executions
+from footfall.session.products.outcomes import Outcomes
+from footfall.session.products.sequences import Sequences
+from footfall.session.rover.linked import LinkedRover
 
 
-class CommandedSession(LinkedSession):
-    """The part of a session through which the rover moves; thread-safe as
-    :class:`footfall.session.recorded.RecordedSession` says.
-    """
+class Commands:
+    """What the rover is told to do, and who may; thread-safe as :class:`footfall.session.core.SessionCore` says."""
+
+    def __init__(
+        self,
+        core: SessionCore,
+        rover: LinkedRover,
+        fits: UpToDate,
+        executions: Executions,
+        sequences: Sequences,
+        outcomes: Outcomes,
+    ) -> None:
+        self._core, self._rover, self._fits = core, rover, fits
+        self._executions, self._sequences, self._outcomes = executions, sequences, outcomes
 
     @property
     def gate(self) -> dict[str, Any]:
         """The command gate, as plain JSON."""
-        return self._commanding.gate.as_dict()
+        return self._rover.commanding.gate.as_dict()
 
     @property
     def conn(self) -> dict[str, Any]:
         """Who holds the conn, for how long, and who asks for it, as plain JSON."""
-        return self._commanding.gate.conn()
+        return self._rover.commanding.gate.conn()
 
     def holds_conn(self, who: Identity) -> bool:
         """Whether ``who``, as that page or program, holds the conn."""
-        return self._commanding.gate.holds_conn(who)
+        return self._rover.commanding.gate.holds_conn(who)
 
     def conn_act(self, act: str, who: Identity = LOCAL) -> dict[str, Any]:
         """Take, release, request, grant, deny or renew ("heartbeat") the conn; who holds it then.
 
         Raises CommandRefused where it is another's, or the role does not allow it.
         """
-        return self._commanding.conn(act, who)
+        return self._rover.commanding.conn(act, who)
 
     def arm(self, sequence_digest: str | None = None, who: Identity = LOCAL) -> dict[str, Any]:
         """Check that a sequence may be sent now; the token of the answer sends it once, for a short time.
@@ -55,9 +69,11 @@ class CommandedSession(LinkedSession):
         Takes the conn where nobody holds it. Raises CommandRefused; its details name the check that failed and by how
         much.
         """
-        digest = self._sequence(sequence_digest)
-        sequence = self._shelf.typed(Sequence, digest)
-        return self._commanding.arm(digest, sequence, self._facts(digest), self.description.joint_names, who)
+        digest = self._sequences.named(sequence_digest)
+        sequence = self._core.typed(Sequence, digest)
+        return self._rover.commanding.arm(
+            digest, sequence, self._facts(digest), self._core.description.joint_names, who
+        )
 
     def send(
         self, token: str, expected: str | None = None, who: Identity = LOCAL, step_by_step: bool = False
@@ -67,7 +83,7 @@ class CommandedSession(LinkedSession):
         expected: digest of the sequence that the sender means; where another one was armed, nothing is sent.
         step_by_step: the run waits after every row until :meth:`next_row`.
         """
-        digest = self._commanding.gate.armed_sequence(token)
+        digest = self._rover.commanding.gate.armed_sequence(token)
         if expected is not None and expected != digest:
             raise CommandRefused(
                 "the token was armed for another version of the sequence; arm this one",
@@ -75,18 +91,18 @@ class CommandedSession(LinkedSession):
                 armed=digest,
                 asked=expected,
             )
-        sequence, names = self._shelf.typed(Sequence, digest), self.description.joint_names
+        sequence, names = self._core.typed(Sequence, digest), self._core.description.joint_names
 
         def facts() -> Facts:
             return self._facts(digest)
 
-        return self._commanding.send(token, sequence, facts(), names, who, step_by_step, facts)
+        return self._rover.commanding.send(token, sequence, facts(), names, who, step_by_step, facts)
 
-    def hold_run(self, who: Identity = LOCAL) -> None:
+    def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more goes to the rover by itself; the present row is carried out. Raises CommandRefused."""
-        self._commanding.hold(who)
+        self._rover.commanding.hold(who)
 
-    def resume_run(self, who: Identity = LOCAL) -> None:
+    def resume(self, who: Identity = LOCAL) -> None:
         """The rows that are left go one after another. Raises CommandRefused, naming the check."""
         self._go_on(who, going=True)
 
@@ -94,14 +110,14 @@ class CommandedSession(LinkedSession):
         """The next row goes, and the run waits again after it. Raises CommandRefused, naming the check."""
         self._go_on(who, going=False)
 
-    def abort_run(self, who: Identity = LOCAL) -> None:
+    def abort(self, who: Identity = LOCAL) -> None:
         """Nothing more is sent; the present row is carried out (to break it off, stop). Raises CommandRefused."""
-        self._commanding.abort(who)
+        self._rover.commanding.abort(who)
 
     @property
     def run(self) -> dict[str, Any] | None:
         """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when;
-        compared: what came of it, see :meth:`outcome`.
+        compared: what came of it, see :meth:`.Outcomes.latest`.
 
         State of a row: "queued", as its command's record says, or "unsent" where the run ended before it. A run that
         has ended is told so also while the log can't be written.
@@ -123,19 +139,19 @@ class CommandedSession(LinkedSession):
                 told = {"state": "queued", "reason": "", "times": queued}
             rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
         told = {name: item for name, item in fields_of(run).items() if name != "mark"}
-        return {**told, "rows": rows, "compared": self.outcome()}
+        return {**told, "rows": rows, "compared": self._outcomes.latest()}
 
     def end_of_run(self, number: int | None) -> tuple[str, str] | None:
         """Outcome of a run, and the reason; None while it goes on, and of one that never began."""
-        run = self.state.run
+        run = self._core.state.run
         if run is not None and run.number == number:
             return (run.outcome, run.reason) if run.state == "ended" else None
         # another has begun since: the log has how this one ended
-        ends = (event.payload for event in reversed(self.events()) if event.type == "run_ended")
+        ends = (event.payload for event in reversed(self._core.events()) if event.type == "run_ended")
         return next(((end["outcome"], end["reason"]) for end in ends if end.get("run") == number), None)
 
     def _with_the_latest_end(self) -> SessionState:
-        state, latest = self.state, self._commanding.latest_end
+        state, latest = self._core.state, self._rover.commanding.latest_end
         if state.run is None or state.run.state == "ended" or latest is None or latest[1]["run"] != state.run.number:
             return state
         at, ended = latest
@@ -143,12 +159,12 @@ class CommandedSession(LinkedSession):
 
     def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
         """Stop the rover, now; stays in force until cleared. Anybody may; works without rover, disk or free lock."""
-        self._commanding.stop(reason, time.time(), who)
+        self._rover.commanding.stop(reason, time.time(), who)
         return self.gate
 
     def clear_stop(self, who: Identity = LOCAL) -> dict[str, Any]:
         """Raises Conflict while a connected rover has not acknowledged the stop, CommandRefused without the conn."""
-        self._commanding.clear_stop(who)
+        self._rover.commanding.clear_stop(who)
         return self.gate
 
     def require_may_leave(self, who: Identity) -> None:
@@ -156,36 +172,30 @@ class CommandedSession(LinkedSession):
 
         Raises CommandRefused that names the holder.
         """
-        self._commanding.gate.require_conn_or_free(who)
+        self._rover.commanding.gate.require_conn_or_free(who)
 
     def _go_on(self, who: Identity, going: bool) -> None:
-        run = self._commanding.gate.steer(who)
-        self._commanding.go_on(who, self._facts(run.digest), self.description.joint_names, going)
+        run = self._rover.commanding.gate.steer(who)
+        self._rover.commanding.go_on(who, self._facts(run.digest), self._core.description.joint_names, going)
 
     def _facts(self, sequence: str) -> Facts:
-        link, dem = self.link, self.state.dem
-        done = sequence in carried_out(self.state, self._rows_of)
-        ground, weight = self._planned_on(sequence), self._weight(sequence)
-        frame = self.frame
-        on_map = None if frame is None else self.place_on_map(frame.state)
-        return Facts(link.connected, frame, link.age, dem, ground, weight, done, self.robot, on_map)
-
-    def _rows_of(self, sequence: str) -> int:
-        return len(self._shelf.typed(Sequence, sequence).commands)
+        link, dem = self._rover.link, self._core.state.dem
+        done = sequence in carried_out(self._core.state, self._sequences.rows_of)
+        ground, weight = self._sequences.planned_on(sequence), self._weight(sequence)
+        frame = self._rover.frame
+        on_map = None if frame is None else self._fits.place_on_map(frame.state)
+        return Facts(link.connected, frame, link.age, dem, ground, weight, done, self._core.robot, on_map)
 
     def _weight(self, sequence: str) -> float:
         """Weight of rover and payload that a sequence was planned with [N]; of a rigid step, that of its robot."""
         from footfall.balance.payload import loaded
 
-        executed, behind = self.executed_with(sequence), self.state.plan_behind(sequence)
+        executed, behind = self._executions.executed_with(sequence), self._core.state.plan_behind(sequence)
         balance = BalanceSettings()
         if executed is not None:
             balance = executed.compliance.balance
         elif behind is not None and behind.settings is not None:
-            asked = self._shelf.get(behind.settings)
+            asked = self._core.get(behind.settings)
             balance = asked.settings.balance if isinstance(asked, WalkRequest) else balance
-        mass, _ = loaded(self.robot, np.zeros(3), balance)
+        mass, _ = loaded(self._core.robot, np.zeros(3), balance)
         return mass * balance.gravity
-
-    def _sequence(self, digest: str | None) -> str:
-        return digest or present(self.state.sequence, "there is no sequence yet; make one from a plan")

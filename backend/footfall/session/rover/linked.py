@@ -4,65 +4,64 @@ What the rover says is used when its light time is over; what is wrong with a me
 """
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 
-from footfall.core.errors import Conflict, InvalidTelemetry
+from footfall.core.errors import Conflict, InvalidTelemetry, NotFound
 from footfall.planning.compliance.seen_yield import gives_way
 from footfall.session.commanding import Commanding
-from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.jobs.pool import JobPool
+from footfall.session.core import SessionCore
 from footfall.session.pixels import HeldPixels
-from footfall.session.products.outcomes import OutcomeSession
 from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import Send
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
-from footfall.session.storage.store import SessionStore
 from footfall.telemetry.images import Snapshot
-from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, encode
+from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, ImageRequestMessage, encode
 from footfall.telemetry.state import TelemetryFrame, counted_anew
-from footfall.terrain.fusion.on_map import OnMap
 
 
-class LinkedSession(OutcomeSession):
-    """The part of a session that hears the rover. Every method may be called from any thread."""
+class LinkedRover:
+    """The rover of a session: both ways of its link. Every method may be called from any thread."""
+
+    seen_to_give_way: bool | None = None
+    """Whether the rover's joints give way, by the latest telemetry at rest that tells it."""
 
     def __init__(
         self,
-        store: SessionStore,
-        jobs: JobPool,
+        core: SessionCore,
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
     ) -> None:
-        super().__init__(store, jobs)
+        self._core = core
         self._requests = 0
-        self._compared = self._before = self.state.runs
-        self.recorder = Recorder(store.folder, lambda: self.description, self._recording_told, recording)
+        self._follow: list[Callable[[TelemetryFrame], None]] = []
+        self.recorder = Recorder(core.store.folder, lambda: core.description, self._recording_told, recording)
         self.link = RecordedLink(self.recorder, light_time)
-        journal = self._journal
-        self._commanding = Commanding(self.link, journal.record, journal.record_anyway, lambda: journal.state)
+        journal = core.journal
+        self.commanding = Commanding(self.link, journal.record, journal.record_anyway, lambda: journal.state)
+
+    def close(self) -> None:
+        """End the link, the run and the recording; harmless when done twice."""
+        self.link.close()
+        self.commanding.close()
+        self.recorder.close()
+
+    def follow(self, callback: Callable[[TelemetryFrame], None]) -> None:
+        """Call ``callback`` with each frame that is the latest one, as soon as it is."""
+        self._follow.append(callback)
+
+    @property
+    def conn_seat(self) -> str:
+        """Of the page that holds the conn; "" where none does."""
+        holder = self.commanding.gate.conn_holder
+        return "" if holder is None else holder.seat
 
     @property
     def frame(self) -> TelemetryFrame | None:
         """The latest telemetry frame."""
         return self.link.frame
-
-    def _measured(self) -> OnMap | None:
-        frame = self.frame
-        return None if frame is None else self.place_on_map(frame.state)
-
-    def _conn_seat(self) -> str:
-        holder = self._commanding.gate.conn_holder
-        return "" if holder is None else holder.seat
-
-    def _unheard(self) -> str:
-        age = self.link.age
-        if age is None:
-            return super()._unheard()
-        if self.link.connected and age <= STALE_AFTER:
-            return ""
-        return f"the rover was last heard {age:z.0f} s ago"
 
     @property
     def telemetry_age(self) -> float | None:
@@ -72,9 +71,9 @@ class LinkedSession(OutcomeSession):
     @property
     def stops(self) -> int:
         """How often a stop was asked for since the session was opened."""
-        return self._commanding.gate.stops()
+        return self.commanding.gate.stops()
 
-    def rover_connected(self, send: Send, hello: HelloMessage | None = None) -> None:
+    def connected(self, send: Send, hello: HelloMessage | None = None) -> None:
         """A rover is on the link. ``send``: hands it a text frame; thread-safe, does not block.
 
         hello: what it said of itself; without, it is not told of epochs. An epoch that can't be counts for nothing: the
@@ -84,23 +83,23 @@ class LinkedSession(OutcomeSession):
             hello = replace(hello, epoch=None)
         self.link.connect(send)
         # a stop in force goes first: the log may be slow
-        epoch = self._commanding.connected(hello)
-        self._journal.record_anyway("link_connected", {"epoch": epoch})
-        self._journal.tell("link", link=self.link.as_dict())
+        epoch = self.commanding.connected(hello)
+        self._core.journal.record_anyway("link_connected", {"epoch": epoch})
+        self._core.journal.tell("link", link=self.link.as_dict())
 
-    def rover_disconnected(self, send: Send | None = None) -> None:
+    def disconnected(self, send: Send | None = None) -> None:
         """The rover is gone. With ``send``: only if that is the one in use."""
         if self.link.disconnect(send):
-            self._commanding.lost("the rover disconnected")
-            self._journal.record_anyway("link_lost", {})
-            self._journal.tell("link", link=self.link.as_dict())
+            self.commanding.lost("the rover disconnected")
+            self._core.journal.record_anyway("link_lost", {})
+            self._core.journal.tell("link", link=self.link.as_dict())
 
     def take_telemetry(self, frame: TelemetryFrame, at: float | None = None, by_request: bool = False) -> None:
         """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot.
 
         by_request: it did not come over the link, and counts for nothing where a rover is linked when it arrives.
         """
-        self._require_robot(frame.state)
+        self._core.require_robot(frame.state)
         light = self.link.light_time.telemetry
         self.link.hear(lambda came: self._telemetry_arrived(frame, came, light, by_request), at)
 
@@ -110,11 +109,12 @@ class LinkedSession(OutcomeSession):
             if before is not None:
                 self._tell_what_is_odd(before, frame)
             if frame.state.mode == "idle":
-                told = gives_way(frame.state, frame.commanded, self.description.stiffness)
-                self._seen_to_give_way = self._seen_to_give_way if told is None else told
-            self._look_whether_a_run_is_over(frame)
+                told = gives_way(frame.state, frame.commanded, self._core.description.stiffness)
+                self.seen_to_give_way = self.seen_to_give_way if told is None else told
             self.recorder.take(frame, at)
-            self._journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
+            self._core.journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
+            for callback in self._follow:
+                callback(frame)
 
     def _tell_what_is_odd(self, before: TelemetryFrame, frame: TelemetryFrame) -> None:
         """The frame is kept all the same: telemetry with a wrong time or number is worth more than none."""
@@ -138,7 +138,7 @@ class LinkedSession(OutcomeSession):
 
         held: its pixels, which are given back when it is stored, or can't be any more.
         """
-        self._require_robot(snapshot.state)
+        self._core.require_robot(snapshot.state)
         digest = snapshot.digest
         over = ExitStack()
         if held is not None:
@@ -158,11 +158,11 @@ class LinkedSession(OutcomeSession):
     def _images_arrived(self, snapshot: Snapshot, at: float) -> None:
         self.recorder.take(snapshot, at)
         # packing nine pairs takes long; telemetry and acknowledgements must not wait for it
-        digest, state = self.put(snapshot), self.put(snapshot.state)
+        digest, state = self._core.put(snapshot), self._core.put(snapshot.state)
         payload = {"digest": digest, "state": state, "pairs": [pair.name for pair in snapshot.pairs]}
         if snapshot.left_out:
             payload["left_out"] = dict(snapshot.left_out)
-        self._journal.record("snapshot_taken", payload)
+        self._core.journal.record("snapshot_taken", payload)
 
     def take_complaint(self, text: str, *, message_id: str = "", about_rover: str | None = None) -> None:
         """The rover could not use a message, or the server one of its: the operator is told.
@@ -176,8 +176,8 @@ class LinkedSession(OutcomeSession):
 
     def _complained(self, text: str, message_id: str, source: str, kind: str) -> None:
         if self.link.complain(text, kind):
-            self._journal.record_anyway("link_fault", {"id": message_id, "reason": text, "source": source})
-        self._journal.tell("link", link=self.link.as_dict())
+            self._core.journal.record_anyway("link_fault", {"id": message_id, "reason": text, "source": source})
+        self._core.journal.tell("link", link=self.link.as_dict())
 
     def take_acknowledgement(self, command_id: str, state: str, reason: str = "", time: float | None = None) -> None:
         """The rover "received", "started", has "done" or "refused" a command. Unknown ids change nothing.
@@ -194,14 +194,14 @@ class LinkedSession(OutcomeSession):
             text = f"command {command_id} came to the rover too late and was not carried out: {reason}"
             self._complained(text, command_id, "rover", "outdated-command")
             state, reason = "refused", f"outdated: {reason}"
-        known = next((command.state for command in self.state.commands if command.id == command_id), None)
+        known = next((command.state for command in self._core.state.commands if command.id == command_id), None)
         if known in ENDED and state in ENDED and state != known and not outdated:
             text = (
                 f"the rover says of command {command_id} that it is {state}, and had said that it is {known}: {reason}"
             )
             self._complained(text, command_id, "rover", "contradiction")
         elif known is not None:
-            self._commanding.heard(command_id, state, reason)
+            self.commanding.heard(command_id, state, reason)
 
     def take_epoch(self, about: str, epoch: int) -> None:
         """The rover has heard of ``epoch``, and says so about the message called ``about``. Raises InvalidTelemetry."""
@@ -209,9 +209,9 @@ class LinkedSession(OutcomeSession):
         self.link.hear(lambda _: self._epoch_heard(about, epoch))
 
     def _epoch_heard(self, about: str, epoch: int) -> None:
-        self._commanding.epoch_heard(about, epoch)
+        self.commanding.epoch_heard(about, epoch)
         # whether anything can be armed may be another answer now
-        self._journal.tell("link", link=self.link.as_dict())
+        self._core.journal.tell("link", link=self.link.as_dict())
 
     def require_epoch(self, epoch: int) -> None:
         """Raises InvalidTelemetry where no ground can have told the rover of ``epoch``."""
@@ -234,31 +234,42 @@ class LinkedSession(OutcomeSession):
         self.link.hear(lambda came: self._stop_acknowledged(stop_id, time, came), path="stops")
 
     def _stop_acknowledged(self, stop_id: str | None, time: float | None, at: float) -> None:
-        self._commanding.stop_acknowledged(stop_id)
+        self.commanding.stop_acknowledged(stop_id)
         self.recorder.take(acknowledgement("stop_ack", stop_id or "", time=time), at)
 
     def set_light_time(self, light_time: LightTime) -> None:
         """How long messages are on their way from now on; what is on its way already keeps its time."""
-        with self._journal.lock:
+        with self._core.journal.lock:
             if light_time != self.link.light_time:
-                self._journal.record_anyway("light_time_set", light_time.as_dict())
+                self._core.journal.record_anyway("light_time_set", light_time.as_dict())
                 self.link.light_time = light_time
-                self._journal.tell("link", link=self.link.as_dict())
+                self._core.journal.tell("link", link=self.link.as_dict())
 
     @property
     def epoch(self) -> int:
         """In which commands are released now; it only grows."""
-        return self._commanding.gate.epoch
+        return self.commanding.gate.epoch
 
     def superseded(self, by: str) -> None:
         """Tell whoever listens that session ``by`` holds the rover from now on."""
-        self._journal.tell("session", session={"current": by})
+        self._core.journal.tell("session", session={"current": by})
 
     def _recording_told(self, type: str, text: str) -> None:
         """A fault of the recorder, or what it saved of a recording that was cut short."""
         if type == "link_fault":
             self.link.complain(text, "recorder")
-            self._journal.record_anyway(type, {"id": "", "reason": text, "source": "recorder"})
-            self._journal.tell("link", link=self.link.as_dict())
+            self._core.journal.record_anyway(type, {"id": "", "reason": text, "source": "recorder"})
+            self._core.journal.tell("link", link=self.link.as_dict())
         else:
-            self._journal.record_anyway(type, {"text": text})
+            self._core.journal.record_anyway(type, {"text": text})
+
+    def request_images(self, pairs: tuple[str, ...] | list[str] | None = None) -> None:
+        """Ask the rover for images of the named camera pairs (None: all). Raises Conflict, NotFound."""
+        known = [camera.name for camera in self._core.description.cameras]
+        for name in pairs or ():
+            if name not in known:
+                raise NotFound(f"there is no camera pair {name!r}; there are {', '.join(known)}", pair=name)
+        with self._core.journal.lock:
+            self._requests += 1
+            request = ImageRequestMessage(f"images-{self._requests}", None if pairs is None else tuple(pairs))
+        self.link.send(encode(request))

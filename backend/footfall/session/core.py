@@ -1,0 +1,164 @@
+"""What all parts of a session share: its log, values, jobs and files, under one lock."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
+from footfall.core.value import Value
+from footfall.session.jobs.job import Job
+from footfall.session.jobs.pool import JobPool
+from footfall.session.jobs.product_recipes import built_robot
+from footfall.session.journal import Journal
+from footfall.session.log.event import Event
+from footfall.session.log.fold import SessionState
+from footfall.session.shelf import Shelf
+from footfall.session.storage.references import whole_zip
+from footfall.session.storage.store import SessionStore
+from footfall.session.workshop import Workshop
+from footfall.telemetry.state import RobotState
+
+if TYPE_CHECKING:
+    from footfall.robot.description import RobotDescription
+    from footfall.robot.model import Robot
+
+
+_V = TypeVar("_V", bound=Value)
+
+
+class SessionCore:
+    """What its folder holds of a session, and its jobs. Every method may be called from any thread.
+
+    Listeners are called in the order of what happened with the session's lock held: they put the message
+    into a queue of their own and return.
+    """
+
+    def __init__(self, store: SessionStore, jobs: JobPool) -> None:
+        self.store = store
+        self.journal = Journal(store)
+        self.shelf = Shelf(store)
+        self.workshop = Workshop(jobs, self.journal, self.shelf, store)
+        for repair in store.repairs:
+            self.journal.record("log_repaired", repair)
+        if len(self.journal) and store.writes:
+            self.journal.record("session_opened", {})
+
+    def begin(self, name: str, robot: str, robot_name: str) -> None:
+        """Write the first event of a new session; ``robot`` is the digest of its description."""
+        self.journal.record("session_created", {"name": name, "robot": robot, "robot_name": robot_name})
+
+    @property
+    def id(self) -> str:
+        """Name of the session's folder."""
+        return self.store.folder.name
+
+    @property
+    def name(self) -> str:
+        """What its maker called it."""
+        return self.state.name
+
+    @property
+    def robot_digest(self) -> str:
+        """Content name of the robot description."""
+        return present(self.state.robot, "the session has no robot")
+
+    @property
+    def description(self) -> "RobotDescription":
+        """The robot description that the session was made with."""
+        return cast("RobotDescription", self.get(self.robot_digest))
+
+    @property
+    def robot(self) -> "Robot":
+        """The robot's model, built when first asked for."""
+        return built_robot(self.description)
+
+    @property
+    def state(self) -> SessionState:
+        """What the log folds to."""
+        return self.journal.state
+
+    @property
+    def jobs(self) -> list[Job]:
+        """The session's jobs, newest last."""
+        return self.workshop.jobs
+
+    def events(self, since: int = 0) -> list[Event]:
+        """Events with ``seq`` ≥ ``since``."""
+        return self.journal.events(since)
+
+    def listen(self, callback: Callable[[dict[str, Any]], None]) -> Callable[[], None]:
+        """Hear of everything from now on; returns what ends it. See the class about what callbacks may do."""
+        return self.journal.listen(callback)
+
+    @property
+    def unrecorded(self) -> int:
+        """Events that the disk could not take yet."""
+        return self.journal.unrecorded
+
+    @property
+    def only_looked_at(self) -> bool:
+        """Whether nothing in it can be changed, and so nothing happens that could be heard."""
+        return not self.store.writes
+
+    @property
+    def appended(self) -> tuple[int, float]:
+        """How many events were written since the session was opened, and how long that took in all [s]."""
+        return self.journal.appended
+
+    def put(self, value: Value) -> str:
+        """Store a value; returns its digest. Nothing refers to it yet."""
+        return self.shelf.put(value)
+
+    def get(self, digest: str) -> Value:
+        """Raises NotFound; InvalidBundle where the stored file is damaged."""
+        return self.shelf.get(digest)
+
+    def typed(self, kind: type[_V], digest: str) -> _V:
+        """As :meth:`get`, of a value that is a ``kind``. Raises InvalidInput where it is of another."""
+        return self.shelf.typed(kind, digest)
+
+    def has(self, digest: str) -> bool:
+        """Whether a value of this name is stored."""
+        return self.store.has(digest)
+
+    def put_bytes(self, data: bytes, extension: str) -> str:
+        """Store the content of a file that is no value, such as an export."""
+        return self.store.put_bytes(data, extension)
+
+    def get_bytes(self, digest: str) -> bytes:
+        """Raises NotFound; InvalidBundle where the stored file is damaged."""
+        return self.store.get_bytes(digest)
+
+    def add_note(self, text: str) -> None:
+        """Write something down. Raises InvalidInput for an empty or overlong note."""
+        if not 0 < len(text.strip()) <= 10_000:
+            raise InvalidInput("a note has 1 to 10 000 characters", length=len(text))
+        self.journal.record("note", {"text": text.strip()})
+
+    def export_bundle(self) -> bytes:
+        """The session so far, as a zip. Raises Conflict where artifacts are missing."""
+        with self.journal.lock:
+            return whole_zip(self.store.bundle())
+
+    def require_leg(self, leg: int) -> None:
+        """Raises InvalidInput where the rover has no such leg."""
+        count = len(self.description.legs)
+        if type(leg) is not int or not 0 <= leg < count:
+            raise InvalidInput(f"{self.state.robot_name} has legs 0…{count - 1}", leg=leg)
+
+    def require_robot(self, state: RobotState) -> None:
+        """Raises InvalidTelemetry where a state is of another robot."""
+        legs = len(self.description.legs)
+        if state.robot != self.state.robot_name or state.leg_count != legs:
+            raise InvalidTelemetry(
+                f"this is a state of {state.robot} with {state.leg_count} legs; "
+                f"the session is about {self.state.robot_name} with {legs}",
+                robot=state.robot,
+                fault="wrong-robot" if state.robot != self.state.robot_name else "wrong-legs",
+            )
+
+
+def present(digest: str | None, otherwise: str) -> str:
+    """``digest`` where there is one; raises Conflict, saying ``otherwise``, where there is none."""
+    if digest is None:
+        raise Conflict(otherwise)
+    return digest

@@ -1,0 +1,106 @@
+"""Commands of a session: made, edited, undone, read from files and written to them."""
+
+import numpy as np
+
+from footfall.core.errors import Conflict, InvalidInput, NotFound
+from footfall.core.value import Value
+from footfall.planning.execution.settings import ExecutionSettings
+from footfall.sequence.commands import Sequence
+from footfall.session.core import SessionCore, present
+from footfall.session.jobs.requests import ExportRequest, ImportRequest
+from footfall.session.products.executions import Executions
+from footfall.session.products.kinds import COMMANDED, EDIT, EXPORT, FOOT_MOVES, IMPORT, SEQUENCE
+from footfall.session.products.stances import Stances
+from footfall.session.products.terrains import SHORT_JOB
+
+
+class Sequences:
+    """The commands of a session; thread-safe as :class:`footfall.session.core.SessionCore` says."""
+
+    def __init__(self, core: SessionCore, stances: Stances, executions: Executions) -> None:
+        self._core, self._stances, self._executions = core, stances, executions
+
+    def make(
+        self, plan_digest: str | None = None, settings: ExecutionSettings | None = None, *, as_commanded: bool = False
+    ) -> str:
+        """Commands of a planned step, its execution, a move of the chassis or a walk (None: the present step's).
+
+        Returns their digest. A step is commanded as ``settings`` say (None: with the pose held), and a move of the
+        chassis with the pose held, sag predicted, where that is known: see :meth:`.Executions.way_of_commands`.
+        as_commanded: as it was planned, whether or not the rover sags; where it ends is then not predicted. Raises
+        Conflict, InvalidInput, NotFound.
+        """
+        plan = plan_digest or present(self._core.state.plan, "there is no plan yet")
+        made, kind = self._core.state.products.get(plan), self._core.state.kind_of(plan)
+        if made is None or kind is None or kind.given_as not in COMMANDED:
+            raise NotFound(f"the session holds no plan {plan}", digest=plan)
+        if as_commanded and settings is not None:
+            raise InvalidInput(
+                "commands as planned predict no sag, so they take no settings of it: leave out one of them"
+            )
+        for_sag = kind.executed_by and not as_commanded and self._executions.way_of_commands().mode != "rigid"
+        if for_sag and getattr(self._core.get(plan), "plan", None) is not None:
+            return self.make(self._executions.executed(plan, settings))
+        parents = {"robot": self._core.robot_digest, kind.given_as: plan, "dem": made.parents["dem"]}
+        return self._core.workshop.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)
+
+    def edit(self, digest: str, edit: Value) -> str:
+        """Apply an Edit to the present sequence, which ``digest`` must name. Raises Conflict, InvalidSequence."""
+        if digest != self._core.state.sequence:
+            raise Conflict(
+                "the sequence has changed since you read it", yours=digest, present=self._core.state.sequence
+            )
+        parents = {
+            "robot": self._core.robot_digest,
+            "sequence": digest,
+            "dem": present(self.planned_on(digest), "the sequence goes back to no plan"),
+        }
+        return self._core.workshop.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
+
+    def import_file(self, name: str, content: bytes) -> str:
+        """Commands from a file become the present sequence, every rule checked anew; returns the digest.
+
+        name: of the file; its ending says the format. A file that doesn't say from where its commands start is taken
+        to start where the rover stands, and the state is then a parent of the sequence. Raises Conflict without
+        terrain and state, InvalidSequence, naming the place, where the file can't be used.
+        """
+        request = ImportRequest(name, np.frombuffer(content, np.uint8))
+        return self._stances.ask(IMPORT, request, urgent=True).finish(SHORT_JOB)
+
+    def undo(self) -> str:
+        """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""
+        with self._core.journal.lock:
+            if not self._core.state.sequence_history:
+                raise Conflict("there is no edit to undo")
+            digest = self._core.state.sequence_history[-1]
+            self._core.journal.record("sequence_undone", {"digest": digest})
+        return digest
+
+    def redo(self) -> str:
+        """Make the edit again that was undone last; returns the digest. Raises Conflict where there is none."""
+        with self._core.journal.lock:
+            if not self._core.state.sequence_ahead:
+                raise Conflict("there is no undone edit to make again")
+            digest = self._core.state.sequence_ahead[-1]
+            self._core.journal.record("sequence_redone", {"digest": digest})
+        return digest
+
+    def export(self, digest: str | None = None, format: str = "seqjson") -> bytes:
+        """A sequence (None: the present one) as a file. Raises InvalidSequence where a rule does not hold."""
+        parents = {"sequence": self.named(digest)}
+        job = self._core.workshop.submit(EXPORT, parents, ExportRequest(format), format=format, urgent=True)
+        return self._core.get_bytes(job.finish(SHORT_JOB))
+
+    def planned_on(self, sequence: str) -> str | None:
+        """Digest of the terrain that the plan behind a sequence was made on; of foot moves, that those were."""
+        own = self._core.state.products.get(self._core.state.before_edits(sequence))
+        behind = own if own is not None and own.kind == FOOT_MOVES.name else self._core.state.plan_behind(sequence)
+        return None if behind is None else behind.parents["dem"]
+
+    def rows_of(self, sequence: str) -> int:
+        """How many rows a sequence has."""
+        return len(self._core.typed(Sequence, sequence).commands)
+
+    def named(self, digest: str | None) -> str:
+        """``digest``, or that of the present sequence. Raises Conflict where there is none."""
+        return digest or present(self._core.state.sequence, "there is no sequence yet; make one from a plan")
