@@ -73,7 +73,7 @@ def test_a_refusal_of_the_gate_is_counted_by_its_check(plain, ground, monkeypatc
     def refuse(*_, **__):
         raise CommandRefused("the rover moved", check="start")
 
-    monkeypatch.setattr(type(plain.sessions.current), "clear_stop", refuse)
+    monkeypatch.setattr(type(plain.sessions.current.commands), "clear_stop", refuse)
     assert ground.post("/stop/clear").status_code == 409
     assert figures(plain, ground)["footfall_gate_refusals_total", "start"] == 1
 

@@ -150,7 +150,8 @@ def test_a_print_lies_on_the_ground_where_a_wheel_was_put_down(viewed, athlete, 
     def session(commands, shown=True):
         view = SimpleNamespace(shown=SimpleNamespace(tracks=shown))
         state = SimpleNamespace(dem="dem", commands=commands)
-        return cast(Any, SimpleNamespace(state=state, view=view, robot=athlete, get=products.__getitem__))
+        choices = SimpleNamespace(view=view)
+        return cast(Any, SimpleNamespace(state=state, choices=choices, robot=athlete, get=products.__getitem__))
 
     drawing = TracksDrawing(server)
     for commands, shown, there in (((), True, False), ((done,), True, True), ((done,), False, False)):

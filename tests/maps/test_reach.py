@@ -195,7 +195,7 @@ def test_what_is_blamed_is_too_close(athlete, dem, state, whole, rng):
     scene = CollisionScene(athlete, state.posture, LEG, np.asarray(state.T_site_base), triangulate(dem), 0.0, 0.15)
     for reason, qs, mode in ((FOOT_COLLISION, whole.postures, "true"), (WAYPOINT_COLLISION, whole.above, "raised")):
         for i in rng.permutation(np.flatnonzero(whole.reason == reason))[:40]:
-            part, blame = link_name(LEG, PARTS[whole.rover.link[i]]), int(whole.blame[i])
+            part, blame = link_name(LEG, PARTS[whole.link[i]]), int(whole.blame[i])
             hits = [hit for hit in scene.contacts(qs[i], mode) if part in (hit.link_a, hit.link_b)]
             obstacle = {CHASSIS: "base", TERRAIN: "terrain", SELF: f"leg{LEG}"}.get(blame, f"leg{blame - LEG_CODE}")
             assert any(hit.link_b.startswith(obstacle) for hit in hits)

@@ -262,7 +262,7 @@ from tests.support.frames import moving_frames
 session = Sessions(sys.argv[2], jobs=InlineJobs("tiny_recipes")).create("killed")
 print(session.id, flush=True)
 for frame in moving_frames(2000, robot=session.description.name):
-    session.take_telemetry(frame)
+    session.rover.take_telemetry(frame)
     print(frame.number, flush=True)
     time.sleep(0.002)
 """

@@ -252,7 +252,7 @@ def test_a_stop_reaches_the_session_that_took_the_rover_over_meanwhile(sessions,
     monkeypatch.setattr(first.commands, "stop", late)
     assert sessions.stop("danger", LOCAL)["stopped"]
     assert sessions.current is asked[0]
-    assert asked[0].gate["stopped"]
+    assert asked[0].commands.gate["stopped"]
 
 
 def test_there_is_nothing_to_stop_without_a_session(sessions):

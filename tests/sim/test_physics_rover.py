@@ -214,7 +214,7 @@ def test_stop_freezes_the_set_points(athlete, rover):
     assert np.abs(rover.posture - still).max() < 1e-4
     (ack,) = rover.command(order(1, 1, target, 4.0))
     assert "clear the stop first" in ack.reason
-    rover.commands.clear_stop()
+    rover.clear_stop()
     assert rover.mode == "idle"
     assert rover.command(order(2, 1, target, 1.0))[-1].state == "started"
 

@@ -164,7 +164,7 @@ def test_a_day_on_the_link(athlete, rover_process, link_server):
     again = server.wait_for(of(HelloMessage, count=2))
     assert server.connections == 2
     assert again.id != hello.id
-    assert again.rover.epoch == 7
+    assert again.epoch == 7
     server.send(lift(athlete, "c7", 0.0, 1.0, epoch=7))
     server.wait_for(of(AckMessage, id="c7", state="outdated"))
     assert count_acks(server.frames, "c6", "done") == 1

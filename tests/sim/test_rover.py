@@ -160,7 +160,7 @@ def test_stop_freezes_and_latches(athlete, rover):
     assert rover.state().mode == "stopped"
     (ack,) = rover.command(order(1, 2, lifted(athlete, 2), 4.0))
     assert "clear the stop" in ack.reason
-    rover.commands.clear_stop()
+    rover.clear_stop()
     assert rover.command(order(2, 2, lifted(athlete, 2), 4.0))[-1].state == "started"
     assert rover.command(order(1, 2, lifted(athlete, 2), 4.0))[-1].state == "refused"
 
@@ -193,7 +193,7 @@ def test_lifting_all_of_one_side_is_a_fault(athlete, rover):
     assert "tip" in faults[0].reason
     assert "fault" in rover.command(order(9, 0, athlete.posture("stand")[:6], 9.0))[0].reason
     rover.stop()
-    rover.commands.clear_stop()
+    rover.clear_stop()
     assert rover.mode == "fault"
 
 

@@ -31,8 +31,8 @@ class JobFault(TypedDict):
     details: dict[str, Any]
 
 
-class JobAnswer(TypedDict):
-    """Long work: how far it is, and where its result is once it is done."""
+class JobInSummary(TypedDict):
+    """Long work: how far it is, and how it ended; `GET jobs/{id}` has its addresses."""
 
     id: str
     session: str
@@ -42,18 +42,13 @@ class JobAnswer(TypedDict):
     text: Annotated[str, Field(description="what is being done, or why it ended")]
     result: DigestText | None
     error: JobFault | None
+
+
+class JobAnswer(JobInSummary):
+    """Long work, and where its result is once it is done."""
+
     url: Url
     result_url: Url | None
-
-
-class JobInSummary(TypedDict):
-    """A job of a session; `GET jobs/{id}` has its addresses."""
-
-    id: str
-    kind: str
-    state: str
-    fraction: Share
-    text: str
 
 
 class PhotographJob(JobAnswer):

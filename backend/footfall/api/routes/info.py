@@ -1,6 +1,6 @@
 """What this server is: version, limits, its parts; and what executions and exports can be asked for with."""
 
-from typing import Annotated, Any, TypedDict, cast
+from typing import Annotated, Any, NotRequired, TypedDict, cast
 
 from fastapi import Request
 from pydantic import Field
@@ -15,10 +15,38 @@ from footfall.planning.execution.settings import MODES, ExecutionSettings
 router = Routes(tags=["info"])
 
 
+class SceneInfo(TypedDict):
+    """Whether the scene is drawn, and where; or why not."""
+
+    available: bool
+    reason: str
+    url: str
+
+
+class SimulatedRoverInfo(TypedDict):
+    """The simulated rover's process, and what went wrong with it last."""
+
+    running: bool
+    pid: int | None
+    fault: str
+
+
+class RoverLinkInfo(TypedDict):
+    """Whether a rover is linked, and how many of its messages could not be used."""
+
+    linked: bool
+    bad_frames: int
+    faults_by_kind: Annotated[dict[str, int], Field(description="kind → how many; docs/rover-link.md says of what")]
+    last_fault: str
+
+
 class InfoAnswer(TypedDict):
-    """The running server; further members tell of its parts."""
+    """The running server and its parts."""
 
     version: str
+    scene: NotRequired[SceneInfo]
+    simulated_rover: NotRequired[SimulatedRoverInfo | None]
+    rover_link: RoverLinkInfo
     limits: Annotated[dict[str, Any], Field(description="name → most of it; docs/api.md says of what")]
 
 

@@ -13,6 +13,7 @@ from footfall.api.routing import Routes
 from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
+from footfall.planning.stance.body_shift import PredictedState
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
@@ -91,8 +92,8 @@ def take_report(live: OneSession, report: StateReport) -> Digested:
 
 
 @router.get("/sessions/{session}/state")
-def read_state(live: OneSession) -> RobotState:
-    """The state that planning starts from."""
+def read_state(live: OneSession) -> RobotState | PredictedState:
+    """The state that planning starts from; in a what-if it is predicted."""
     return product(live, "current", RobotState, live.state.state)
 
 
