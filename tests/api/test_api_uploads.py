@@ -2,7 +2,6 @@
 
 import io
 import json
-import zipfile
 
 import httpx
 import numpy as np
@@ -14,6 +13,7 @@ from footfall.io.artifacts import encode
 from footfall.io.image_files import encode_png
 from footfall.terrain.generate import plane
 from tests.support.problems import problem
+from tests.support.zips import zipped
 
 GRID = "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n0 0 0\n0 1 0\n0 0 0\n"
 
@@ -33,14 +33,6 @@ def path(server):
 def alive(client):
     yield
     assert client.get("/info").status_code == 200
-
-
-def zipped(**files: bytes) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return out.getvalue()
 
 
 def npy(array) -> bytes:

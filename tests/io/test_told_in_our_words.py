@@ -1,9 +1,7 @@
 """Refusals of damaged files say what is wrong in our words: none repeats what a library said."""
 
-import io
 import json
 import tomllib
-import zipfile
 from collections.abc import Callable
 from xml.etree import ElementTree
 
@@ -23,16 +21,9 @@ from footfall.io.terrain_files import decode_terrain, encode_terrain
 from footfall.io.urdf.proposed import read_proposed
 from footfall.io.urdf.safe_xml import parse
 from footfall.terrain.generate import plane
+from tests.support.zips import zipped
 
 FLAT = plane(size=2.0, resolution=0.25)
-
-
-def zipped(**files: bytes) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return out.getvalue()
 
 
 def cut(content: bytes) -> bytes:
