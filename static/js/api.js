@@ -51,6 +51,7 @@ export async function request(method, path, body, headers = {}, patience = 0) {
 
 export const get = async (path) => (await request("GET", path)).body;
 export const post = async (path, body, headers) => (await request("POST", path, body, headers)).body;
+export const patch = async (path, body) => (await request("PATCH", path, body)).body;
 export const put = async (path, body) => (await request("PUT", path, body)).body;
 
 // One key for each deliberate act: a repeated request (double click, retry) is the same act.

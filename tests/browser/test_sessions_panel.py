@@ -49,6 +49,53 @@ def test_copies_of_one_session_are_told_apart(console: Page, quiet: Running) -> 
     assert sorted(rows.all_inner_texts()) == sorted([f"▸ {name} ({second[-4:]})", f"{name} ({first[-4:]})"])
 
 
+def test_a_session_is_renamed_in_its_row(console: Page, quiet: Running, look: Keep) -> None:
+    first = held(quiet)["id"]
+    with quiet.client() as client:
+        client.post("/sessions", json={"sample": "rock-step"}).raise_for_status()
+    second = held(quiet)["id"]
+    console.keyboard.press("9")
+    row = console.locator(f'#sessions tr[data-session="{first}"]')
+    name, field, rename = (
+        row.locator("td:first-child span"),
+        row.get_by_role("textbox"),
+        row.get_by_role("button", name="Rename"),
+    )
+    row.get_by_role("button", name="Rename").click()
+    expect(field).to_be_focused()
+    console.keyboard.type("from the west")
+    look("written")
+    console.keyboard.press("Escape")
+    expect(name).to_have_text(f"Stepping over a rock ({first[-4:]})")
+    expect(rename).to_be_focused()
+    assert not held(quiet)["stop"]["latched"]
+    rename.click()
+    console.keyboard.type("x" * 81)
+    console.keyboard.press("Enter")
+    expect(console.locator("#toast")).to_contain_text("leave out 1")
+    expect(field).to_have_value("x" * 81)  # what was written is not lost
+    field.fill("from the west")
+    field.press("Enter")
+    expect(name).to_have_text("from the west")
+    expect(console.locator("#sessions tr.current td:first-child span")).to_have_text("▸ Stepping over a rock")
+    with quiet.client() as client:
+        listed = {one["id"]: one["name"] for one in client.get("/sessions").json()["sessions"]}
+    assert listed == {first: "from the west", second: "Stepping over a rock"}
+    look("renamed")
+
+
+def test_the_session_that_is_shown_is_renamed_from_the_palette(console: Page, quiet: Running) -> None:
+    console.keyboard.press("Control+K")
+    console.keyboard.type("Rename this session")
+    console.keyboard.press("Enter")
+    expect(console.locator("#sessions tr.current").get_by_role("textbox")).to_be_focused()
+    console.keyboard.type("the steep side")
+    console.keyboard.press("Enter")
+    expect(console.locator("#status-session")).to_have_text("the steep side")
+    expect(console.locator("#timeline-text")).to_contain_text("the steep side")
+    assert held(quiet)["name"] == "the steep side"
+
+
 def test_what_clears_a_stop_is_not_beside_what_stops(console: Page, quiet: Running, look: Keep) -> None:
     red = console.locator("#stop").evaluate("one => getComputedStyle(one).backgroundColor")
     with quiet.client() as client:

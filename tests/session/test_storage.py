@@ -246,15 +246,17 @@ def test_tables_of_a_later_version_or_of_others_are_refused(in_sqlite):
 
 def test_tables_are_brought_up_step_by_step_and_all_or_nothing(in_sqlite):
     path = in_sqlite.parent / DATABASE
-    added = ("CREATE TABLE second (a)", "INSERT INTO second VALUES (1)")
+    added, newest = ("CREATE TABLE second (a)", "INSERT INTO second VALUES (1)"), len(schema.SCHEMAS)
     with closing(sqlite3.connect(path, isolation_level=None)) as database:
         with pytest.raises(sqlite3.OperationalError):
             schema.bring_up(database, (*schema.SCHEMAS, added, ("CREATE TABLE third (a)", "no SQL")))
-        assert database.execute("SELECT max(version) FROM schema_versions").fetchone() == (1,)
+        assert database.execute("SELECT max(version) FROM schema_versions").fetchone() == (newest,)
         assert not database.execute("SELECT 1 FROM sqlite_master WHERE name IN ('second', 'third')").fetchall()
         for _ in range(2):
             schema.bring_up(database, (*schema.SCHEMAS, added))
-        assert database.execute("SELECT version FROM schema_versions").fetchall() == [(1,), (2,)]
+        assert database.execute("SELECT version FROM schema_versions").fetchall() == [
+            (n + 1,) for n in range(newest + 1)
+        ]
         assert database.execute("SELECT a FROM second").fetchall() == [(1,)]
         assert database.execute("SELECT count(*) FROM events").fetchone() == (3,)
 

@@ -9,8 +9,9 @@ from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.jobs.product_recipes import built_robot
 from footfall.session.journal import Journal
-from footfall.session.log.event import Event
+from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold import SessionState
+from footfall.session.naming import session_name
 from footfall.session.shelf import Shelf
 from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore
@@ -133,6 +134,13 @@ class SessionCore:
         if not 0 < len(text.strip()) <= 10_000:
             raise InvalidInput("a note has 1 to 10 000 characters", length=len(text))
         self.journal.record("note", {"text": text.strip()})
+
+    def rename(self, name: str) -> None:
+        """Call the session otherwise from now on. Raises InvalidInput for a name that is none."""
+        name = session_name(name)
+        with self.journal.lock:
+            if name != self.state.name:
+                self.journal.record(RENAMED, {"name": name})
 
     def export_bundle(self) -> bytes:
         """The session so far, as a zip. Raises Conflict where artifacts are missing."""

@@ -328,16 +328,18 @@ class Sessions:
             "created": None,
             "robot": None,
             "events": None,
+            "latest": None,
             "open": session_id in self._open,
         }
         if isinstance(found, str):
             return {**about, "problem": f"it can't be read: {found}"}
         try:
             return about | {
-                "name": str(found.about["name"]),
+                "name": str((found.renamed or found.about)["name"]),
                 "created": float(found.about["created"]),
                 "robot": found.about["robot"]["name"],
                 "events": found.events,
+                "latest": found.latest,
             }
         except (ValueError, KeyError, TypeError) as err:
             return {**about, "problem": f"it can't be read: {err!r}"}

@@ -1,10 +1,11 @@
 // Sessions: open, check by replay, compare two, take away as a bundle or as a page that plays alone, bring in.
 
-import { ROOT, get, once, post, request } from "../api.js";
+import { ROOT, get, once, patch, post, request } from "../api.js";
 import { act } from "../acts.js";
 import { loadAnew } from "../anew.js";
 import { $, attempt, element } from "../dom.js";
 import { isShown, reveal } from "../layout.js";
+import { lacking } from "../rights.js";
 import { changed, known, subscribe } from "../store.js";
 import * as texts from "../texts/sessions.js";
 
@@ -16,12 +17,14 @@ let listed = null;
 let listedAt = -Infinity;
 let drawn = "";
 let checking = false;
+let renaming = null; // { id, form }: the session whose name is being written, and the field for it
 const chosen = new Set(); // ids of the sessions to compare
 
 export function start() {
   act({ text: texts.openSample, button: "open-sample", run: () => open({ sample: $("samples").value }), refusal: () => ($("samples").value ? "" : texts.noSamples) });
   act({ text: texts.compare, button: "compare-sessions", run: compare, refusal: () => (chosen.size === 2 ? "" : texts.chooseTwo) });
   act({ text: texts.checkThis, run: () => { reveal("sessions"); check(known.summary.id); }, refusal: () => (checking ? texts.checkRuns : "") });
+  act({ text: texts.renameThis, run: () => { reveal("sessions"); rename(known.summary); }, refusal: () => (listed ? lacking($("sessions").querySelector("tr.current [data-needs]")) : texts.noSessions) });
   act({ text: texts.begin, button: "new-session", run: begin });
   $("new-session-form").addEventListener("submit", (event) => event.preventDefault()); // its button acts
   $("import-session").addEventListener("change", bringIn);
@@ -88,7 +91,9 @@ function draw() {
   $("sessions").hidden = sessions.length === 0;
   $("sessions-note").className = "";
   $("sessions-note").textContent = sessions.length ? "" : texts.noSessions;
+  const written = renaming?.form.contains(document.activeElement);
   $("sessions").tBodies[0].replaceChildren(...sessions.map((one) => row(one, one.id === current)));
+  if (written) renaming.form.elements.name.focus(); // it went along into the new rows
 }
 
 // The current session grows while the list stands there.
@@ -102,9 +107,12 @@ export function toldApart({ id, name }) {
   return listed?.sessions.some((one) => one.name === name && one.id !== id) ? `${name} (${id.slice(-4)})` : name;
 }
 
+const moment = (time) => new Date(time * 1000).toISOString().slice(0, 19).replace("T", " ");
+
 function row(one, current) {
-  const when = one.created === null ? "" : texts.created(new Date(one.created * 1000).toISOString().slice(0, 16).replace("T", " "));
-  const name = element("td", {}, element("span", { textContent: `${current ? "▸ " : ""}${toldApart(one)}`, title: one.id }), element("small", { textContent: `${when} ${one.robot ?? ""}` }));
+  const created = one.created === null ? "" : texts.created(moment(one.created).slice(0, -3));
+  const named = renaming?.id === one.id ? renaming.form : element("span", { textContent: `${current ? "▸ " : ""}${toldApart(one)}`, title: one.id });
+  const name = element("td", {}, named, element("small", { textContent: `${created} ${one.robot ?? ""}` }), one.latest === null ? null : element("small", { textContent: texts.latest(moment(one.latest)) }));
   if (one.problem) return element("tr", { className: "failing" }, name, element("td", { colSpan: 3, className: "no", textContent: one.problem }));
   const button = (text, run, disabled = false) => {
     const made = element("button", { type: "button", textContent: text, disabled, onclick: run });
@@ -119,10 +127,37 @@ function row(one, current) {
       changed();
     },
   });
-  return element("tr", { className: current ? "current" : "" }, name,
+  return element("tr", { className: current ? "current" : "", "data-session": one.id }, name,
     element("td", { className: "count", textContent: one.events ?? "–" }),
-    element("td", { className: "acts" }, button(texts.open, () => open({ session: one.id }), current), button(texts.check, () => check(one.id), checking)),
+    element("td", { className: "acts" }, button(texts.open, () => open({ session: one.id }), current), button(texts.check, () => check(one.id), checking), element("span", { "data-needs": "planner" }, button(texts.rename, () => rename(one)))),
     element("td", {}, element("label", { className: "touch" }, box)));
+}
+
+// The name becomes a field in its place: Enter keeps what is written there, Esc leaves it as it was.
+function rename({ id, name }) {
+  const form = element("form", {}, element("input", { type: "text", name: "name", value: name, ariaLabel: texts.newName(name, id), autocomplete: "off" }));
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    keepName(id, form.elements.name.value);
+  });
+  form.addEventListener("keydown", (event) => { if (event.key === "Escape") endRenaming(); });
+  renaming = { id, form };
+  draw();
+  form.elements.name.select();
+}
+
+const keepName = (id, name) => attempt(async () => {
+  const kept = await patch(`/sessions/${encodeURIComponent(id)}`, { name });
+  for (const one of listed.sessions) if (one.id === id) one.name = kept.name;
+  endRenaming();
+  changed();
+});
+
+function endRenaming() {
+  const { id } = renaming;
+  renaming = null;
+  draw();
+  $("sessions").querySelector(`[data-session="${id}"] [data-needs] button`)?.focus();
 }
 
 function say(...parts) {

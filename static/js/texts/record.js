@@ -41,6 +41,7 @@ export const DONE = {
   what_if_ended: () => "ended the what-if", state_frozen: ({ made_so: so }) => (so === undefined ? "froze the rover's state" : "ended the what-if: the rover stands there now"), note: ({ text }) => `noted: ${text}`,
   run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "went on sending", run_aborted: () => "aborted the commands",
   walk_decided: ({ act, reason }) => `walks to a goal: ${act}: ${reason}`,
+  session_renamed: ({ name }) => `called the session ${alone(name)}`,
   conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop",
   stop_repeated: () => "asked for the same stop", stop_cleared: () => "cleared the stop",
 };

@@ -47,6 +47,7 @@ _TABLE: Mapping[Role | Needs, tuple[str, ...]] = {
     ),
     Role.PLANNER: (
         "PUT /sessions/{session}/view",
+        "PATCH /sessions/{session}",
         "POST /sessions/{session}/notes",
         "POST /sessions/{session}/telemetry",
         "POST /sessions/{session}/state",

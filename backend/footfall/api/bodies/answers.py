@@ -66,6 +66,7 @@ class SessionListed(TypedDict):
     created: float | None
     robot: str | None
     events: int | None
+    latest: Annotated[float | None, Field(description="when its last event was; null where that is not known")]
     open: bool
     problem: NotRequired[Annotated[str, Field(description="why it can't be read")]]
 

@@ -67,6 +67,13 @@ class NewSession(Strictly):
     session: Name | None = None
 
 
+class SessionRenamed(Strictly):
+    """What a session is called from now on: 1 to 80 printable characters."""
+
+    model_config = _examples({"name": "rock step, second try"})
+    name: Text
+
+
 class StateReport(Strictly):
     """One state of the rover, from a script instead of the rover link; SI units, radians, site frame."""
 

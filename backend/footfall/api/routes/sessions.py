@@ -15,7 +15,7 @@ from footfall.api.acting import Actor
 from footfall.api.auth.who import identity_of, paged
 from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
-from footfall.api.bodies.schemas import NewNote, NewSession, ViewChange
+from footfall.api.bodies.schemas import NewNote, NewSession, SessionRenamed, ViewChange
 from footfall.api.bodies.settings_models import Strictly
 from footfall.api.door.limits import MAX_LINE_MESSAGE, PAGE_ITEMS, TOO_BIG
 from footfall.api.mailbox import Mailbox
@@ -102,6 +102,13 @@ def open_session(order: NewSession, sessions: AllSessions, response: Response) -
 @router.get("/sessions/{session}")
 def read_session(live: OneSession) -> SessionAnswer:
     """What the session's events fold to, the rover link, the jobs, the command gate."""
+    return cast(SessionAnswer, live.summary())
+
+
+@router.patch("/sessions/{session}")
+def rename_session(live: OneSession, change: SessionRenamed) -> SessionAnswer:
+    """Give a session another name. Its log tells who did; what it recorded stays as it is."""
+    live.rename(change.name)
     return cast(SessionAnswer, live.summary())
 
 

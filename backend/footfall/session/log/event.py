@@ -7,6 +7,9 @@ from typing import Any
 
 from footfall.io.event_log import START, Record, make_record
 
+RENAMED = "session_renamed"
+"""Type of the event that gives a session another name: databases look for it to list sessions without folding them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Event:

@@ -9,7 +9,7 @@ from footfall.core.declared import misfit
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import LATER, SOFTWARE_VERSION, Value, value
 from footfall.planning.step.problem import Footfall
-from footfall.session.log.event import Event
+from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold_choices import Choice, chosen, edit_redone, edit_undone, forgotten, redone, undone
 from footfall.session.log.fold_commands import (
     CHANGES,
@@ -149,6 +149,10 @@ def fold_all(events: Iterable[Event], state: SessionState | None = None) -> Sess
 
 def _created(state: SessionState, event: Event, payload: Payload) -> SessionState:
     return replace(state, name=payload["name"], robot=payload["robot"], robot_name=payload["robot_name"])
+
+
+def _renamed(state: SessionState, event: Event, payload: Payload) -> SessionState:
+    return replace(state, name=payload["name"])
 
 
 def _opened(state: SessionState, event: Event, payload: Payload) -> SessionState:
@@ -341,6 +345,7 @@ _BECOMES: Mapping[Becomes, Callable[[SessionState, Event, Payload, str], Session
 _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "session_created": _created,
     "session_opened": _opened,
+    RENAMED: _renamed,
     "log_repaired": _unchanged,
     "clock_jumped": _unchanged,
     "link_fault": _unchanged,

@@ -108,7 +108,7 @@ def replay(
         state = fold_all(event_of(record) for record in read.records)
     except InvalidBundle as err:
         return ReplayReport(name, 0, None, (), (err.message,))
-    name = str(read.session.get("name", name))
+    name = state.name or name
     problems = [f"the log ends with a torn line of {read.torn} bytes"] if read.torn else []
     problems += _damaged(read, part(progress, 0.0, 0.1))
     made = [record for record in read.records if record["type"] == "product"]

@@ -35,12 +35,17 @@ class TurnedUp(Exception):
 
 @dataclass(frozen=True)
 class Listed:
-    """One session of a database. latest: time of its last event; None where it has none."""
+    """One session of a database.
+
+    latest: time of its last event; None where it has none. renamed: the payload that gave it its latest name; None
+    where it has the one that it was made with.
+    """
 
     id: str
     about: Mapping[str, Any]
     events: int
     latest: float | None
+    renamed: Mapping[str, Any] | None = None
 
 
 class EventLog(Protocol):

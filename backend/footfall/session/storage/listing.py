@@ -6,6 +6,7 @@ from pathlib import Path
 
 from footfall.core.errors import FootFallError, NotFound
 from footfall.io.bundles import ARTIFACTS, EVENTS, SESSION
+from footfall.session.log.event import RENAMED
 from footfall.session.storage.databases import log_name, looking
 from footfall.session.storage.head import HEAD
 from footfall.session.storage.interface import Listed
@@ -53,7 +54,12 @@ def _plain(path: Path) -> Listed | str:
     """A session whose log is still a plain file."""
     try:
         about = json.loads((path / SESSION).read_bytes())
+        events, renamed = 0, None
         with (path / EVENTS).open("rb") as log:
-            return Listed(path.name, dict(about), sum(1 for _ in log), None)
-    except (OSError, ValueError, TypeError) as err:
+            for line in log:
+                events += 1
+                if RENAMED.encode() in line and (event := json.loads(line))["type"] == RENAMED:
+                    renamed = dict(event["payload"])
+        return Listed(path.name, dict(about), events, None, renamed)
+    except (OSError, ValueError, TypeError, LookupError) as err:
         return str(err)

@@ -19,6 +19,7 @@ from footfall.io.event_log import Record, require_chain
 from footfall.session.storage.interface import Listed, OutcomeUnknown, StoreRefused
 from footfall.session.storage.postgres_schema import damage
 from footfall.session.storage.postgres_server import connected, translated
+from footfall.session.storage.schema import RENAMED_SESSIONS
 from footfall.session.storage.sqlite_log import SqliteLog
 
 PATIENCE = 1.0
@@ -66,9 +67,14 @@ class PostgresLog:
             FROM sessions ORDER BY id COLLATE "C" """
         with self._translated():
             rows = self._database.execute(query).fetchall()
+            renamed = dict(self._database.execute(RENAMED_SESSIONS).fetchall())
         return [
             Listed(
-                id, self._object(id, about), events or 0, None if latest is None else float(self._parsed(id, latest))
+                id,
+                self._object(id, about),
+                events or 0,
+                None if latest is None else float(self._parsed(id, latest)),
+                self._object(id, renamed[id]) if id in renamed else None,
             )
             for id, about, events, latest in rows
         ]

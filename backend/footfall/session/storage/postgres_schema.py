@@ -105,6 +105,7 @@ SCHEMAS: tuple[tuple[str, ...], ...] = (
         )""",
         *_guards(FUNCTIONS_2, TRIGGERS_2),
     ),
+    ("CREATE INDEX names ON events (session, seq) WHERE type = 'session_renamed'",),
 )
 """Statements that lead from version n (the index; 0: an empty database) to version n + 1."""
 

@@ -3,6 +3,7 @@
 import sqlite3
 import time
 from collections.abc import Sequence
+from typing import Final
 
 from footfall.core.errors import InvalidBundle
 from footfall.core.value import SOFTWARE_VERSION
@@ -32,8 +33,14 @@ SCHEMAS: tuple[tuple[str, ...], ...] = (
             WHEN OLD.session NOT IN (SELECT session FROM leaving)
             BEGIN SELECT raise(ABORT, 'events are never removed one by one'); END""",
     ),
+    # The list of sessions tells the latest names without reading the logs.
+    ("CREATE INDEX names ON events (session, seq) WHERE type = 'session_renamed'",),
 )
 """Statements that lead from version n (the index; 0: an empty database) to version n + 1."""
+
+
+RENAMED_SESSIONS: Final = "SELECT session, payload FROM events WHERE type = 'session_renamed' ORDER BY session, seq"
+"""Every new name of every session, its latest last: what the index ``names`` holds. Both kinds of database take it."""
 
 
 def bring_up(database: sqlite3.Connection, schemas: Sequence[Sequence[str]] = SCHEMAS) -> None:

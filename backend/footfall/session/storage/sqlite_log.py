@@ -16,7 +16,7 @@ from urllib.parse import quote
 from footfall.core.errors import Conflict, InvalidBundle
 from footfall.io.event_log import Record, require_chain
 from footfall.session.storage.interface import Listed, StoreRefused
-from footfall.session.storage.schema import bring_up
+from footfall.session.storage.schema import RENAMED_SESSIONS, bring_up
 
 DATABASE = "footfall.sqlite"
 PATIENCE = 1.0
@@ -62,7 +62,17 @@ class SqliteLog:
             (SELECT time FROM events WHERE session = id ORDER BY seq DESC LIMIT 1) FROM sessions ORDER BY id"""
         with self._translated():
             rows = self._database.execute(query).fetchall()
-        return [Listed(id, self._parsed(id, about), events or 0, latest) for id, about, events, latest in rows]
+            renamed = dict(self._database.execute(RENAMED_SESSIONS).fetchall())
+        return [
+            Listed(
+                id,
+                self._parsed(id, about),
+                events or 0,
+                latest,
+                self._parsed(id, renamed[id]) if id in renamed else None,
+            )
+            for id, about, events, latest in rows
+        ]
 
     def about(self, session: str) -> dict[str, Any] | None:
         with self._translated():
