@@ -3,10 +3,13 @@
 import time
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from footfall import terminal
 from footfall.core.errors import InvalidInput
@@ -18,6 +21,8 @@ from footfall.planning.walk.problem import WalkGoal
 
 if TYPE_CHECKING:
     from footfall.robot.legged.legged_robot import LeggedRobot
+    from footfall.sim.physics.legged_verdict import LeggedReport
+    from footfall.sim.physics.settings import PhysicsSettings
 
 SERVED = "athlete"
 
@@ -117,6 +122,51 @@ def make_legged_map(
         typer.echo(f"  not checked: {text}")
     if out is not None:
         typer.echo(f"written to {out}")
+
+
+def judge_legged(
+    path: str, source: Path, terrain: Path | None, physics: "PhysicsSettings", as_json: bool, others: Mapping[str, bool]
+) -> NoReturn:
+    """``footfall referee``; exit code 1 where something did not hold. others: as in :func:`plan_legged_walk`."""
+    from footfall.io.any_robot import load_legged
+    from footfall.io.terrain_files import read_terrain
+    from footfall.recorded import sequence_of
+    from footfall.sim.physics.legged_referee import legged_referee
+
+    robot = load_legged(path)
+    _refuse_given(others, f"be simulated with {robot.name}")
+    if terrain is None:
+        raise InvalidInput(f"{source.name} says nothing of the ground: give --terrain")
+    sequence = sequence_of(source, Path(path), terrain)
+    with terminal.bar("referee") as progress:
+        found = legged_referee(robot, sequence, read_terrain(terrain), physics, progress=progress)
+    if as_json:
+        terminal.show({"passed": found.passed, "report": asdict(found)})
+    else:
+        _tell(found, len(sequence.commands))
+    raise typer.Exit(0 if found.passed else 1)
+
+
+def _tell(found: "LeggedReport", rows: int) -> None:
+    say = typer.echo
+    say("passed" if found.passed else "failed")
+    for text in found.failures:
+        say(f"  NO  {text}")
+    say(f"{found.commands} of {rows} commands done in {found.seconds:z.1f} s")
+    say(f"feet that stand were off the ground for {found.air.max():z.2f} s and slipped {_mm(found.slip)} at most")
+    if found.touched:
+        say(f"feet were put down at most {_mm(found.touch)} from their places")
+    say(
+        f"chassis at most {_mm(found.drift)} beside, {_mm(found.sink)} below and {found.lean:z.3f} rad from the plan; "
+        f"at rest it stood {_mm(found.settled)} below"
+    )
+    say("efforts have no limits" if np.isnan(found.effort) else f"largest effort {found.effort:.0%} of its limit")
+    for text in found.assumed:
+        say(f"  assumed: {text}")
+
+
+def _mm(sizes: "float | NDArray[np.float64]") -> str:
+    return f"{1000 * np.nanmax(sizes):z.1f} mm"
 
 
 def _refuse_given(others: Mapping[str, bool], what: str) -> None:

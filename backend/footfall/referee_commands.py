@@ -8,6 +8,7 @@ import typer
 from footfall import terminal
 from footfall.balance.friction import FRICTION
 from footfall.core.errors import InvalidInput
+from footfall.legged_commands import judge_legged
 from footfall.terminal import Json, RobotName, bar
 
 if TYPE_CHECKING:
@@ -20,14 +21,16 @@ if TYPE_CHECKING:
 def run_referee(
     source: Annotated[
         Path,
-        typer.Argument(help="Session folder or zip, or the .npz of `footfall plan step --out`.", metavar="SEQUENCE"),
+        typer.Argument(help="Session folder or zip, or the .npz of `footfall plan … --out`.", metavar="SEQUENCE"),
     ],
     terrain: Annotated[
         Path | None, typer.Option(help="Terrain file that is the world; otherwise the first that the session loaded.")
     ] = None,
     gravity: Annotated[str, typer.Option(help="earth, moon or mars.")] = "earth",
     friction: Annotated[float, typer.Option(help="Between wheels and ground.")] = FRICTION,
-    stiffness: Annotated[float, typer.Option(help="Of the joints, times that of the description.")] = 1.0,
+    stiffness: Annotated[
+        float, typer.Option(help="Of the joints, times that of the description, or that which is assumed.")
+    ] = 1.0,
     wheels: Annotated[float, typer.Option(help="Of the wheels, times that of the description.")] = 1.0,
     mass: Annotated[float, typer.Option(help="Of every link and the payload, times that of the description.")] = 1.0,
     spread: Annotated[float, typer.Option(help="Joints and wheels differ by 1 ± this, by chance.")] = 0.0,
@@ -39,6 +42,7 @@ def run_referee(
 ) -> None:
     """Carry out a sequence in physics and judge what came of it; exit code 1 where something did not hold."""
     from footfall.balance.settings import gravity_named
+    from footfall.io.any_robot import is_legged
     from footfall.robot.description import with_payload
     from footfall.robot.model import Robot
     from footfall.sim.physics.referee import referee
@@ -56,6 +60,15 @@ def run_referee(
         wheel_shape=wheel_shape,
         seed=seed,
     )
+    if is_legged(robot):
+        others = {
+            "--wheels": wheels != 1.0,
+            "--spread": spread != 0.0,
+            "--payload": payload is not None,
+            "--wheel-shape": wheel_shape != PhysicsSettings().wheel_shape,
+            "--seed": seed != 0,
+        }
+        judge_legged(robot, source, terrain, physics, as_json, others)
     body, sequence, dem = _given(source, terrain, robot)
     if payload is not None:
         body = Robot(with_payload(body.description, payload))

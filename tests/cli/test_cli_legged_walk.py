@@ -48,6 +48,13 @@ def test_a_robot_of_your_own_walks(described):
     assert lines[0].endswith("l5_yaw_rad,l5_hip_rad,l5_knee_rad")
     assert len(lines) == told["figures"]["waypoints"]
     assert "walk.npz is of ring: give its --robot and --terrain" in run("export", out, code=2).stderr
+    judged = run("referee", out, *known).stdout
+    assert judged.startswith("passed\n"), judged
+    assert f"{len(lines) - 1} of {len(lines) - 1} commands done" in judged
+    assert "assumed: a joint gives 0.05 rad" in judged
+    said = run("referee", out, *known, "--payload", 100, "--wheels", 2, code=2).stderr
+    assert "--wheels, --payload can't be simulated with ring" in said
+    assert "give --terrain" in run("referee", out, *known[:2], code=2).stderr
     write_terrain(plane(5.0, 0.1), described / "other.tif")
     said = run("export", out, *known[:3], described / "other.tif", code=2).stderr
     assert "was planned with another terrain" in said
@@ -114,7 +121,7 @@ def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
     given = [described / one if one == LEVEL else one for one in asked]
     (line,) = run(*given, "--robot", described / "robot.toml", code=2).stderr.strip().splitlines()
     assert "ATHLETE's legs alone" in line
-    assert "with such a robot work footfall robot check, map, plan walk and export" in line
+    assert "with such a robot work footfall robot check, map, plan walk, referee and export" in line
 
 
 def test_a_server_has_the_robot_of_its_session(described):

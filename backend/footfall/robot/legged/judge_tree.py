@@ -1,14 +1,14 @@
 """A robot's links and joints judged: masses, inertias, limits, torques, speeds, sizes of meshes."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.frames import apply, inverse
 from footfall.robot.legged.finding import Finding, Grade, doubtful, good, unusable
-from footfall.robot.legged.tree import RobotTree, TreeJoint
+from footfall.robot.legged.tree import RobotTree, TreeJoint, TreeLink
 
 TRIANGLE_SLACK = 1e-3
 """Share of the larger moments by which a rounded inertia may break the triangle inequality."""
@@ -101,7 +101,13 @@ def body_inertia(tree: RobotTree, body: str) -> tuple[float, NDArray[np.float64]
     """
     Ts_root_link = tree.poses({})
     T_body_root = inverse(Ts_root_link[body])
-    placed = [(T_body_root @ Ts_root_link[link.name], link) for link in tree.members(body)]
+    return joined_inertia([(T_body_root @ Ts_root_link[link.name], link) for link in tree.members(body)])
+
+
+def joined_inertia(
+    placed: Sequence[tuple[NDArray[np.float64], TreeLink]],
+) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+    """The same of links, each with its T_body_link (4, 4), in the body's frame."""
     masses = np.array([link.mass for _, link in placed])
     centers = np.array([apply(T_body_link, link.center) for T_body_link, link in placed])
     if not masses.sum() > 0:

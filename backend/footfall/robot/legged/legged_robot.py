@@ -18,7 +18,7 @@ from footfall.core.value import digest
 from footfall.robot.joint_layout import JointLayout
 from footfall.robot.legged.groups import part_lengths
 from footfall.robot.legged.legged_model import LegChain, LeggedModel
-from footfall.robot.legged.tree import TreeJoint
+from footfall.robot.legged.tree import TreeJoint, TreeLink
 from footfall.robot.limb.limb import limb_of
 from footfall.robot.limb.numeric import NumericLimb
 
@@ -38,6 +38,7 @@ class LeggedRobot:
     slices: where each leg's joints are in a posture. lower, upper: (joints,), of joints that turn further than once
     those of one turn. efforts: (joints,) [N·m or N], inf where the description does not say.
     parents: for each body the body that carries it, −1 for the base, which is body 0; body 1 + j is what joint j moves.
+    members: for each body the links that are part of it, each with its T_body_link (4, 4).
     shapes: for each body its collision shapes in the frame of its joint; corners: (n, 3) of the hull of them.
     speeds: (joints,) [rad/s or m/s], inf where it is not said. radii: (legs,) of soles [m]. foot_turns: for each leg
     (3, 3) of its foot link on its last body. length: of the longest leg [m]. clearances: least distances by CLEARANCES
@@ -70,10 +71,14 @@ class LeggedRobot:
         carrier, Ts_root_link = self._carriers(joints)
         index = {model.base: 0} | {joint.child: 1 + j for j, joint in enumerate(joints)}
         self.parents = tuple([-1] + [index[carrier[joint.parent]] for joint in joints])
+        self.members = self._members(index, carrier, Ts_root_link)
         self.pin_model = self._pin_model(joints, carrier, Ts_root_link)
         self.gravity_models = tuple(_with_gravity(self.pin_model, axis) for axis in np.eye(3))
         self.mass = float(sum(inertia.mass for inertia in self.pin_model.inertias))
-        self.shapes = self._shapes(index, carrier, Ts_root_link)
+        self.shapes = tuple(
+            tuple(Mesh(apply(T, one.points), one.mesh.triangles) for T, link in members for one in link.shapes)
+            for members in self.members
+        )
         self.corners = tuple(_corners(shapes) for shapes in self.shapes)
         self.body_names = tuple([model.base] + [joint.child for joint in joints])
         self.touching = frozenset(
@@ -158,13 +163,12 @@ class LeggedRobot:
             low, high = _limits(joint)
             bounds = (np.array([one]) for one in (1e9, 1e9, low, high))
             ids[joint.child] = pinned.addJoint(ids[on], kind(joint.axis), pin.SE3(T_on_joint), joint.name, *bounds)
-        for link in self.model.tree.links:
-            body = carrier[link.name]
-            T_body_link = inverse(Ts_root_link[body]) @ Ts_root_link[link.name]
-            if link.mass > 0:
-                # statics ask for mass and centre alone, and strangers' inertias need not be sound
-                inertia = pin.Inertia(link.mass, link.center, np.zeros((3, 3)))
-                pinned.appendBodyToJoint(ids[body], inertia, pin.SE3(T_body_link))
+        for number, members in enumerate(self.members):
+            for T_body_link, link in members:
+                if link.mass > 0:
+                    # statics ask for mass and centre alone, and strangers' inertias need not be sound
+                    inertia = pin.Inertia(link.mass, link.center, np.zeros((3, 3)))
+                    pinned.appendBodyToJoint(number, inertia, pin.SE3(T_body_link))
         for leg in self.model.legs:
             body = carrier[leg.foot]
             T_body_sole = inverse(Ts_root_link[body]) @ Ts_root_link[leg.foot]
@@ -173,14 +177,13 @@ class LeggedRobot:
             pinned.addFrame(pin.Frame(f"sole {leg.name}", ids[body], place, pin.FrameType.OP_FRAME))
         return pinned
 
-    def _shapes(
+    def _members(
         self, index: Mapping[str, int], carrier: Mapping[str, str], Ts_root_link: Mapping[str, Array]
-    ) -> tuple[tuple[Mesh, ...], ...]:
-        found: list[list[Mesh]] = [[] for _ in index]
+    ) -> tuple[tuple[tuple[Array, TreeLink], ...], ...]:
+        found: list[list[tuple[Array, TreeLink]]] = [[] for _ in index]
         for link in self.model.tree.links:
             body = carrier[link.name]
-            T_body_link = inverse(Ts_root_link[body]) @ Ts_root_link[link.name]
-            found[index[body]] += [Mesh(apply(T_body_link, one.points), one.mesh.triangles) for one in link.shapes]
+            found[index[body]].append((inverse(Ts_root_link[body]) @ Ts_root_link[link.name], link))
         return tuple(map(tuple, found))
 
 

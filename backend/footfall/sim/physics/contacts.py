@@ -23,6 +23,10 @@ class Touches:
     normals: Array
     forces: Array
 
+    def only(self, which: NDArray[np.bool_]) -> "Touches":
+        """Some of them, by a mask (n,)."""
+        return Touches(self.geoms[which], self.points[which], self.normals[which], self.forces[which])
+
 
 def touches(data: mujoco.MjData) -> Touches:
     """All contacts that bear force or may."""

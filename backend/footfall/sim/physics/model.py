@@ -86,9 +86,9 @@ def build_model(robot: Robot, dem: Dem, settings: PhysicsSettings) -> PhysicsMod
     stiffness = description.stiffness * settings.stiffness_scale * joint_factors
     wheel_stiffness = description.wheel_stiffness * settings.wheel_scale * wheel_factors
     spec = mujoco.MjSpec()
-    _set_options(spec, settings)
+    set_options(spec, settings)
     ground = whole_ground(dem)
-    _add_ground(spec, ground)
+    add_ground(spec, ground)
     for name, mesh in description.meshes.items():
         _add_mesh(spec, name, mesh)
     base = spec.worldbody.add_body(name=CHASSIS)
@@ -97,7 +97,7 @@ def build_model(robot: Robot, dem: Dem, settings: PhysicsSettings) -> PhysicsMod
     if description.payload is not None:
         _add_mesh(spec, PAYLOAD, box(description.payload.size, description.payload.position))
         _add_geom(base, PAYLOAD, PAYLOAD, _PAYLOAD_BIT, _GROUND_BIT)
-    _set_inertial(base, *_with_payload(robot, description.payload), settings.mass_scale)
+    set_inertial(base, *_with_payload(robot, description.payload), settings.mass_scale)
     for leg in robot.legs:
         _add_leg(spec, base, robot, leg, settings, stiffness, float(wheel_stiffness[leg]))
     for geom in spec.geoms:
@@ -130,7 +130,7 @@ def build_model(robot: Robot, dem: Dem, settings: PhysicsSettings) -> PhysicsMod
     )
 
 
-def _set_options(spec: mujoco.MjSpec, settings: PhysicsSettings) -> None:
+def set_options(spec: mujoco.MjSpec, settings: PhysicsSettings) -> None:
     # Held in trials: without noslip the standing rover creeps centimetres in half a minute.
     spec.option.timestep = TIME_STEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -164,7 +164,7 @@ def whole_ground(dem: Dem) -> Dem:
     return Dem(heights, geometry, dem.name, Provenance({}))
 
 
-def _add_ground(spec: mujoco.MjSpec, ground: Dem) -> None:
+def add_ground(spec: mujoco.MjSpec, ground: Dem) -> None:
     """The Dem as a height field: the same triangles as :mod:`footfall.terrain.ground.triangulate`."""
     heights, grid = ground.heights.astype(float), ground.geometry
     low = float(heights.min())
@@ -222,10 +222,10 @@ def _add_leg(
         _add_geom(body, name, name, own_bit, meets | (_CHASSIS_BIT if part in deltas.chassis else 0))
         inertia = robot.model.inertias[joint + 1]
         if i < len(JOINTS) - 1:
-            _set_inertial(body, inertia.mass, inertia.lever, inertia.inertia, settings.mass_scale)
+            set_inertial(body, inertia.mass, inertia.lever, inertia.inertia, settings.mass_scale)
         else:
             hub = np.array([robot.description.legs[leg].foot, 0.0, 0.0])
-            _set_inertial(body, *_without_rim(robot, inertia, hub), settings.mass_scale)
+            set_inertial(body, *_without_rim(robot, inertia, hub), settings.mass_scale)
             _add_rim(body, robot, leg, hub, wheel_stiffness, settings)
             wheel_meets = other_legs | _PAYLOAD_BIT | (_CHASSIS_BIT if "wheel" in deltas.chassis else 0)
             wheel = link_name(leg, "wheel")
@@ -249,7 +249,7 @@ def _add_rim(
             stiffness=(wheel_stiffness, 0.0, 0.0),
             damping=(RIM_DAMPING, 0.0, 0.0),
         )
-    _set_inertial(rim, RIM_MASS, np.zeros(3), RIM_INERTIA * np.eye(3), settings.mass_scale)
+    set_inertial(rim, RIM_MASS, np.zeros(3), RIM_INERTIA * np.eye(3), settings.mass_scale)
     radius, half_width = robot.wheel_radius, robot.description.wheel_width / 2
     crowned = settings.wheel_shape == "crowned"
     rim.add_geom(
@@ -297,7 +297,7 @@ def _shifted(mass: float, arm: Array) -> Array:
     return mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
 
 
-def _set_inertial(body: mujoco.MjsBody, mass: float, center: Array, inertia: Array, scale: float) -> None:
+def set_inertial(body: mujoco.MjsBody, mass: float, center: Array, inertia: Array, scale: float) -> None:
     body.explicitinertial = True
     body.mass = mass * scale
     body.ipos = center

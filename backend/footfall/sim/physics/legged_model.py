@@ -1,0 +1,199 @@
+"""A robot that others described and its ground as a MuJoCo model.
+
+Masses, inertias, joints, shapes and soles are those of the description. How joints give way no URDF says: SERVO_GIVE,
+DAMPING_TIME and ARMATURE_TIME are assumed, and ``assumed`` tells what else is. Body pairs that the planner keeps apart
+make contact here, no others; every body meets the ground.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from footfall.balance.settings import GRAVITY
+from footfall.core.errors import InvalidRobot
+from footfall.core.frames import quat_wxyz
+from footfall.planning.legged.at_ease import at_ease
+from footfall.planning.legged.over_ground import NEAR_SOLE
+from footfall.robot.legged.judge_tree import inertia_fault, joined_inertia
+from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.sim.physics.model import add_ground, set_inertial, set_options, whole_ground
+from footfall.sim.physics.settings import PhysicsSettings
+from footfall.terrain.dem import Dem
+
+Array = NDArray[np.float64]
+
+TICK = 0.002
+"""Seconds between two states: these robots are lighter, and their joints quicker, than ATHLETE's."""
+SERVO_GIVE, SERVO_GIVE_SLIDE = 0.05, 0.005
+"""A joint at its whole effort is so far from its set point [rad, m]: assumed."""
+DAMPING_TIME = 0.03
+"""Damping of a joint over its stiffness [s]: assumed."""
+ARMATURE_TIME = 0.01
+"""Inertia of a motor and its gear, as the square of this time times the joint's stiffness [s]: assumed."""
+LEAST_MASS, LEAST_SIZE, LEAST_RADIUS = 1e-3, 0.01, 2e-3
+"""Of a body [kg], of the box that stands for it [m], of a sole [m]: points and nothing can't be simulated."""
+SOLREF = (0.01, 1.0)
+"""How soft contacts are: MuJoCo's time constant [s] and damping ratio."""
+
+
+@dataclass(frozen=True)
+class LeggedPhysics:
+    """model: MuJoCo's. joints, speeds: of each joint in qpos and qvel. soles: geom of each leg's sole. bodies: of each
+    geom the robot's body, −1 for the ground. near: of each leg, how far from its sole's centre its last body may touch
+    the ground, as in the planner [m]. stiffness: (joints,) as assumed [N·m/rad, N/m]. assumed: what is, in words.
+    """
+
+    model: mujoco.MjModel
+    joints: NDArray[np.int64]
+    speeds: NDArray[np.int64]
+    soles: NDArray[np.int64]
+    bodies: NDArray[np.int64]
+    near: Array
+    stiffness: Array
+    assumed: tuple[str, ...]
+
+
+def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> LeggedPhysics:
+    """The robot over its ground, its base where the model's frame is. Raises InvalidRobot for a shape that is flat."""
+    spec = mujoco.MjSpec()
+    set_options(spec, settings)
+    spec.option.timestep = TICK
+    add_ground(spec, whole_ground(dem))
+    stiffness = _stiffness(robot, settings)
+    bodies = [spec.worldbody.add_body(name=robot.body_names[0])]
+    bodies[0].add_freejoint(name="free")
+    for leg in robot.legs:
+        for number, joint in enumerate(range(robot.slices[leg].start, robot.slices[leg].stop)):
+            carrier = bodies[robot.parents[1 + joint]]
+            bodies.append(_moving(spec, carrier, robot, leg, number, float(stiffness[joint])))
+    near = robot.radii + NEAR_SOLE * robot.clearances["ground"]
+    boxes = [
+        robot.body_names[number]
+        for number, body in enumerate(bodies)
+        if not _set_mass(body, robot, number, settings.mass_scale)
+    ]
+    hulls = {number: _hulls(spec, body, robot, number, near) for number, body in enumerate(bodies)}
+    for leg in robot.legs:
+        frame = robot.pin_model.frames[robot.foot_frames[leg]]
+        bodies[robot.slices[leg].stop].add_geom(
+            name=_sole(leg),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=(max(float(robot.radii[leg]), LEAST_RADIUS), 0.0, 0.0),
+            pos=frame.placement.translation,
+            contype=0,
+            conaffinity=1,
+        )
+    for a, b in at_ease(robot).apart.pairs:
+        for one in hulls[int(a)]:
+            for other in hulls[int(b)]:
+                spec.add_pair(geomname1=one, geomname2=other, condim=3)
+    for geom in spec.geoms:
+        geom.friction, geom.solref = (settings.friction, 0.0, 0.0), SOLREF
+    for pair in spec.pairs:
+        pair.friction, pair.solref = (settings.friction, settings.friction, 0.0, 0.0, 0.0), SOLREF
+    model = spec.compile()
+    of = {name: number for number, own in hulls.items() for name in own}
+    of |= {_sole(leg): robot.slices[leg].stop for leg in robot.legs}
+    joints = [model.joint(name) for name in robot.joint_names]
+    return LeggedPhysics(
+        model=model,
+        joints=np.array([joint.qposadr[0] for joint in joints], np.int64),
+        speeds=np.array([joint.dofadr[0] for joint in joints], np.int64),
+        soles=np.array([model.geom(_sole(leg)).id for leg in robot.legs], np.int64),
+        bodies=np.array([of.get(model.geom(i).name, -1) for i in range(model.ngeom)], np.int64),
+        near=near,
+        stiffness=stiffness,
+        assumed=tuple(_assumed(robot, boxes)),
+    )
+
+
+def _sole(leg: int) -> str:
+    return f"sole {leg}"
+
+
+def _stiffness(robot: LeggedRobot, settings: PhysicsSettings) -> Array:
+    """Of each joint; one without a limit of effort is taken to bear the robot's whole weight at the longest leg."""
+    slides = np.concatenate([solver.limb.slides for solver in robot.limbs])
+    weight = robot.mass * GRAVITY * np.where(slides, 1.0, robot.length)
+    most = np.where(np.isfinite(robot.efforts), robot.efforts, weight)
+    return settings.stiffness_scale * most / np.where(slides, SERVO_GIVE_SLIDE, SERVO_GIVE)
+
+
+def _assumed(robot: LeggedRobot, boxes: list[str]) -> list[str]:
+    said = [
+        f"a joint gives {SERVO_GIVE:g} rad (one that slides {1000 * SERVO_GIVE_SLIDE:g} mm) at its whole effort, "
+        f"with {DAMPING_TIME:g} s of damping",
+        f"motor and gear add inertia: {ARMATURE_TIME:g} s squared times the joint's stiffness",
+        "convex hulls stand for shapes",
+    ]
+    unlimited = [name for name, most in zip(robot.joint_names, robot.efforts, strict=True) if not np.isfinite(most)]
+    if unlimited:
+        said.append(
+            f"joints without a limit of effort hold the whole weight at the longest leg: {', '.join(unlimited)}"
+        )
+    if boxes:
+        said.append(f"solid boxes around their shapes stand for the inertias of {', '.join(boxes)}")
+    if any(leg.sole.kind == "wheel" for leg in robot.model.legs):
+        said.append("balls stand for discs that feet are, as in the planner")
+    if any(leg.sole.radius < LEAST_RADIUS for leg in robot.model.legs):
+        said.append(f"balls of {1000 * LEAST_RADIUS:g} mm stand for points that feet are")
+    return said
+
+
+def _moving(
+    spec: mujoco.MjSpec, carrier: mujoco.MjsBody, robot: LeggedRobot, leg: int, number: int, k: float
+) -> mujoco.MjsBody:
+    """What a leg's joint moves, under a position servo that damps too."""
+    joint, limb = robot.slices[leg].start + number, robot.limbs[leg].limb
+    T, name = robot.pin_model.jointPlacements[1 + joint], robot.joint_names[joint]
+    body = carrier.add_body(name=robot.body_names[1 + joint], pos=T.translation, quat=quat_wxyz(T.rotation))
+    body.add_joint(
+        name=name,
+        type=mujoco.mjtJoint.mjJNT_SLIDE if limb.slides[number] else mujoco.mjtJoint.mjJNT_HINGE,
+        axis=limb.axes[number],
+        armature=ARMATURE_TIME**2 * k,
+    )
+    servo = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    servo.set_to_position(kp=k, kv=DAMPING_TIME * k)
+    return body
+
+
+def _set_mass(body: mujoco.MjsBody, robot: LeggedRobot, number: int, scale: float) -> bool:
+    """Whether the description's inertia can be simulated; else the mass lies as in a solid box around the shapes."""
+    mass, center, inertia = joined_inertia(robot.members[number])
+    if mass >= LEAST_MASS and inertia_fault(mass, inertia) is None:
+        a, b, c = np.linalg.eigvalsh(inertia)
+        if c <= a + b:
+            set_inertial(body, mass, center, inertia, scale)
+            return True
+    corners, mass = robot.corners[number], max(mass, LEAST_MASS)
+    x, y, z = np.maximum(np.ptp(corners, axis=0) if len(corners) else np.zeros(3), LEAST_SIZE) ** 2
+    set_inertial(body, mass, center, mass / 12 * np.diag([y + z, z + x, x + y]), scale)
+    return False
+
+
+def _hulls(spec: mujoco.MjSpec, body: mujoco.MjsBody, robot: LeggedRobot, number: int, near: Array) -> list[str]:
+    """Names of the body's geoms: the hull of each of its shapes, but of those that lie where the foot stands."""
+    soles = [
+        (robot.pin_model.frames[robot.foot_frames[leg]].placement.translation, near[leg])
+        for leg in robot.legs
+        if robot.slices[leg].stop == number
+    ]
+    named = []
+    for k, shape in enumerate(robot.shapes[number]):
+        points = np.asarray(shape.vertices, float)
+        if any(np.linalg.norm(points - center, axis=1).max() <= reach for center, reach in soles):
+            continue
+        name = f"{robot.body_names[number]} {k}"
+        try:
+            corners = points[ConvexHull(points).vertices]
+        except QhullError as err:
+            raise InvalidRobot(f"{robot.body_names[number]}: its shape {k} is flat; physics needs a solid one") from err
+        mesh = spec.add_mesh(name=name, uservert=corners.ravel())
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=1)
+        named.append(name)
+    return named
