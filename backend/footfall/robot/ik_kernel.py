@@ -19,6 +19,8 @@ from footfall.robot.leg_frames import FOOT, HIP_X, HIP_Z, PART_COUNT, SHANK, THI
 
 Array = NDArray[np.float64]
 BRANCHES = 8
+ALL = -1
+"""In place of a branch: every one."""
 SINGULAR = 1e-12
 """Sine of the ankle pitch below which the wrist is straight: knee and ankle roll turn about one axis."""
 STRAIGHT = 1e-9
@@ -42,18 +44,27 @@ def into_limits(angle: float, lower: float, upper: float) -> tuple[float, float]
     return best, least
 
 
+@njit(inline="always")
+def _of_two(branch: int, weight: int) -> tuple[int, int]:
+    """First and last + 1 of two configurations that a branch has, or of ALL."""
+    one = branch // weight % 2
+    return (0, 2) if branch < 0 else (one, one + 1)
+
+
 @njit()
-def five_joints(lengths: Array, ankle: Array, x: Array, angles: Array) -> None:
+def five_joints(lengths: Array, ankle: Array, x: Array, only: int, angles: Array) -> None:
     """Write the first five joints of all branches (8, 5) [rad], NaN where a branch has none, not yet inside limits.
 
     ankle, x: (3,) ankle centre [m] and unit direction from there to the wheel's centre. The knee roll of a straight
-    wrist is 0 in wrist 0 and π in wrist 1; any other would do with another last joint.
+    wrist is 0 in wrist 0 and π in wrist 1; any other would do with another last joint. only: the branch whose joints
+    are asked for, and other rows are left as they are where it has some; or ALL.
     """
     yaw = math.atan2(ankle[1], ankle[0])
     away = math.hypot(ankle[0], ankle[1])
     down = lengths[HIP_Z] - ankle[2]
     l1, l2 = lengths[THIGH], lengths[SHANK]
-    for shoulder in range(2):
+    shoulders, elbows, wrists = _of_two(only, 4), _of_two(only, 2), _of_two(only, 1)
+    for shoulder in range(shoulders[0], shoulders[1]):
         q0 = yaw + math.pi * shoulder
         out = (away if shoulder == 0 else -away) - lengths[HIP_X]
         cos_knee = (out * out + down * down - l1 * l1 - l2 * l2) / (2 * l1 * l2)
@@ -63,7 +74,7 @@ def five_joints(lengths: Array, ankle: Array, x: Array, angles: Array) -> None:
             continue
         bend = math.acos(min(max(cos_knee, -1.0), 1.0))
         c0, s0 = math.cos(q0), math.sin(q0)
-        for elbow in range(2):
+        for elbow in range(elbows[0], elbows[1]):
             q2 = bend if elbow == 0 else -bend
             q1 = math.atan2(down, out) - math.atan2(l2 * math.sin(q2), l1 + l2 * math.cos(q2))
             c, s = math.cos(q1 + q2), math.sin(q1 + q2)
@@ -75,7 +86,7 @@ def five_joints(lengths: Array, ankle: Array, x: Array, angles: Array) -> None:
             roll = 0.0
             if sin_pitch > SINGULAR:
                 roll = math.atan2(left, -up)
-            for wrist in range(2):
+            for wrist in range(wrists[0], wrists[1]):
                 row = angles[4 * shoulder + 2 * elbow + wrist]
                 row[0], row[1], row[2] = q0, q1, q2
                 row[3] = roll + math.pi * wrist
@@ -111,7 +122,7 @@ def solve_poses(
             x[k] = H[0] * T[0, 0] + H[1] * T[1, 0] + H[2] * T[2, 0]
             axle[k] = H[0] * T[0, 1] + H[1] * T[1, 1] + H[2] * T[2, 1]
             ankle[k] = H[0] * T[0, 3] + H[1] * T[1, 3] + H[2] * T[2, 3] + H[3] - lengths[FOOT] * x[k]
-        five_joints(lengths, ankle, x, angles)
+        five_joints(lengths, ankle, x, ALL, angles)
         for branch in range(BRANCHES):
             found = q[i, branch]
             found[:5] = angles[branch]
@@ -192,7 +203,7 @@ def solve_upright(
             x[k] = -(H[0] * normals[i, 0] + H[1] * normals[i, 1] + H[2] * normals[i, 2])
             point = H[0] * contacts[i, 0] + H[1] * contacts[i, 1] + H[2] * contacts[i, 2] + H[3]
             ankle[k] = point - (radius + lengths[FOOT]) * x[k]
-        five_joints(lengths, ankle, x, angles)
+        five_joints(lengths, ankle, x, ALL, angles)
         joint[i], excess[i], dexterity[i] = NO_JOINT, np.nan, np.nan
         best, chosen = -np.inf, -1
         for branch in range(BRANCHES):
@@ -269,7 +280,7 @@ def solve_raised(
         rotations, origins = np.empty((PART_COUNT, 3, 3)), np.empty((PART_COUNT, 3))
         leg_frames(lengths, q[i], rotations, origins)
         angles = np.empty((BRANCHES, 5))
-        five_joints(lengths, origins[5] + lift, rotations[6, :, 0].copy(), angles)
+        five_joints(lengths, origins[5] + lift, rotations[6, :, 0].copy(), ALL, angles)
         axle = rotations[6, :, 1].copy()
         above[i] = np.nan
         least = np.inf

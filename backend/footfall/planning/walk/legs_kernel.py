@@ -80,7 +80,7 @@ def leg_at(T_site_base: Array, T_site_wheel: Array, branch: int, leg: int, table
         q[:] = np.nan
         return reach - UNREACHED
     angles = np.empty((BRANCHES, 5))
-    five_joints(lengths, ankle, x, angles)
+    five_joints(lengths, ankle, x, branch, angles)
     spare = reach - tables.reach_reserve
     for k in range(6):
         angle = angles[branch, k] if k < 5 else last_joint(angles[branch], axle)

@@ -139,7 +139,7 @@ def _pose_cost(
     """What a pose costs between that before and that after, (6,) all; inf where it lacks anything or costs ``most``."""
     cost = weights.way * (way_between(before, vector) + way_between(vector, after))
     cost += weights.nominal * off_height(vector, move.contacts, weights.height)
-    if cost >= most or transition_cost(vector, vector, feet, move, legs, checks.rover, checks.balance)[0] > 0.0:
+    if cost >= most or transition_cost(vector, vector, feet, move, legs, checks.rover, checks.balance, np.inf)[0] > 0.0:
         return np.inf
     torque, margin, room = tightness(vector, feet, normals, move, legs, checks, weights.roomy)
     if not torque <= checks.most_torque:

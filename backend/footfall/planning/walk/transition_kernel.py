@@ -97,9 +97,25 @@ def _balance_lacks(q: Array, T: Array, move: Move, rover: RoverTables, balance: 
 
 @njit()
 def transition_cost(
-    vector: Array, aim: Array, feet: Feet, move: Move, legs: LegsTables, rover: RoverTables, balance: Balance
+    vector: Array,
+    aim: Array,
+    feet: Feet,
+    move: Move,
+    legs: LegsTables,
+    rover: RoverTables,
+    balance: Balance,
+    most: float,
 ) -> tuple[float, float]:
-    """What a chassis at ``vector`` (6,) lacks for the foot move [m, rad], and what it costs; see ``find_pose``."""
+    """What a chassis at ``vector`` (6,) lacks for the foot move [m, rad], and what it costs; see ``find_pose``.
+
+    most: a cost from which on it is no matter how much more: nothing more is asked once it costs that. What is asked
+    later only adds to a cost, and rounding keeps the order of sums, so that no pose is taken for dearer than it is.
+    """
+    cost = 0.0
+    for k in range(6):
+        cost += ((vector[k] - aim[k]) / SIZES[k]) ** 2
+    if cost - ROOM_WEIGHT * ROOM >= most:
+        return np.inf, cost - ROOM_WEIGHT * ROOM
     T, q, after = np.empty((3, 4)), np.empty(6 * len(legs.lengths)), np.empty(6)
     above = np.empty((2, 6))
     spares = np.empty(len(legs.lengths))
@@ -115,11 +131,11 @@ def transition_cost(
     lacks = max(-spare, 0.0)
     for one in spares:
         lacks += max(-one, 0.0)
-    cost = 0.0
-    for k in range(6):
-        cost += ((vector[k] - aim[k]) / SIZES[k]) ** 2
     if min(least, spare) < -UNREACHED:
         return lacks, cost + PENALTY * (lacks + 2.0)
+    room = min(least, spare, ROOM)
+    if _cost(cost, lacks, 0.0, room) >= most:
+        return lacks, _cost(cost, lacks, 0.0, room)
     poses, standing = np.empty((7 * len(legs.lengths), 3, 4)), np.full(len(legs.lengths), STANDING)
     preferred = near = 0.0
     for put in range(1 + (move.leg >= 0)):
@@ -128,6 +144,9 @@ def transition_cost(
         lacking = _balance_lacks(q, T, move, rover, balance, poses)
         lacks += max(lacking, 0.0)
         preferred += max(-lacking, 0.0)
+        so_far = _cost(cost, lacks + near, preferred, room)
+        if so_far >= most:
+            return lacks + near, so_far
         if lacks == 0.0:
             near += min(max(-first_too_near(poses, T, standing, 0.0, rover)[1], 0.0), NEAREST)
         if lacks == 0.0 and move.leg >= 0:
@@ -139,8 +158,12 @@ def transition_cost(
             standing[move.leg] = STANDING
     # two bodies too near count less than a leg that does not reach, so that these are mended first
     lacks += near
-    room = min(least, spare, ROOM)
-    return lacks, cost + PENALTY * lacks + 10.0 * preferred - ROOM_WEIGHT * room
+    return lacks, _cost(cost, lacks, preferred, room)
+
+
+@njit(inline="always")
+def _cost(away: float, lacks: float, preferred: float, room: float) -> float:
+    return away + PENALTY * lacks + 10.0 * preferred - ROOM_WEIGHT * room
 
 
 @njit()
@@ -162,7 +185,7 @@ def find_pose(
     """
     lacks, cost = np.inf, np.inf
     for guess in guesses:
-        found = transition_cost(guess, aim, feet, move, legs, rover, balance)
+        found = transition_cost(guess, aim, feet, move, legs, rover, balance, cost)
         if found[1] < cost:
             lacks, cost = found
             best[:] = guess
@@ -172,7 +195,7 @@ def find_pose(
             break
         for k in range(6):
             tried[k] = best[k] + spread * SIZES[k] * rng.standard_normal()
-        found = transition_cost(tried, aim, feet, move, legs, rover, balance)
+        found = transition_cost(tried, aim, feet, move, legs, rover, balance, cost)
         if found[1] < cost:
             lacks, cost = found
             best[:] = tried
