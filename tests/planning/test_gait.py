@@ -246,6 +246,18 @@ def test_broken_ground(athlete, change, names):
     assert fails(athlete, dem, result.partial, state) == {"goal"}
 
 
+def test_strides_that_come_to_the_same_are_tried_once(athlete, monkeypatch):
+    """0.4 m are one cycle of 0.4 m, and two both of 0.3 m and of 0.2 m at most."""
+    dem = ground(lambda x, y: np.where(x > 1.9, 2.5, 0.0))
+    state, laid = footfall.stand(athlete, dem), []
+    monkeypatch.setattr(
+        gait_plan, "laid_out", lambda *all_of, real=gait_plan.laid_out: laid.append(all_of[2]) or real(*all_of)
+    )
+    failure_of(footfall.plan_gait(athlete, dem, state, (0.4, 0.0)))
+    assert [beat.cycles for beat in laid] == [1, 2]
+    assert [math.ceil(0.4 / (share * 0.4) - 1e-9) for share in gait_plan.SHORTER] == [1, 2, 2]
+
+
 def test_a_foot_that_swings_meets_a_post(athlete, monkeypatch):
     """Before the step all is clear of it, and so is the footfall: only the swing can tell."""
     monkeypatch.setattr(gait_plan, "SHORTER", (1.0,))

@@ -101,8 +101,14 @@ class _Attempt:
         way = way_to(whole.dem, begin, there, self.goal.yaw, ease, self.settings.arc)
         groups = groups_of(self.robot, self.settings.gait, math.atan2(*(there - here)[::-1]) - begin[2])
         best: GaitResult | None = None
+        cycles = set[int]()
         for share in SHORTER:
-            found = self._with(world, start, way, ease, rhythm(groups, way.length, share * self.settings.stride))
+            beat = rhythm(groups, way.length, share * self.settings.stride)
+            if beat.cycles in cycles:
+                # the same strides again
+                continue
+            cycles.add(beat.cycles)
+            found = self._with(world, start, way, ease, beat)
             if best is None or found.walked > best.walked:
                 best = found
             if found.status is Status.FOUND:
