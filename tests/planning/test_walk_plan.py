@@ -17,7 +17,7 @@ from footfall.core.grid import GridGeometry
 from footfall.planning.step import watch
 from footfall.planning.step.problem import Status, StepSettings
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkSettings, foot_moves_told
+from footfall.planning.walk.problem import BODY, MOST_ATTEMPTS, Place, WalkGoal, WalkSettings, foot_moves_told
 from footfall.planning.walk.recheck.settings import RecheckSettings
 from footfall.planning.walk.recheck.walk import recheck_walk
 from footfall.planning.walk.search import FIRST_TRIED, TRIED_A_METRE
@@ -261,6 +261,23 @@ def test_a_limit_on_the_way_gives_a_partial_walk_that_is_good_but_for_the_goal(a
     assert f"comes within {away:.2f} m with {foot_moves_told(partial)}" in result.reason
     assert GOAL.within < away < 1.2
     assert failed(athlete, ground, partial, start) == {"goal"}
+
+
+def test_attempts_end_a_search_after_so_many_foot_moves(athlete, ground, start):
+    """A margin that no stance has: all attempts come to nothing, each may try twice as much as the one before."""
+
+    def tried(attempts):
+        settings = replace(SETTINGS, least_margin=9.0, attempts=attempts, time_limit=1e6)
+        result = plan_walk(athlete, ground, start, (0.6, 0.0), settings=settings)
+        assert result.status is Status.NO_PATH
+        return int(re.findall(r"after (\d+) foot moves were tried", result.reason)[0])
+
+    one, two = tried(1), tried(2)
+    assert 0 < one <= FIRST_TRIED + 0.7 * TRIED_A_METRE + 1
+    assert one < two <= 3 * (FIRST_TRIED + 0.7 * TRIED_A_METRE + 1)
+    for none in (0, MOST_ATTEMPTS + 1):
+        with pytest.raises(InvalidInput, match=f"1 to {MOST_ATTEMPTS} attempts"):
+            replace(SETTINGS, attempts=none)
 
 
 def test_a_goal_behind_a_wall_is_not_found_and_what_blocks_is_told(athlete, start, slow_clock):

@@ -46,8 +46,6 @@ BESIDE = 4.5
 """Ground that is looked at beyond start and goal [m]."""
 ASIDE = 10.0
 """How far beside the straight way to the goal the chassis may go around something [m]."""
-ATTEMPTS = 8
-"""Searches that are begun, each with more to try: most succeed at once or hardly ever."""
 MOST_TOLD = 8
 """Kinds of failures that are told."""
 FARTHEST = 60.0
@@ -185,7 +183,7 @@ class _Attempt:
         way = guide(whole.dem, begin, end, ease, through)
         self.watch.phase(0.05, "searching for foot moves")
         searches: list[Search] = []
-        for attempt in range(ATTEMPTS):
+        for attempt in range(self.settings.attempts):
             search = Search(world, places, way, self.goal, start, self.watch, attempt)
             searches.append(search)
             try:

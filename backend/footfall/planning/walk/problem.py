@@ -34,6 +34,9 @@ that stand. The tether itself is not thought lost."""
 FINEST = 0.05
 """Least spacing of footfalls [m]: with less there are more of them than can be looked at."""
 
+MOST_ATTEMPTS = 12
+"""Searches for one walk: each may try twice as much as the one before, and more would not end within hours."""
+
 BODY, LIFT, SWING, LOWER = "body", "lift", "swing", "lower"
 """Phases of a foot move, in their order; ``body``: the chassis moves while all wheels stand."""
 
@@ -110,6 +113,7 @@ class WalkSettings(Value):
     longest: foot move, at most [m]. height: of the chassis above its feet that is preferred [m]; None: the planner's.
     forbidden: ground on which no foot is put. pinned: places each of which a foot is put on, in any order.
     seed: of all that is random. time_limit: wall clock [s]. smoothing: of the walk that is found.
+    attempts: searches that are begun before there is no walk, each of which may try twice as much as the one before.
     """
 
     spacing: float = 0.2
@@ -133,6 +137,7 @@ class WalkSettings(Value):
     payload_mass: float | None = field(default=None, metadata=LATER)
     payload_position: NDArray[np.float64] | None = field(default=None, metadata=LATER)
     footfall_costs: FootfallCosts = field(default=FootfallCosts(), metadata=before(FootfallCosts()))
+    attempts: int = field(default=8, metadata=LATER)
 
     @property
     def balance(self) -> BalanceSettings:
@@ -164,6 +169,8 @@ class WalkSettings(Value):
             raise InvalidInput(f"the spacing of footfalls is at least {FINEST:g} m", spacing=self.spacing)
         if self.seed < 0 or not self.most_torque <= 1.0:
             raise InvalidInput("the seed must not be negative, and most_torque at most 1")
+        if not 1 <= self.attempts <= MOST_ATTEMPTS:
+            raise InvalidInput(f"a walk is searched in 1 to {MOST_ATTEMPTS} attempts", attempts=self.attempts)
         self.balance.check()
 
 
