@@ -18,13 +18,15 @@ from footfall.planning.choice.mdp import Seen
 from footfall.planning.choice.policy import GaitPolicy, learned
 from footfall.planning.choice.reward import reward
 from footfall.planning.choice.settings import ChoiceSettings
+from footfall.planning.choice.state import StateSpace
 from training.finished import Finished, Item, completed
 from training.grounds import LEARNED
 from training.route import NO_START, Choose, Route, robot, route_from, walked
 
 METRES = 6.0
 """Of a route that is learned from."""
-SETTINGS = ChoiceSettings()
+SETTINGS = ChoiceSettings(space=StateSpace(traversability=(0.05, 0.25), slope_ahead=(0.05,), lean=(0.05,)))
+"""Few classes, so that each is seen often: of a hundred routes of 6 m come about a thousand iterations."""
 
 
 def what_rollouts_are_of(metres: float, settings: ChoiceSettings) -> Item:

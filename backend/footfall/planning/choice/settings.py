@@ -9,14 +9,17 @@ from footfall.planning.gait.problem import GaitSettings
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 
+LONG = 3600.0
+"""A time limit that a search of few attempts does not meet on a machine that does much else [s]."""
+
 
 @value
 class ChoiceSettings(Value):
     """space: the states. weights: of the reward. discount: what a reward is worth an iteration later.
 
     ahead: how far one iteration goes, at most [m]. gaits: of every gait, whose name is replaced. walks: of the walk
-    planner, whose seed is replaced; not smoothed, and with a time limit that searches so short never meet, since what
-    the clock ends is not the same again. speed: share of the joints' speed limits; pause: from one foot move to the
+    planner, whose seed is replaced; not smoothed, and given up after a few attempts, not by the clock, since what the
+    clock ends is not the same again. speed: share of the joints' speed limits; pause: from one foot move to the
     next, for telemetry from after the placing [s].
     """
 
@@ -25,7 +28,7 @@ class ChoiceSettings(Value):
     discount: float = 0.9
     ahead: float = 0.6
     gaits: GaitSettings = GaitSettings(stride=0.6)
-    walks: WalkSettings = WalkSettings(smoothing=Smoothing(rounds=0), time_limit=600.0)
+    walks: WalkSettings = WalkSettings(smoothing=Smoothing(rounds=0), time_limit=LONG, attempts=4)
     speed: float = 0.8
     pause: float = 5.0
 
