@@ -9,6 +9,8 @@ from tests.support.page_steps import SESSION, commanded, held, planned, press, s
 from tests.support.server import Running
 from tests.support.waiting import until
 
+pytestmark = pytest.mark.long
+
 
 @pytest.mark.parametrize("physics", [True])
 def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, look: Callable[[str], None]) -> None:

@@ -94,6 +94,7 @@ def chassis(served: Running) -> np.ndarray:
     return np.array(live.rover.frame.state.T_site_base)[:3, 3]
 
 
+@pytest.mark.long
 def test_one_metre_from_images_on(page: Page, served: Running, look: Keep) -> None:
     operator, began = Operator(page), chassis(served)
     before = held(served)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.support.page_steps import SESSION, held
@@ -38,6 +39,7 @@ def at(served: Running) -> np.ndarray:
     return np.array(live.rover.frame.state.T_site_base)[:3, 3]
 
 
+@pytest.mark.long
 def test_one_metre_is_walked_in_few_acts(page: Page, served: Running, look: Keep) -> None:
     assert held(served)["terrain"]["name"].startswith("images")
     begin = at(served)
