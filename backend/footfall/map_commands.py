@@ -79,7 +79,7 @@ def make_map(
     body, dem, state = terminal.stance(robot, terrain, x, y, yaw)
     with bar("maps") as progress:
         stack = compute_maps(body, dem, state, leg, settings, progress)
-    best = suggest(stack_quality(body, dem, state, stack), count) if count else None
+    best = suggest(stack_quality(body, dem, state, stack), count, 2 * body.wheel_radius, False) if count else None
     if out is not None:
         write_maps(stack, out, layer)
     _show(stack, best, as_json, out)
@@ -121,7 +121,8 @@ def _show(stack: MapStack, best: "Suggestions | None", as_json: bool, written: P
     if stack.not_lifted:
         typer.echo(f"⊘ leg {stack.leg} can't step anywhere: {stack.not_lifted}")
     for rank, one in enumerate(best.footfalls if best is not None else (), 1):
-        typer.echo(f"{rank}. ({one.x:z.2f}, {one.y:z.2f}) m, {one.score:z.2f} of 1: {'; '.join(one.reasons)}")
+        told = (*(() if one.apart is None else (one.apart.text,)), *one.reasons)
+        typer.echo(f"{rank}. ({one.x:z.2f}, {one.y:z.2f}) m, {one.score:z.2f} of 1: {'; '.join(told)}")
     if best is not None and best.reason:
         typer.echo(best.reason)
     if written is not None:

@@ -192,6 +192,24 @@ def test_suggestions_are_ranked_apart_and_say_why(standing, maps):
     assert sum(found["refused"].values()) == np.count_nonzero(quality == 0)
 
 
+def test_suggestions_lie_a_wheel_apart_and_each_says_what_sets_it_apart(standing, maps):
+    wheel = 2 * standing.get("/robot").json()["wheel_radius"]
+    best = suggested(standing, count=5)["footfalls"]
+    places = [(one["x"], one["y"]) for one in best]
+    assert len(best) == 5
+    assert min(np.hypot(x - a, y - b) for i, (x, y) in enumerate(places) for a, b in places[:i]) >= wheel - 1e-9
+    told = [one["apart"] for one in best]
+    assert len({(one["measure"], one["rank"]) for one in told}) == 5
+    margins = cells(standing, maps, "margin_friction_conservative")
+    for one, apart in zip(best, told, strict=True):
+        if apart["measure"] == "margin":
+            assert apart["amount"] == pytest.approx(float(margins[one["row"], one["col"]]))
+    # more than have room: the rest lie nearer, and that is told
+    many = suggested(standing, count=50)
+    assert len(many["footfalls"]) == 50
+    assert "the others are nearer" in many["reason"]
+
+
 def test_a_goal_direction_moves_the_best_footfall(standing, maps):
     west, east = (suggested(standing, count=1, towards=[dx, 0.0])["footfalls"][0] for dx in (-1.0, 1.0))
     assert west["x"] < east["x"]

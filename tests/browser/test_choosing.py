@@ -50,6 +50,8 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     for text, one in zip(listed, suggested, strict=True):
         assert f"({one['x']:.2f}, {one['y']:.2f}) m" in text
         assert one["reasons"][-1] in text
+        assert one["apart"]["text"] in text
+    assert len({one["apart"]["text"] for one in suggested}) == 5
     console.locator("#suggestions button").first.click()
     until(lambda: held(quiet)["footfall"]["x"] == suggested[0]["x"], "the suggested footfall")
     assert held(quiet)["footfall_answer"]["acceptable"]

@@ -105,7 +105,7 @@ def test_suggested_footfalls_with_their_reasons(ground, plain):
     for rank, one in enumerate(best, 1):
         (line,) = [line for line in lines if line.startswith(f"{rank}. ")]
         assert f"({one['x']:.2f}, {one['y']:.2f}) m" in line
-        assert all(reason in line for reason in one["reasons"])
+        assert all(reason in line for reason in (one["apart"]["text"], *one["reasons"]))
     assert "suggestions" not in plain[0]
 
 

@@ -15,7 +15,8 @@ from footfall.maps import layers as footing
 from footfall.maps import reach_classes
 from footfall.maps.quality import LIMIT, Situation, quality, situation_of
 from footfall.maps.quality_settings import MOST, RAMPS, QualitySettings
-from footfall.maps.suggest import NOT_CLEARED, explain, spoken, suggest
+from footfall.maps.spoken import spoken
+from footfall.maps.suggest import NOT_CLEARED, explain, suggest
 from footfall.terrain.generate import rock_field
 
 ROWS, COLS = 24, 31
@@ -76,6 +77,27 @@ def test_suggestions_are_the_best_cells_far_enough_apart(seed, count, separation
     between = np.linalg.norm(places[:, None] - places, axis=-1)[~np.eye(len(places), dtype=bool)]
     assert (between >= separation - 1e-9).all()
     assert bool(answer.reason) == (len(chosen) < count)
+
+
+@given(st.integers(0, 10_000), st.integers(1, 12), st.sampled_from([0.6, 1.5]))
+def test_places_lie_nearer_to_each_other_only_where_nothing_else_is_left(seed, count, separation):
+    found = ask(random_layers(seed))
+    far = suggest(found, count, separation).footfalls
+    filled = suggest(found, count, separation, strictly=False)
+    places = [(one.row, one.col) for one in filled.footfalls]
+    assert len(set(places)) == len(places) == min(count, int((found.score > 0).sum()))
+    assert {(one.row, one.col) for one in far} <= set(places)
+    scores = [one.score for one in filled.footfalls]
+    assert scores == sorted(scores, reverse=True)
+    assert min(scores) > 0
+    assert bool(filled.reason) == (len(far) < count)
+    if len(far) < count:
+        # nowhere is a place that lies so far from those that do
+        assert all(
+            min(np.hypot(row - one.row, col - one.col) for one in far) * GRID.resolution < separation
+            for row, col in np.argwhere(found.score > 0)
+        )
+        assert f"only {len(far)} lie" in filled.reason
 
 
 @given(st.integers(0, 10_000))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from footfall.core.errors import InvalidInput
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
+from footfall.maps.apart import MEASURES, Apart, set_apart
 from footfall.maps.binding import binding_text
 from footfall.maps.layers import LAYERS
 from footfall.maps.quality import (
@@ -24,6 +25,7 @@ from footfall.maps.quality import (
     Quality,
 )
 from footfall.maps.quality_settings import FACTORS, MOST, factor_of
+from footfall.maps.spoken import spoken
 
 GOOD = 0.8
 """A factor from here up is named as a good one."""
@@ -47,7 +49,8 @@ class Suggestion:
     """One footfall. row, col: its cell; x, y, z: the cell's centre in site [m], z None where the height is unknown.
 
     score: 0…1; factors: name → 0…1; amounts: name → what was measured, in the factor's unit, NaN = unknown;
-    unknown: whether the ground there is unknown; reasons: for a person.
+    unknown: whether the ground there is unknown; reasons: for a person. apart: what sets it apart from the others that
+    are suggested; None where nothing does.
     """
 
     row: int
@@ -60,12 +63,13 @@ class Suggestion:
     amounts: Mapping[str, float]
     unknown: bool
     reasons: tuple[str, ...]
+    apart: Apart | None = None
 
 
 @dataclass(frozen=True)
 class Suggestions:
     """footfalls: best first, maybe none. refused: what refuses → number of cells. left_out: factor → why it does not
-    count. reason: why there are none, or fewer than asked for, and what to try; "" where there are as many as asked.
+    count. reason: why there are none, fewer than asked for, or some nearer to each other, and what to try; else "".
     """
 
     footfalls: tuple[Suggestion, ...]
@@ -89,28 +93,34 @@ class Explanation:
     lines: tuple[str, ...]
 
 
-def suggest(found: Quality, count: int = 5, separation: float = 0.3) -> Suggestions:
+def suggest(found: Quality, count: int = 5, separation: float = 0.3, strictly: bool = True) -> Suggestions:
     """The ``count`` best footfalls that lie at least ``separation`` [m] apart, best first.
 
     Greedy: the best cell, then the best that is far enough from those before; of equal ones the first by row, then
-    column. Raises InvalidInput for a count outside 1…MOST or a negative separation.
+    column. strictly: whether there are fewer where no other is far enough; else the rest are those that lie farthest
+    from all before. Raises InvalidInput for a count outside 1…MOST or a negative separation.
     """
     if not (isinstance(count, int) and 1 <= count <= MOST):
         raise InvalidInput(f"between 1 and {MOST} footfalls can be suggested", count=count)
     if not 0 <= separation < np.inf:
         raise InvalidInput("the separation can't be negative [m]", separation=separation)
     cells = _best_apart(found.score, separation / found.geometry.resolution, count)
+    far_enough = len(cells)
+    if cells and not strictly:
+        cells = _filled(found.score, cells, count)
     numbers = np.bincount(found.refused.ravel(), minlength=len(REFUSALS) + 1)
     reason = ""
     if not cells:
         reason = _nothing(found, numbers)
+    elif len(cells) > far_enough:
+        reason = f"only {far_enough} lie {spoken(separation, 'm')} or more from each other; the others are nearer"
     elif len(cells) < count:
         reason = (
             f"{len(cells)} of {count}: each of the {int(numbers[0])} acceptable cells lies within "
             f"{spoken(separation, 'm')} of one of these; try a smaller separation"
         )
     return Suggestions(
-        footfalls=tuple(_suggestion(found, row, col) for row, col in cells),
+        footfalls=_suggestions(found, cells),
         refused={what: int(numbers[code]) for code, (what, _) in REFUSALS.items() if numbers[code]},
         left_out=found.left_out,
         reason=reason,
@@ -137,24 +147,6 @@ def explain(found: Quality, row: int, col: int) -> Explanation:
     return Explanation(row, col, x, y, score, code, verdict, tuple(lines))
 
 
-def spoken(amount: float, unit: str) -> str:
-    """An amount for a person: degrees, mm, cm or m, percent, s, min or h."""
-    if np.isnan(amount):
-        return "unknown"
-    size = abs(amount)
-    if unit == "rad":
-        return f"{np.degrees(amount):.3g}°"
-    if unit == "m":
-        scale, name = (1000, "mm") if size < 0.01 else (100, "cm") if size < 1 else (1, "m")
-        return f"{scale * amount:.3g} {name}"
-    if unit == "share":
-        return f"{100 * amount:.3g} %"
-    if unit == "s":
-        scale, name = (1, "s") if size < 120 else (60, "min") if size < 7200 else (3600, "h")
-        return f"{amount / scale:.3g} {name}"
-    return f"{amount:.3g} {unit}".rstrip()
-
-
 def _best_apart(score: NDArray[np.float64], apart: float, count: int) -> list[tuple[int, int]]:
     """Cells by falling score, none nearer than ``apart`` cells to one before; only scores above 0."""
     left = score.copy()
@@ -175,6 +167,33 @@ def _best_apart(score: NDArray[np.float64], apart: float, count: int) -> list[tu
     return chosen
 
 
+def _filled(score: NDArray[np.float64], chosen: list[tuple[int, int]], count: int) -> list[tuple[int, int]]:
+    """Those cells, and up to ``count`` each that lies farthest from all before, the best of equal ones; best first."""
+    cells = np.argwhere(score > 0)
+    scores = score[score > 0]
+    away = np.min([np.hypot(*(cells - one).T) for one in chosen], axis=0)
+    filled = list(chosen)
+    while len(filled) < count and away.max() > 0:
+        at = np.lexsort((-scores, -away))[0]
+        filled.append((int(cells[at, 0]), int(cells[at, 1])))
+        away = np.minimum(away, np.hypot(*(cells - cells[at]).T))
+    return sorted(filled, key=lambda cell: (-score[cell], *cell))
+
+
+def _suggestions(found: Quality, cells: list[tuple[int, int]]) -> tuple[Suggestion, ...]:
+    apart = set_apart([_measured(found, row, col) for row, col in cells])
+    return tuple(_suggestion(found, row, col, one) for (row, col), one in zip(cells, apart, strict=True))
+
+
+def _measured(found: Quality, row: int, col: int) -> dict[str, float]:
+    """What of ``MEASURES`` is known of a cell, whether or not it counts."""
+    x, y, _ = found.situation.foot
+    _, amounts = _at(found, row, col)
+    layers = {name: float(found.layers[name][row, col]) for name in MEASURES if name in found.layers}
+    away = float(np.hypot(found.geometry.xs[col] - x, found.geometry.ys[row] - y))
+    return {**layers, **amounts, "away": away}
+
+
 def _at(found: Quality, row: int, col: int) -> tuple[dict[str, float], dict[str, float]]:
     """Counted factors at one cell: name → 0…1, and name → amount."""
     cell = np.array([row * found.geometry.cols + col])
@@ -182,7 +201,7 @@ def _at(found: Quality, row: int, col: int) -> tuple[dict[str, float], dict[str,
     return {name: float(factor_of(name, amounts[name], found.settings)) for name in amounts}, amounts
 
 
-def _suggestion(found: Quality, row: int, col: int) -> Suggestion:
+def _suggestion(found: Quality, row: int, col: int, apart: Apart | None) -> Suggestion:
     factors, amounts = _at(found, row, col)
     unknown = bool(found.unknown[row, col])
     reasons = []
@@ -206,6 +225,7 @@ def _suggestion(found: Quality, row: int, col: int) -> Suggestion:
         amounts=amounts,
         unknown=unknown,
         reasons=tuple(reasons),
+        apart=apart,
     )
 
 

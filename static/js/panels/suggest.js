@@ -34,8 +34,8 @@ const suggest = () => attempt(async () => {
   shownFor = maps[leg];
   $("suggestions").replaceChildren(...answer.footfalls.map((one) => element("li", {},
     element("button", { type: "button", textContent: texts.at(one.x, one.y), onclick: () => chooseFootfall(one.x, one.y, leg) }),
-    element("strong", { textContent: texts.score(one.score) }),
-    element("span", { textContent: one.reasons.at(-1) }),
+    element("strong", { textContent: texts.apart(one.apart?.text) }),
+    element("span", { textContent: texts.scored(one.score, one.reasons.at(-1)) }),
     element("details", {}, element("summary", { textContent: texts.reasons }), ...one.reasons.map((reason) => element("p", { textContent: reason }))))));
   $("suggestions-note").textContent = answer.reason;
 });

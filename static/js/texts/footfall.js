@@ -11,7 +11,8 @@ export const judged = ({ footing, leg, x, y, z, margin, slope }) => `${footing ?
 
 export const suggest = "Suggest footfalls";
 export const at = (x, y) => place([x, y], 2);
-export const score = (share) => ` ${Math.round(100 * share)} of 100 `;
+export const apart = (measure) => ` ${measure ?? "like the others in all that is measured"}`;
+export const scored = (share, weakest) => `; ${Math.round(100 * share)} of 100, ${weakest}`;
 export const reasons = "why";
 
 // -- in hand ---------------------------------------------------------------------------------------

@@ -258,12 +258,15 @@ class GoOn(Strictly):
 
 
 class SuggestionOrder(Strictly):
-    """The best footfalls on the current maps of a leg; ``towards``: goal direction (east, north) or null."""
+    """The best footfalls on the current maps of a leg; ``towards``: goal direction (east, north) or null.
+
+    ``separation``: at least so far apart [m]; null: a wheel's diameter, and less only where nothing else is left.
+    """
 
     model_config = _examples({"leg": 2, "count": 5, "separation": 0.3, "towards": [1.0, 0.0]})
     leg: Leg
     count: Annotated[int, Field(ge=1, le=50), FromNumber] = 5
-    separation: Annotated[float, Field(ge=0, le=1e6)] = 0.3
+    separation: Annotated[float, Field(ge=0, le=1e6)] | None = None
     towards: Vector2 | None = None
     settings: QualitySettingsModel | None = None  # type: ignore[valid-type]
 

@@ -70,13 +70,14 @@ class LegMaps:
         self,
         leg: int,
         count: int = 5,
-        separation: float = 0.3,
+        separation: float | None = None,
         towards: tuple[float, float] | None = None,
         settings: QualitySettings | None = None,
         show: bool = False,
     ) -> "Suggestions":
         """The best footfalls on the current maps of a leg; see :func:`footfall.maps.suggest.suggest`.
 
+        separation: [m]; None: a wheel's diameter, and less only where nothing else is left.
         show: whether the scene shows them, as long as those maps stay current. Raises Conflict where there are no maps
         of the present terrain and state, InvalidInput.
         """
@@ -88,7 +89,9 @@ class LegMaps:
                 f"there are no maps of leg {leg} for the present terrain and stance ({fit.reason}); compute them first"
             )
         maps = self._core.typed(MapStack, self._core.state.maps[str(leg)])
-        found = suggest(self._quality(maps, settings, towards), count, separation)
+        wheel = 2 * self._core.robot.wheel_radius
+        strictly = separation is not None
+        found = suggest(self._quality(maps, settings, towards), count, separation if strictly else wheel, strictly)
         if show:
             with self._core.journal.lock:
                 self._suggested = maps.digest, found
