@@ -71,6 +71,10 @@ def plan_walk(
     ] = None,
     seed: Annotated[int, typer.Option(help="Same seed, same walk.")] = 0,
     time_limit: Annotated[float, typer.Option(help="Give up after this long [s].")] = WalkSettings().time_limit,
+    margin: Annotated[
+        float | None,
+        typer.Option(help="How far inside the feet that stand the centre of mass stays, seen from above [m]."),
+    ] = None,
     rounds: Annotated[int, typer.Option(help="Rounds of smoothing; 0: the walk as it is found.")] = Smoothing().rounds,
     posture: Annotated[
         str | None, typer.Option(help="Posture of the robot whose height the chassis comes near: stand, crouch, tall.")
@@ -113,14 +117,21 @@ def plan_walk(
         given = {"--mode": mode, "--tether": tether, "--posture": posture}
         given |= {"--payload": payload, "--payload-at": payload_at}
         others = {name: one is not None for name, one in given.items()}
-        limit = LeggedSettings(time_limit=time_limit)
-        plan_legged_walk(load_legged(robot), terrain, wanted, at or (x, y, yaw), limit, out, as_json, others)
+        own = load_legged(robot)
+        share = LeggedSettings().least_margin if margin is None else margin / own.length
+        limits = LeggedSettings(time_limit=time_limit, least_margin=share)
+        plan_legged_walk(own, terrain, wanted, at or (x, y, yaw), limits, out, as_json, others)
     if mode is not None and mode not in HELD:
         raise InvalidInput(f"--mode is one of {', '.join(HELD)}", mode=mode)
     smoothing = Smoothing(rounds=rounds, posture=posture)
     place = None if payload_at is None else np.array(payload_at)
     settings = WalkSettings(
-        seed=seed, time_limit=time_limit, smoothing=smoothing, payload_mass=payload, payload_position=place
+        seed=seed,
+        time_limit=time_limit,
+        least_margin=WalkSettings().least_margin if margin is None else margin,
+        smoothing=smoothing,
+        payload_mass=payload,
+        payload_position=place,
     )
     hung = None
     if tether is not None:

@@ -60,6 +60,16 @@ def test_a_robot_of_your_own_walks(described):
     assert "was planned with another terrain" in said
 
 
+def test_a_wider_margin_is_kept(described):
+    asked = ["plan", "walk", described / "level.tif", "--robot", described / "robot.toml", "--goal", 0.04, 0]
+    told = [json.loads(run(*asked, "--time-limit", 1e6, *more, "--json").stdout) for more in ([], ["--margin", 0.08])]
+    usual, wide = (answer["provenance"]["settings"]["least_margin"] for answer in told)
+    assert wide * load_legged(described / "robot.toml").length == pytest.approx(0.08)
+    assert usual < wide
+    assert told[1]["status"] == "found"
+    assert told[1]["digest"] != told[0]["digest"]
+
+
 def test_no_is_an_answer_and_options_of_the_rover_are_refused(described):
     asked = ["plan", "walk", described / "level.tif", "--robot", described / "robot.toml"]
     assert "off_map: the goal (9.00, 0.00) m is off the map" in run(*asked, "--goal", 9, 0, code=1).stdout

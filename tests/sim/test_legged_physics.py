@@ -1,6 +1,7 @@
 """Robots that others described in physics: those of their URDFs, in balance, under a referee that sees faults."""
 
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 
 import mujoco
 import numpy as np
@@ -8,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 import footfall
+from footfall.api.bodies.jsonable import dumps
 from footfall.balance.legged_effort import effort_ratio
 from footfall.balance.settings import GRAVITIES, GRAVITY
 from footfall.core.errors import InvalidInput
@@ -137,6 +139,9 @@ def test_a_planned_step_is_carried_out(made):
     assert found.touch[LEG] < 0.02
     assert np.isnan(np.delete(found.touch, LEG)).all()
     assert 0 < found.settled <= found.sink < 0.02
+    told = json.loads(dumps(asdict(found)))
+    assert told["slip"] == pytest.approx(found.slip.tolist())
+    assert told["assumed"] == list(found.assumed)
 
 
 def test_on_the_moon_the_same_step_strains_the_joints_less(made):
@@ -177,11 +182,13 @@ def test_ground_that_the_plan_did_not_know_is_touched(made):
     assert any("touched with" in text for text in found.failures)
 
 
-def test_joints_that_give_way_let_it_sink(made):
-    """A hundredth of the stiffness does not carry the robot."""
+def test_joints_that_give_way_let_it_fall(made):
+    """A hundredth of the stiffness does not carry the robot through the step."""
     robot, dem, sequence = made
     found = legged_referee(robot, sequence, dem, PhysicsSettings(stiffness_scale=0.01))
-    assert found.settled > 0.1 * robot.length
+    assert "it tipped" in found.tipped
+    assert found.commands < len(sequence.commands)
+    assert found.sink > 0.1 * robot.length
     assert any("below where the plan has it" in text for text in found.failures), found.failures
 
 
