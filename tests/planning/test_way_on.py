@@ -11,24 +11,19 @@ from shapely.geometry import MultiPoint, Point, Polygon
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import Provenance
-from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.stance.stand import stand
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.footfalls import footfalls
-from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.plan import plan_walk
-from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
+from footfall.planning.walk.problem import WalkGoal, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOnSettings
 from footfall.planning.walk_execution.ground_ahead import GROUND_MOVED, moved_ground, unknown_ground
 from footfall.planning.walk_execution.off_walk import CHASSIS_MOVED, off_walk
-from footfall.planning.walk_execution.stage import BESIDE, came_nearest, next_goal, stage
 from footfall.planning.walk_execution.way_on import arrived, way_on
 from footfall.robot.description import with_payload
 from footfall.robot.kinematics import center_of_mass
 from footfall.robot.model import Robot
-from footfall.terrain.ground.surface import height_at
 from tests.support.chassis_ground import wavy
 
 GOAL = WalkGoal(0.5, 0.1)
@@ -86,6 +81,13 @@ def test_a_walk_that_fits_is_gone_on_with_from_each_of_its_foot_moves(decides, w
             Act.GO,
             f"the walk fits: foot move {number + 1} of {walk.foot_moves} is next",
         )
+
+
+def test_the_first_foot_move_of_a_walk_that_ends_before_the_goal_says_why(decides, walk):
+    short = SoFar(short="it goes first to (1.00, 0.00): so it is")
+    first = f"the walk fits: foot move 1 of {walk.foot_moves} is next; it goes first to (1.00, 0.00): so it is"
+    assert decides(0, so_far=short).reason == first
+    assert decides(1, so_far=short).reason == f"the walk fits: foot move 2 of {walk.foot_moves} is next"
 
 
 so_fars = st.builds(
@@ -227,29 +229,6 @@ def test_it_has_arrived_at_the_goal_alone(decides, walk):
     assert (over.act, over.reason) == (Act.REPLAN, "the walk is over, the goal is not reached")
 
 
-@settings(max_examples=25, derandomize=True, deadline=None)
-@given(edge=st.floats(-1.0, 4.0), farthest=st.floats(0.5, 3.0))
-def test_a_stage_lies_on_the_way_and_its_feet_have_known_ground(athlete, ground, edge, farthest):
-    grid = ground.geometry
-    east = grid.x0 + grid.resolution * np.arange(grid.cols)
-    dark = replace(ground, heights=np.where(east[None, :] > edge, np.float32(np.nan), ground.heights))
-    goal = WalkGoal(2.0, 0.5)
-    found = stage(athlete, dark, np.eye(4), goal, farthest)
-    feet = footprint(athlete).feet
-    way = np.hypot(goal.x, goal.y)
-    if found is None:
-        # not even the nearest place that is asked for has it: its front feet, or itself, are beyond the edge
-        assert max(feet[:, 0].max() - BESIDE, 0.0) + 0.1 + goal.within > edge - 2 * grid.resolution
-        return
-    far = np.hypot(found.x, found.y)
-    assert far <= max(farthest, 0.0) + 1e-9
-    assert found.x * goal.y == pytest.approx(found.y * goal.x)
-    assert (found is goal) == (far == pytest.approx(way) and farthest >= way)
-    ahead = found.x + feet[:, 0].max() - BESIDE
-    assert ahead <= edge + 2 * grid.resolution
-    assert np.isfinite(height_at(dark, min(ahead, edge - grid.resolution), 0.0))
-
-
 def test_where_the_rover_is_not_sure_to_be_it_looks_and_stops_where_that_did_not_help(athlete, ground, stood, walk):
     """Also at the goal, where it might seem to be only."""
     posture, T = start_of(walk, 0)
@@ -296,66 +275,3 @@ def test_a_payload_counts_in_how_steadily_the_rover_stands(athlete, ground, stoo
     assert steady(inside - 0.01, load)
     assert not steady(inside + 0.01, load)
     assert steady(inside + 0.01, None)
-
-
-@settings(max_examples=40, derandomize=True, deadline=None)
-@given(farthest=st.floats(0.05, 3.0), within=st.floats(0.05, 2.0))
-def test_on_known_ground_there_is_always_a_stage_and_the_rover_is_not_there_yet(athlete, ground, farthest, within):
-    goal = WalkGoal(2.0, 0.5, within=within)
-    found = stage(athlete, ground, np.eye(4), goal, farthest)
-    assert found is not None
-    assert np.hypot(found.x, found.y) <= farthest + 1e-9
-    assert found.within <= goal.within
-    assert not arrived(found, np.eye(4))
-
-
-def test_a_goal_on_a_route_lies_as_far_along_it_and_the_route_goes_where_ground_is_known(athlete, ground):
-    asked, way = [], np.array([(0.0, 0.0), (0.0, 1.0), (2.0, 1.0)])
-
-    def routed(place):
-        asked.append(place)
-        plan = Route(way, 3.0, NOWHERE) if len(asked) > 1 else None
-        return RouteResult(
-            Status.FOUND if plan else Status.GOAL_INVALID, plan, "bad ground", place, NOWHERE, (1.9, 1.0)
-        )
-
-    # of a goal that is not known yet, the route leads near a place that is
-    goal = WalkGoal(50.0, 0.0, within=0.2)
-    found = next_goal(athlete, ground, np.eye(4), goal, 1.5, routed)
-    assert isinstance(found, WalkGoal)
-    assert (found.x, found.y, found.yaw) == (pytest.approx(0.5), pytest.approx(1.0), None)
-    assert asked[1] == (1.9, 1.0)
-    assert asked[0][0] < ground.geometry.bounds[2]
-    beside = transform(np.eye(3), (0.1, 0.8, 0.0))
-    found = next_goal(athlete, ground, beside, goal, 0.6, routed)
-    assert isinstance(found, WalkGoal)
-    # straight to the corner, √0.05 away, then along the second part
-    assert (found.x, found.y) == (pytest.approx(0.6 - np.sqrt(0.05)), pytest.approx(1.0))
-    straight = next_goal(athlete, ground, np.eye(4), goal, 1.5)
-    staged = stage(athlete, ground, np.eye(4), goal, 1.5)
-    assert isinstance(straight, WalkGoal)
-    assert staged is not None
-    assert straight.digest == staged.digest
-
-
-def test_where_a_goal_that_is_known_is_cut_off_no_route_goes_beside_it(athlete, ground):
-    def routed(place):
-        return RouteResult(Status.GOAL_INVALID, None, "bad ground", place, NOWHERE, (1.0, 0.0))
-
-    assert next_goal(athlete, ground, np.eye(4), GOAL, 1.0, routed) == "no route leads on: bad ground"
-
-
-def test_only_a_search_whose_time_was_over_and_that_came_on_says_where_to_go(athlete, ground, walk):
-    far = float(np.hypot(*(walk.Ts_site_base[-1, :2, 3] - walk.Ts_site_base[0, :2, 3])))
-
-    def found(status, partial):
-        return came_nearest(WalkResult(status, None, "", (), GOAL, NOWHERE, partial))
-
-    nearest = found(Status.TIME_LIMIT, walk)
-    assert nearest is not None
-    assert (nearest.x, nearest.y) == pytest.approx(walk.Ts_site_base[-1, :2, 3])
-    assert nearest.within <= far / 2.0
-    assert found(Status.NO_PATH, walk) is None
-    assert found(Status.TIME_LIMIT, None) is None
-    stayed = replace(walk, Ts_site_base=np.repeat(walk.Ts_site_base[:1], len(walk.Ts_site_base), axis=0))
-    assert found(Status.TIME_LIMIT, stayed) is None

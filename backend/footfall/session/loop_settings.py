@@ -10,7 +10,8 @@ from footfall.terrain.settings import TerrainSettings
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """way_on: what is decided by. walk: how walks are planned; one planned anew has the next seed.
+    """way_on: what is decided by. walk: how walks are planned; one planned anew has the next seed, and where ground is
+    lacking that of three which leads farthest.
 
     terrain: how maps are made of images. pairs: cameras that are asked for images; None: all. farthest: how far ahead a
     walk is planned at once [m]; after each one that was not found it is half as far, or where that came in its time.

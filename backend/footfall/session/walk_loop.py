@@ -214,23 +214,22 @@ class WalkLoop:
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
     def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
-        from footfall.planning.walk_execution.stage import came_nearest, next_goal
+        from footfall.planning.walk_execution.stage import Stage, came_nearest, next_goal
 
         so_far = replace(so_far, anew=so_far.anew + 1)
-        dem, live = self._dem, self._live
-        farthest = self._settings.farthest / 2 ** (so_far.anew - 1)
-        goal: WalkGoal | str = so_far.nearest or "no ground is known yet"
+        dem, live, farthest = self._dem, self._live, self._settings.farthest / 2 ** (so_far.anew - 1)
+        asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
+        stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
         if so_far.nearest is None and dem is not None:
             routed = None if self._settings.route is None else self._routed
-            goal = next_goal(live.robot, dem, self._at_rest().state.T_site_base, self.goal, farthest, routed)
-        if isinstance(goal, str):
-            return None, 0, replace(so_far, refused=goal)
-        asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
-        self._walk = self._finish(live.walks.plan(goal, asked), "the walk that is planned")
+            stage = next_goal(live.robot, dem, self._at_rest().state, self.goal, farthest, asked, routed)
+        if isinstance(stage, str):
+            return None, 0, replace(so_far, refused=stage)
+        self._walk = self._finish(live.walks.plan(stage.goal, stage.settings), "the walk that is planned")
         found = cast(WalkResult, live.get(self._walk))
         refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
-        return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found))
+        return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
 
     def _routed(self, place: tuple[float, float]) -> RouteResult:
         """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""

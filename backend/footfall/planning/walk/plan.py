@@ -186,6 +186,8 @@ class _Attempt:
         for attempt in range(self.settings.attempts):
             search = Search(world, places, way, self.goal, start, self.watch, attempt)
             searches.append(search)
+            if (short := search.out_of_reach()) is not None:
+                return self._no(Status.GOAL_INVALID, out_of_reach_told(*short))
             try:
                 found = search.run()
             except OutOfTime:
@@ -303,6 +305,15 @@ class _Attempt:
     ) -> WalkResult:
         checks: tuple[Check, ...] = ()
         return WalkResult(status, None, reason, checks, self.goal, self.provenance, partial, blocked)
+
+
+def out_of_reach_told(leg: int, left: float) -> str:
+    """Why no walk ends at the goal; left: of the way to it where the leg has its last footfall [m]."""
+    return (
+        f"leg {leg} has no footfall on which it stands with the chassis at the goal: the last on the way is reached up "
+        f"to {left:z.2f} m before it; choose a goal that much nearer, or another heading, take images that show more "
+        "ground, or allow steeper ground or less spacing of footfalls"
+    )
 
 
 def _of(check: str, leg: int) -> str:

@@ -48,6 +48,19 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
     return tuple(found)
 
 
+def come_to(xy: Array, begin: Array, longest: float) -> NDArray[np.bool_]:
+    """Which of the places (n, 2) a foot that stands at ``begin`` (2,) comes to by moves of ``longest`` [m] at most."""
+    came = np.zeros(len(xy), bool)
+    newest = begin[None]
+    while len(newest) and not came.all():
+        left = np.flatnonzero(~came)
+        away = np.asarray(KDTree(newest).query(xy[left])[0])
+        left = left[away <= longest]
+        came[left] = True
+        newest = xy[left]
+    return came
+
+
 def _beside(way: Guide, xy: Array) -> NDArray[np.int64]:
     """Which pose of the guide is nearest to places (n, 2)."""
     return np.asarray(KDTree(way.vectors[:, :2]).query(xy)[1], np.int64)

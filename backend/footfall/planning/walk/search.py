@@ -21,7 +21,7 @@ from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.problem import Place, Stance, WalkGoal
-from footfall.planning.walk.reach import reach_of, reaches
+from footfall.planning.walk.reach import come_to, reach_of, reaches
 from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
 from footfall.planning.walk.world import World
 
@@ -158,6 +158,24 @@ class Search:
             self._expand(reached)
         return None
 
+    def out_of_reach(self) -> tuple[int, float] | None:
+        """A leg that comes to no footfall on which it stands with the chassis at the goal, and how much of the way is
+        left where it has its last [m]; None where every leg comes to one.
+
+        Without it no stance ends the search, whatever is tried.
+        """
+        end, worst = self.guide.length, None
+        xy, longest = self.places.contacts[:, :2], self.world.settings.longest
+        for leg, reach in enumerate(self._reaches):
+            free = np.flatnonzero(np.isfinite(reach.low) & ~self._barred[leg])
+            free = free[come_to(xy[free], self.start.stance.contacts[leg, :2], longest)]
+            low = np.append(reach.low[free], self.nearest.low[leg])
+            high = np.append(reach.high[free], self.nearest.high[leg])
+            left = end - float(high.max())
+            if not _ends(low, high, end).any() and (worst is None or left > worst[1]):
+                worst = leg, left
+        return worst
+
     def _tried(self, chosen: _Open) -> Reached | None:
         before, leg, place = chosen.before, chosen.leg, chosen.place
         under = before.places.copy()
@@ -255,7 +273,7 @@ class Search:
     def _closed(self, reached: Reached) -> BodyWay | None:
         """The chassis' way to the goal over a stance, where there is one."""
         contacts, end = np.array(reached.at.stance.contacts), self.guide.length
-        if reached.low.max() > end + CLOSE or reached.high.min() < end - CLOSE:
+        if not _ends(reached.low, reached.high, end).all():
             return None
         if len(reached.pins) < len(self.world.settings.pinned):
             return None
@@ -297,6 +315,11 @@ class Search:
         if math.hypot(vector[0] - self.goal.x, vector[1] - self.goal.y) > self.goal.within:
             return False
         return self.goal.yaw is None or abs(_angle(vector[5] - self.goal.yaw)) <= self.goal.turned
+
+
+def _ends(low: Array, high: Array, end: float) -> NDArray[np.bool_]:
+    """Which spans are so near the end of the guide that the chassis is tried to get there."""
+    return (low <= end + CLOSE) & (high >= end - CLOSE)
 
 
 def _inside(contacts: Array, place: Place) -> NDArray[np.bool_]:

@@ -51,7 +51,7 @@ class SoFar:
     """What was done already. moved: foot moves since the latest look. looked: whether it looked since it last moved;
     anew: how often it was planned anew since. refused: why what was decided last can't be done: no walk was found, or
     the next foot move of the walk can't be commanded; empty where nothing was refused. nearest: where a search came
-    that ran out of time, which is gone to first.
+    that found no walk, which is gone to first. short: why the walk ends before the goal; empty where it does not.
     """
 
     moved: int = 0
@@ -59,3 +59,4 @@ class SoFar:
     anew: int = 0
     refused: str = ""
     nearest: WalkGoal | None = None
+    short: str = ""

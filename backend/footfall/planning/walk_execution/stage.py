@@ -1,65 +1,91 @@
-"""Where a walk to a far goal is planned to first: on the straight way or a route, where ground is known."""
+"""Where a walk to a far goal is planned to first: on the straight way or a route, where the rover can stand."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.route.problem import RouteResult
-from footfall.planning.step.problem import Status
-from footfall.planning.walk.footprint import footprint
-from footfall.planning.walk.problem import WalkGoal, WalkResult
+from footfall.planning.walk.choices import Choices, choices_along
+from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.robot.model import Robot
+from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
 
-STRIDE = 0.1
-"""Between two places that are looked at on the way to the goal [m]."""
-BESIDE = 0.6
-"""A foot may be put so far from where it would be at ease [m]: farther than the shadow of a wheel reaches."""
+CHOICE = 2
+"""Footfalls that every leg has to choose from at a place on the way: where a leg has fewer, one that a check refuses
+may leave it none."""
 UNKNOWN = "no ground is known on the way to the goal"
 Routed = Callable[[tuple[float, float]], RouteResult]
 WORTH_IT = 0.2
-"""A search that came no farther than this before its time was over says nothing of where to go [m]."""
-_PLACES = np.array(
-    [(r * np.cos(a), r * np.sin(a)) for r in (0.0, 0.25, 0.5, 0.75, 1.0) for a in np.pi / 4 * np.arange(8)]
-)
+"""A search that came no farther than this before it ended says nothing of where to go [m]."""
+_SAME = 1e-6
+"""Places so near to each other are the same [m]."""
 
 
-def stage(robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: float) -> WalkGoal | None:
-    """The goal, where it is within ``farthest`` [m] and its ground is known; else a place on the straight way to it.
+SEEDS = 3
+"""Which footfalls there are to choose from goes by the seed: so many are tried where ground is lacking."""
 
-    That is the farthest place within where every foot of a rover at ease has known ground beside it, and the ground
-    below the chassis is known; it may face any way there. So that it is not reached already, it is to be met within
-    half of ``farthest`` at most. None where there is no such place.
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a walk is planned to, and with which settings: their seed leads farthest.
+
+    short: why that is not the goal itself, for a person; empty where it is. left: what is left of the way that was
+    looked at, no farther than is planned at once [m].
     """
-    return _on_way(robot, dem, T_site_base, np.array([T_site_base[:2, 3], (goal.x, goal.y)]), goal, farthest)
+
+    goal: WalkGoal
+    settings: WalkSettings
+    short: str = ""
+    left: float = 0.0
+
+
+def stage(
+    robot: Robot, dem: Dem, state: RobotState, goal: WalkGoal, farthest: float, settings: WalkSettings | None = None
+) -> Stage | str:
+    """The goal, where it is within ``farthest`` [m] and every leg has a footfall there; else a place on the way to it.
+
+    That is the farthest place within on the straight way over known ground where every leg has CHOICE footfalls, of
+    those that a walk with these settings is planned with, or with one of the SEEDS that follow on theirs where that
+    leads farther; it faces there as it does now. So that it is not reached already, it is to be met within half of
+    ``farthest`` at most. Where there is no such place, why.
+    """
+    way = np.array([state.T_site_base[:2, 3], (goal.x, goal.y)])
+    return _farthest(robot, dem, state, way, goal, farthest, settings or WalkSettings())
 
 
 def next_goal(
-    robot: Robot, dem: Dem, T_site_base: Array, goal: WalkGoal, farthest: float, routed: Routed | None = None
-) -> WalkGoal | str:
+    robot: Robot,
+    dem: Dem,
+    state: RobotState,
+    goal: WalkGoal,
+    farthest: float,
+    settings: WalkSettings | None = None,
+    routed: Routed | None = None,
+) -> Stage | str:
     """Where a walk to a far goal is planned to next, or why there is no such place.
 
     routed: the route from where the rover stands, or beside it, to a place, x and y [m]; the next goal lies on it, as
-    :func:`stage` has it on the straight way. The route goes to the goal, or as far as the ground on the straight way is
-    known; where that place is cut off, as near as a route comes. None: straight on.
+    :func:`stage` has it on the straight way. The route goes to the goal, or as far as the rover can stand on the
+    straight way; where that place is cut off, as near as a route comes. None: straight on.
     """
     if routed is None:
-        return stage(robot, dem, T_site_base, goal, farthest) or UNKNOWN
-    ahead = stage(robot, dem, T_site_base, goal, np.inf)
-    if ahead is None:
-        return UNKNOWN
-    result = routed((ahead.x, ahead.y))
-    if result.plan is None and ahead is not goal and len(result.cut_off) == 2:
+        return stage(robot, dem, state, goal, farthest, settings)
+    ahead = stage(robot, dem, state, goal, np.inf, settings)
+    if isinstance(ahead, str):
+        return ahead
+    result = routed((ahead.goal.x, ahead.goal.y))
+    if result.plan is None and ahead.goal is not goal and len(result.cut_off) == 2:
         result = routed(result.cut_off)
     if result.plan is None:
         return f"no route leads on: {result.reason}"
-    way = _rest(result.plan.points, T_site_base[:2, 3])
-    return _on_way(robot, dem, T_site_base, way, goal, farthest) or UNKNOWN
+    way = _rest(result.plan.points, state.T_site_base[:2, 3])
+    return _farthest(robot, dem, state, way, goal, farthest, settings or WalkSettings())
 
 
 def _rest(way: Array, here: Array) -> Array:
@@ -70,31 +96,86 @@ def _rest(way: Array, here: Array) -> Array:
     return np.vstack([here, way[int(np.argmin(away)) + 1 :]])
 
 
-def _on_way(robot: Robot, dem: Dem, T_site_base: Array, way: Array, goal: WalkGoal, farthest: float) -> WalkGoal | None:
+def _farthest(
+    robot: Robot, dem: Dem, state: RobotState, way: Array, goal: WalkGoal, farthest: float, settings: WalkSettings
+) -> Stage | str:
     """As :func:`stage`, on a way (n, 2) that begins where the chassis is."""
-    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1)))
-    length = float(along[-1])
+    best: Stage | str = ""
+    for seed in range(settings.seed, settings.seed + SEEDS):
+        found = _on_way(robot, dem, state, way, goal, farthest, replace(settings, seed=seed))
+        if isinstance(found, str):
+            best = best or found
+        elif not isinstance(best, Stage) or found.left < best.left - _SAME:
+            best = found
+        if isinstance(best, Stage) and best.left <= _SAME:
+            break
+    return best
+
+
+def _on_way(
+    robot: Robot, dem: Dem, state: RobotState, way: Array, goal: WalkGoal, farthest: float, settings: WalkSettings
+) -> Stage | str:
+    """The same with the one seed of the settings."""
+    T_site_base = state.T_site_base
     facing = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
-    leads_there = bool(np.allclose(way[-1], (goal.x, goal.y), rtol=0.0, atol=1e-9))
-    yaw = facing if goal.yaw is None else goal.yaw
-    if leads_there and length <= farthest and stands_on_known(robot, dem, goal.x, goal.y, yaw):
-        return goal
+    west, south, east, north = dem.geometry.bounds
+    ahead = _first_of(way, min(farthest, float(np.hypot(east - west, north - south))))
+    leads_there = np.allclose(ahead[-1], (goal.x, goal.y), rtol=0.0, atol=_SAME)
+    found = choices_along(robot, dem, state, ahead, facing, settings)
+    if found is None:
+        return UNKNOWN
+    xy = found.way.vectors[:, :2]
+    known = np.isfinite(height_at(dem, xy[:, 0], xy[:, 1]))
+    at_end = f"{farthest:g} m are planned at once"
+    if leads_there and known[-1]:
+        turned = None if goal.yaw is None else choices_along(robot, dem, state, ahead, goal.yaw, settings)
+        turned = turned or found
+        if turned.counts[-1].all():
+            return Stage(goal, settings)
+        at_end = f"with the heading of the goal, {_lacks(turned, -1, 1)}"
     within = min(goal.within, farthest / 2.0)
-    for far in np.arange(min(length, farthest), within, -STRIDE):
-        x, y = (float(np.interp(far, along, way[:, axis])) for axis in range(2))
-        away = float(np.hypot(*(np.array([x, y]) - way[0])))
-        if away > within and stands_on_known(robot, dem, x, y, facing):
-            return replace(goal, x=x, y=y, yaw=None, within=within)
-    return None
+    on = np.hypot(*(xy - way[0]).T) > within + _SAME
+    for choice in (CHOICE, 1):
+        fit = np.flatnonzero(on & known & (found.counts >= choice).all(axis=1))
+        if len(fit):
+            last = int(fit[-1])
+            x, y = (float(at) for at in xy[last])
+            why = at_end if last == len(xy) - 1 else _lacks(found, last + 1, choice)
+            place = replace(goal, x=x, y=y, yaw=None, within=within)
+            left = found.way.length - float(found.way.ways[last])
+            return Stage(place, settings, f"it goes first to ({x:z.2f}, {y:z.2f}): {why}", left)
+    if not on.any():
+        return UNKNOWN
+    return _lacks(found, int(np.flatnonzero(on)[0]), 1)
+
+
+def _first_of(way: Array, metres: float) -> Array:
+    """The first so many metres of a way (n, 2)."""
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1)))
+    if along[-1] <= metres:
+        return way
+    end = [np.interp(metres, along, way[:, axis]) for axis in range(2)]
+    return np.vstack([way[along < metres], end])
+
+
+def _lacks(found: Choices, at: int, choice: int) -> str:
+    """What keeps the rover from stopping at a place of the way, by its number."""
+    x, y = found.way.vectors[at, :2]
+    leg = int(np.argmin(found.counts[at]))
+    count = int(found.counts[at, leg])
+    if count >= choice:
+        return f"the ground at ({x:z.2f}, {y:z.2f}) is unknown"
+    footfalls = f"{count or 'no'} footfall{'' if count == 1 else 's'}"
+    return f"at ({x:z.2f}, {y:z.2f}) leg {leg} has {footfalls} on known ground to choose from, {choice} are asked for"
 
 
 def came_nearest(result: WalkResult) -> WalkGoal | None:
-    """Where the chassis was when a search ran out of time: there is a walk that far. At any heading.
+    """Where the chassis was when a search ended without a walk to its goal: there is a walk that far. At any heading.
 
-    So that it is not reached already, it is to be met within half of the way there at most. None where the time was not
-    over, or the search came no farther than WORTH_IT.
+    So that it is not reached already, it is to be met within half of the way there at most. None where the search came
+    no farther than WORTH_IT.
     """
-    if result.status is not Status.TIME_LIMIT or result.partial is None:
+    if result.plan is not None or result.partial is None:
         return None
     way = result.partial.Ts_site_base[:, :2, 3]
     away = float(np.linalg.norm(way[-1] - way[0]))
@@ -102,12 +183,3 @@ def came_nearest(result: WalkResult) -> WalkGoal | None:
         return None
     x, y = (float(at) for at in way[-1])
     return replace(result.goal, x=x, y=y, yaw=None, within=min(result.goal.within, away / 2.0))
-
-
-def stands_on_known(robot: Robot, dem: Dem, x: float, y: float, yaw: float) -> bool:
-    """Whether the ground below the chassis there is known, and some within BESIDE of every foot of a rover at ease."""
-    if not np.isfinite(height_at(dem, x, y)):
-        return False
-    feet = footprint(robot).at(x, y, yaw)
-    places = feet[:, None] + BESIDE * _PLACES
-    return bool(np.isfinite(height_at(dem, places[..., 0], places[..., 1])).any(axis=1).all())

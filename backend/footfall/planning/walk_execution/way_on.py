@@ -70,7 +70,8 @@ def way_on(
         return _replan(moved, so_far, settings)
     if weak := _beyond(walk, number, last, settings):
         return _replan(weak, so_far, settings)
-    return WayOn(Act.GO, f"the walk fits: {part_told(number, walk.foot_moves)} of {walk.foot_moves} is next")
+    short = f"; {so_far.short}" if so_far.short and number == 0 else ""
+    return WayOn(Act.GO, f"the walk fits: {part_told(number, walk.foot_moves)} of {walk.foot_moves} is next{short}")
 
 
 def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
