@@ -146,6 +146,19 @@ def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: R
     expect(console.locator("#plot-note")).to_contain_text("Held")
 
 
+def test_what_the_bar_says_of_plan_and_rover_is_not_cut(console: Page) -> None:
+    cut = """async () => {
+      const texts = await import("/js/texts/link.js");
+      const box = document.getElementById("status-match");
+      return ["nearEnough", "startsHere", "onOlderGround"].filter((name) => {
+        box.dataset.state = "good";
+        box.textContent = texts[name];
+        return box.scrollHeight > box.clientHeight;
+      });
+    }"""
+    assert console.evaluate(cut) == []
+
+
 def test_the_timeline_leads_back_to_what_was_planned_and_takes_notes(console: Page, quiet: Running, look: Keep) -> None:
     text = console.locator("#timeline-text")
     log = held(quiet, "/sessions/current/log")["events"]

@@ -31,7 +31,7 @@ export const answerIn = (seconds) => `acknowledgement in ${age(seconds)} at the 
 
 export const notKnownFor = (seconds) => `not known for ${age(seconds)}`;
 export const onOlderGround = "planned on older ground";
-export const nearEnough = "plan starts near enough to the rover";
+export const nearEnough = "near enough to start";
 export const startsHere = "plan starts where the rover is";
 export const jointOff = (leg, joint, degrees) => `leg ${leg} ${joint} off ${signed(degrees, 1)}°`;
 export const ofRows = (count) => ` of ${count}`;
