@@ -97,6 +97,20 @@ def test_what_no_urdf_says_is_told():
     assert "balls stand for discs" in told
 
 
+def test_hulls_that_overlap_as_built_press_on_nothing():
+    """Solo's thighs lie beside its trunk, and in the trunk's hull; its efforts of 1000 N·m are no motor's."""
+    _, solo = robot_of("Solo-12")
+    dem = plane(2.0, 0.1)
+    state = stand(solo, dem)
+    body = LeggedBody(solo, dem, state.q, state.T_site_base)
+    assert any("hulls that overlap" in text and "base_link" in text for text in body.physics.assumed)
+    for _ in range(20):
+        touching = body.tick()
+        assert (body.legs_on_ground(touching) >= 0).all(), [body.named(*pair) for pair in touching.geoms]
+    np.testing.assert_allclose(body.physics.stiffness * SERVO_GIVE, solo.mass * GRAVITY * solo.length)
+    assert "hulls that overlap" not in " ".join(build_legged(robot_of(4)[1], dem, PhysicsSettings()).assumed)
+
+
 def test_forces_on_the_feet_balance_the_weight(at_rest):
     robot, body, touching = at_rest
     legs = body.legs_on_ground(touching)

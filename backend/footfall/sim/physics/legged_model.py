@@ -35,6 +35,8 @@ ARMATURE_TIME = 0.01
 """Inertia of a motor and its gear, as the square of this time times the joint's stiffness [s]: assumed."""
 LEAST_MASS, LEAST_SIZE, LEAST_RADIUS = 1e-3, 0.01, 2e-3
 """Of a body [kg], of the box that stands for it [m], of a sole [m]: points and nothing can't be simulated."""
+_FAR_UP = 1e3
+"""Where a robot meets no ground [m]."""
 SOLREF = (0.01, 1.0)
 """How soft contacts are: MuJoCo's time constant [s] and damping ratio."""
 
@@ -95,6 +97,11 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
     for pair in spec.pairs:
         pair.friction, pair.solref = (settings.friction, settings.friction, 0.0, 0.0, 0.0), SOLREF
     model = spec.compile()
+    overlapping = _overlapping(robot, model)
+    if overlapping:
+        for pair in [one for one in spec.pairs if {one.geomname1, one.geomname2} in overlapping]:
+            spec.delete(pair)
+        model = spec.compile()
     of = {name: number for number, own in hulls.items() for name in own}
     of |= {_sole(leg): robot.slices[leg].stop for leg in robot.legs}
     joints = [model.joint(name) for name in robot.joint_names]
@@ -106,7 +113,7 @@ def build_legged(robot: LeggedRobot, dem: Dem, settings: PhysicsSettings) -> Leg
         bodies=np.array([of.get(model.geom(i).name, -1) for i in range(model.ngeom)], np.int64),
         near=near,
         stiffness=stiffness,
-        assumed=tuple(_assumed(robot, boxes)),
+        assumed=tuple(_assumed(robot, boxes, overlapping)),
     )
 
 
@@ -115,25 +122,31 @@ def _sole(leg: int) -> str:
 
 
 def _stiffness(robot: LeggedRobot, settings: PhysicsSettings) -> Array:
-    """Of each joint; one without a limit of effort is taken to bear the robot's whole weight at the longest leg."""
+    """Of each joint. Limits of effort that no leg needs, or that are not said, tell nothing of a motor's gains."""
     slides = np.concatenate([solver.limb.slides for solver in robot.limbs])
     weight = robot.mass * GRAVITY * np.where(slides, 1.0, robot.length)
-    most = np.where(np.isfinite(robot.efforts), robot.efforts, weight)
-    return settings.stiffness_scale * most / np.where(slides, SERVO_GIVE_SLIDE, SERVO_GIVE)
+    return settings.stiffness_scale * np.minimum(robot.efforts, weight) / np.where(slides, SERVO_GIVE_SLIDE, SERVO_GIVE)
 
 
-def _assumed(robot: LeggedRobot, boxes: list[str]) -> list[str]:
+def _overlapping(robot: LeggedRobot, model: mujoco.MjModel) -> list[set[str]]:
+    """Hulls that meet in the stance at ease, where the shapes themselves don't: two names of geoms each."""
+    data = mujoco.MjData(model)
+    data.qpos[2] = _FAR_UP
+    data.qpos[[model.joint(name).qposadr[0] for name in robot.joint_names]] = at_ease(robot).q
+    mujoco.mj_forward(model, data)
+    return [{model.geom(int(geom)).name for geom in pair} for pair in data.contact.geom]
+
+
+def _assumed(robot: LeggedRobot, boxes: list[str], overlapping: list[set[str]]) -> list[str]:
     said = [
-        f"a joint gives {SERVO_GIVE:g} rad (one that slides {1000 * SERVO_GIVE_SLIDE:g} mm) at its whole effort, "
-        f"with {DAMPING_TIME:g} s of damping",
+        f"a joint gives {SERVO_GIVE:g} rad (one that slides {1000 * SERVO_GIVE_SLIDE:g} mm) at its whole effort, or "
+        f"under the whole weight at the longest leg where that is less, with {DAMPING_TIME:g} s of damping",
         f"motor and gear add inertia: {ARMATURE_TIME:g} s squared times the joint's stiffness",
         "convex hulls stand for shapes",
     ]
-    unlimited = [name for name, most in zip(robot.joint_names, robot.efforts, strict=True) if not np.isfinite(most)]
-    if unlimited:
-        said.append(
-            f"joints without a limit of effort hold the whole weight at the longest leg: {', '.join(unlimited)}"
-        )
+    if overlapping:
+        pairs = sorted({" and ".join(sorted(pair)) for pair in overlapping})
+        said.append(f"hulls that overlap where the shapes don't may pass through each other: {', '.join(pairs)}")
     if boxes:
         said.append(f"solid boxes around their shapes stand for the inertias of {', '.join(boxes)}")
     if any(leg.sole.kind == "wheel" for leg in robot.model.legs):
