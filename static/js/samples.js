@@ -8,7 +8,7 @@ export const KEPT = 600; // s
 const CAPACITY = 6200; // ten a second
 const DEGREES = 180 / Math.PI;
 
-let channels = []; // { quantity, leg, name, unit, low, high } each; low and high are null where nothing limits them
+let channels = []; // { quantity, leg, nth of its quantity, name, unit, low, high } each; low and high are null where nothing limits them
 let times = new Float64Array(0);
 let numbers = []; // one ring for each channel
 let count = 0; // ever taken
@@ -24,7 +24,7 @@ export function startSamples(robot) {
     ...robot.legs.map((leg) => free("force", shared.leg(leg))),
     ...texts.PLACE.map((name) => free("place", name)),
     ...texts.LEAN.map((name) => free("lean", name)),
-  ].map((channel, at) => ({ ...channel, at, unit: texts.QUANTITIES[channel.quantity].unit }));
+  ].map((channel, at, all) => ({ ...channel, at, nth: at - all.findIndex(({ quantity }) => quantity === channel.quantity), unit: texts.QUANTITIES[channel.quantity].unit }));
   times = new Float64Array(CAPACITY);
   numbers = channels.map(() => new Float32Array(CAPACITY));
   subscribe(({ frame }) => { if (frame && isNew(frame)) take(frame); });

@@ -1,15 +1,17 @@
 """The page as a console: layouts, palette, legs, plots, timeline and notes, sessions, and a page that plays alone."""
 
 import re
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.page_steps import held
 from tests.support.server import Running
-from tests.support.spoken import current, say
+from tests.support.spoken import current, say, say_at
 from tests.support.waiting import until
 
 Keep = Callable[[str], None]
@@ -144,6 +146,37 @@ def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: R
     look("stale")
     console.keyboard.press("q")
     expect(console.locator("#plot-note")).to_contain_text("Held")
+
+
+def test_plots_go_on_with_what_was_said_before_the_page_was_loaded(console: Page, quiet: Running, look: Keep) -> None:
+    torques, now = np.zeros(36), time.monotonic()
+    for number in range(1, 41):
+        torques[6 * 2 + 1] = 77.0 if number == 10 else 1.0
+        say_at(now - 60 + number + (15 if number > 20 else 0), quiet, number, joint_torques=torques)
+    console.reload()
+    expect(console.locator("#timeline-text")).to_contain_text("Latest")
+    console.keyboard.press("8")
+    held_before = """async () => {
+      const { earlier } = await import("/js/earlier.js");
+      const { channelsOf, heardFrom } = await import("/js/samples.js");
+      return [heardFrom(), ...earlier(channelsOf("torque", 2), 120).found];
+    }"""
+    until(lambda: len(console.evaluate(held_before)[1]) > 1, "what the server kept")
+    heard_from, times, _, knee, *_ = console.evaluate(held_before)
+    assert max(knee) == 77.0
+    assert sorted(times) == times
+    assert times[-1] < heard_from
+    steps = np.diff(times)
+    assert (steps > 10).sum() == 1, "nothing stands where nothing was said"
+    assert steps.max() == pytest.approx(16, abs=0.5)
+    numbers = iter(range(41, 10_000))
+
+    def told() -> str:
+        say(quiet, next(numbers), joint_torques=torques)
+        return console.locator("#plot-note").inner_text()
+
+    until(lambda: "Shaded" in told(), "the mark of what was before")
+    look("before")
 
 
 def test_what_the_bar_says_of_plan_and_rover_is_not_cut(console: Page) -> None:

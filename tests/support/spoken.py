@@ -18,9 +18,14 @@ def current(served: Running) -> LiveSession:
 
 def say(served: Running, number: int, **changes: Any) -> RobotState:
     """Telemetry as of the state that the session plans from, but for ``changes`` of it."""
+    return say_at(None, served, number, **changes)
+
+
+def say_at(at: float | None, served: Running, number: int, **changes: Any) -> RobotState:
+    """As :func:`say`; at: when it came, time.monotonic() [s], None: now."""
     live = current(served)
     assert live.state.state is not None
     before = cast(RobotState, live.get(live.state.state))
     state = replace(before, **{name: np.asarray(item, float) for name, item in changes.items()})
-    live.rover.take_telemetry(TelemetryFrame(number, state, before.posture))
+    live.rover.take_telemetry(TelemetryFrame(number, state, before.posture), at)
     return state

@@ -4,6 +4,7 @@ import uPlot from "../../vendor/uplot/uPlot.esm.js";
 import { act } from "../acts.js";
 import { followCursor, moment, point } from "../cursor.js";
 import { $, element, fixed } from "../dom.js";
+import { earlier } from "../earlier.js";
 import { clock } from "../events.js";
 import { isShown, reveal } from "../layout.js";
 import { channelsOf, heardFrom, since } from "../samples.js";
@@ -63,14 +64,17 @@ function draw({ frame }) {
   $("plot-leg").disabled = !QUANTITIES[$("plot-quantity").value].ofLeg;
   const begin = held ? held[0] : now() - Number($("plot-span").value);
   const { quantity, channels } = wanted();
-  const data = since(begin, channels);
+  const before = frame ? earlier(channels, Number($("plot-span").value)) : { found: [[]], why: "" };
+  const data = joined(before.found, since(begin, channels), begin);
   const end = held ? held[1] : now();
   if (held) while (data[0].length && data[0].at(-1) > end) data.forEach((column) => column.pop());
   const silent = data[0].length ? end - data[0].at(-1) : Infinity;
   $("plot-note").className = silent > STALE_AFTER ? "doubt" : "";
   $("plot-note").textContent = !frame ? shared.noTelemetry
     : held ? texts.held
-      : silent > STALE_AFTER ? texts.hatched : "";
+      : silent > STALE_AFTER ? texts.hatched
+        : before.why ? texts.noEarlier(before.why)
+          : data[0][0] < heardFrom() ? texts.shaded : "";
   $("plot").hidden = $("plot-series").hidden = !frame;
   if (!frame) return;
   build(quantity, channels);
@@ -78,6 +82,12 @@ function draw({ frame }) {
   plot.setData(withGaps(data), false);
   plot.setScale("x", { min: begin, max: end });
   drawList(channels, data);
+}
+
+// What this page did not hear comes before what it did, as far as it is in the plot.
+function joined(before, own, begin) {
+  const from = before[0].findIndex((time) => time >= begin);
+  return from < 0 ? own : own.map((column, j) => [...before[j].slice(from), ...column]);
 }
 
 // A line must not lead over what was not heard.
@@ -108,7 +118,7 @@ function build(quantity, channels) {
     scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
     axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
     series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: () => ink(LINES[i % LINES.length][0]), dash: LINES[i % LINES.length][1], width: 1.5 }))],
-    hooks: { drawAxes: [hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
+    hooks: { drawAxes: [shade, hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));
 }
 
@@ -134,10 +144,24 @@ function inside(made, paint) {
   made.ctx.restore();
 }
 
+// What was heard before this page was loaded, up to where it began to hear.
+function shade(made) {
+  const [first] = made.data[0];
+  if (!newest || !(first < heardFrom())) return;
+  inside(made, (pen, { top, height }) => {
+    const [from, to] = [Math.max(first, newest.start), heardFrom()].map((time) => made.valToPos(time, "x", true));
+    pen.fillStyle = `${ink("line")}88`;
+    pen.fillRect(from, top, to - from, height);
+    pen.strokeStyle = ink("quiet");
+    pen.setLineDash([2, 4]);
+    pen.strokeRect(to, top, 0, height);
+  });
+}
+
 function hatch(made) {
   const times = made.data[0];
   if (!newest || !times.length) return;
-  // what was before this page heard anything is not known to it, and is left blank
+  // what was before anything was heard is not known, and is left blank
   const heard = [Math.max(newest.start, Math.min(heardFrom(), times[0])), ...times, newest.end];
   inside(made, (pen, { top, height }) => {
     pen.strokeStyle = `${ink("warn")}66`;

@@ -8,6 +8,8 @@ export const plot = (title) => `Plot: ${title}`;
 export const goOn = "Go on";
 export const hold = "Hold";
 export const held = "Held: what comes is kept for when you go on.";
+export const shaded = "Shaded: before this page was loaded.";
+export const noEarlier = (why) => `What was before this page was loaded is not shown: ${why}`;
 export const hatched = "Stale: nothing heard where it is hatched.";
 export const toLimit = (share) => `, ${percent(share)} to limit`;
 

@@ -1,9 +1,9 @@
 """Telemetry and state: what the rover last said, and the state that planning starts from."""
 
-from typing import TypedDict, cast
+from typing import Annotated, TypedDict, cast
 
 import numpy as np
-from fastapi import Request
+from fastapi import Query, Request
 
 from footfall.api.access import OneSession, product
 from footfall.api.bodies.answers import Digested, TelemetryAnswer
@@ -14,10 +14,17 @@ from footfall.api.streams import telemetry_body
 from footfall.balance.tether import Tether
 from footfall.core.errors import InvalidTelemetry, NotFound
 from footfall.planning.stance.body_shift import PredictedState
+from footfall.session.rover.past import KEPT, MOST_PARTS, PastTelemetry
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 router = Routes(tags=["telemetry"])
+
+QuantityName = Annotated[str, Query(description="torque, position, error, force, place or lean", max_length=20)]
+Age = Annotated[float, Query(description="how long ago [s]", allow_inf_nan=False, ge=0, le=KEPT)]
+Channel = Annotated[int, Query(description="the first channel, from 0", ge=0, le=1000)]
+Channels = Annotated[int, Query(description="how many channels", ge=1, le=64)]
+Parts = Annotated[int, Query(description="parts that the time is cut into", ge=1, le=MOST_PARTS)]
 
 
 class LatestTelemetry(TelemetryAnswer):
@@ -64,6 +71,25 @@ def latest(live: OneSession) -> LatestTelemetry:
         raise NotFound("the rover has sent no telemetry to this session yet")
     body = telemetry_body(frame, link.age or 0.0, link.light)
     return cast(LatestTelemetry, {**body, "arrival": link.frames, "received_at": link.received_at})
+
+
+@router.get("/sessions/{session}/telemetry/past")
+def past(
+    live: OneSession,
+    quantity: QuantityName,
+    since: Age = KEPT,
+    until: Age = 0.0,
+    first: Channel = 0,
+    count: Channels = 1,
+    parts: Parts = 300,
+) -> PastTelemetry:
+    """What the rover said in the last ten minutes, as far as this server heard it: channels of a quantity, for a plot.
+
+    Quantities: torque [N·m], position and error (commanded less measured) [rad] of each joint, force (up) [N] of each
+    wheel, place (x, y, z) [m], lean (roll, pitch, yaw) [rad]. The time is cut into parts; of each come one or two
+    moments with the least and the greatest number in it, so that no peak is lost. Ages count from this answer.
+    """
+    return live.rover.past.looked_at(quantity, first, count, since, until, parts)
 
 
 @router.get("/sessions/{session}/listeners")

@@ -16,6 +16,7 @@ from footfall.session.pixels import HeldPixels
 from footfall.session.rover.heard import ENDED
 from footfall.session.rover.light_time import LightTime
 from footfall.session.rover.link import Send
+from footfall.session.rover.past import Past
 from footfall.session.rover.recorder import DEFAULT_LIMITS, RecordedLink, Recorder, RecordingLimits, acknowledgement
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.link import EPOCHS_AHEAD, ErrorMessage, HelloMessage, ImageRequestMessage, encode
@@ -38,6 +39,7 @@ class LinkedRover:
         self._requests = 0
         self._follow: list[Callable[[TelemetryFrame], None]] = []
         self.recorder = Recorder(core.store.folder, lambda: core.description, self._recording_told, recording)
+        self.past = Past()
         self.link = RecordedLink(self.recorder, light_time)
         journal = core.journal
         self.commanding = Commanding(self.link, journal.record, journal.record_anyway, lambda: journal.state)
@@ -112,6 +114,7 @@ class LinkedRover:
                 told = gives_way(frame.state, frame.commanded, self._core.description.stiffness)
                 self.seen_to_give_way = self.seen_to_give_way if told is None else told
             self.recorder.take(frame, at)
+            self.past.take(frame, at)
             self._core.journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
             for callback in self._follow:
                 callback(frame)
