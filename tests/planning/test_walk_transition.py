@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import footfall
 from footfall.planning.step.ground import Nearby
-from footfall.planning.walk.foot_move import feet_of
+from footfall.planning.walk.foot_move import At, feet_of
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk.start import start_of
 from footfall.planning.walk.transition_kernel import (
@@ -35,6 +35,7 @@ def asked(athlete):
     """The arguments of a foot move of leg 0 by some metres, after the poses and before the bound; where it begins."""
     dem = wavy(rocks=((1.9, 0.8, 0.5, 0.4),))
     at = start_of(athlete, dem, footfall.stand(athlete, dem))
+    assert isinstance(at, At), at
     world = World(athlete, Nearby(dem, np.isnan(dem.heights)), WalkSettings(), at.T_site_base)
     checks = world.first.checks
 
@@ -54,10 +55,10 @@ def test_a_bounded_cost_is_the_whole_one_or_reaches_the_bound_as_it_does(asked, 
     rng = np.random.default_rng(seed)
     vector = now + far * SIZES * rng.standard_normal(6)
     given_ones = arguments(along, support)
-    whole = transition_cost(vector, now, *given_ones, math.inf)
+    whole = transition_cost(vector, now, *given_ones, most=math.inf)
     around = whole[1] + np.array([-5.0, -0.1, -1e-9, 0.0, 1e-9, 0.1, 5.0])
     for most in (*around, 0.0, -0.3):
-        told = transition_cost(vector, now, *given_ones, most)
+        told = transition_cost(vector, now, *given_ones, most=most)
         if whole[1] < most:
             assert told == whole
         else:
@@ -72,17 +73,17 @@ def test_the_pose_is_that_of_a_search_by_whole_costs(asked, along, seed):
     aim = now + np.array([0.3, 0.1, 0.0, 0.0, 0.0, 0.2])
     found = np.empty(6)
     guesses = np.array([aim, now])
-    lacks = find_pose(guesses, aim, *given_ones, np.random.default_rng(seed), LOOKS, found)
+    lacks = find_pose(guesses, aim, *given_ones, rng=np.random.default_rng(seed), looks=LOOKS, best=found)
 
     rng, spread = np.random.default_rng(seed), SPREAD
-    costs = [transition_cost(guess, aim, *given_ones, math.inf) for guess in guesses]
+    costs = [transition_cost(guess, aim, *given_ones, most=math.inf) for guess in guesses]
     begin = 0 if costs[0][1] <= costs[1][1] else 1
     best, (least, cost) = guesses[begin], costs[begin]
     for look in range(LOOKS):
         if spread < LEAST_SPREAD or (look > LOOKS // 2 and least > 0.3):
             break
         tried = best + spread * SIZES * rng.standard_normal(6)
-        other = transition_cost(tried, aim, *given_ones, math.inf)
+        other = transition_cost(tried, aim, *given_ones, most=math.inf)
         if other[1] < cost:
             best, (least, cost), spread = tried, other, min(spread * GROWS, 1.0)
         else:
