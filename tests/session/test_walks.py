@@ -1,6 +1,8 @@
 """A walk as a product of a session: asked for, recorded with its status, told whether it still fits, replayed."""
 
 from dataclasses import replace
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import pytest
 from footfall.balance.tether import EDGE, Tether
 from footfall.core.errors import InvalidInput
 from footfall.planning.stance.body_shift import BodyShift
+from footfall.planning.step import watch
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import BODY, Place, WalkGoal, WalkResult, WalkSettings
 from footfall.planning.walk.smoothing import Smoothing
@@ -16,7 +19,7 @@ from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.jobs.requests import WalkRequest
 from footfall.session.log.fold import fold_all
 from footfall.session.products.kinds import WALK
-from footfall.session.replay.recompute import replay
+from footfall.session.replay.recompute import PATIENCE, replay
 from footfall.session.steadiness import along
 from tests.support.chassis_ground import wavy
 
@@ -102,6 +105,28 @@ def test_a_replay_names_what_another_planner_makes_otherwise(live):
     assert (report.verdict, report.difference, report.magnitude) == ("different", "plan.margins[0]", 0.5)
     [report] = replay(bundle, recipes={**PRODUCTS, "walk": out_of_time}).products
     assert "ran into its time limit in this replay" in report.text
+
+
+def test_a_slow_machine_replays_what_a_fast_one_found(live, monkeypatch):
+    """The clock goes on by the same at every look at it, so that the walk takes three times its limit."""
+
+    def each_look_takes(seconds):
+        looks = count()
+        monkeypatch.setattr(watch, "time", SimpleNamespace(monotonic=lambda: seconds * next(looks)))
+        return looks
+
+    found = walked(live, NEAR)
+    bundle = live.export_bundle()
+    looks = each_look_takes(0.0)
+    assert replay(bundle).ok
+    lasted = 3 * NEAR.settings.time_limit
+    assert lasted < PATIENCE * NEAR.settings.time_limit
+    slowly = lasted / next(looks)
+    each_look_takes(slowly)
+    assert replay(bundle).ok
+    # what is asked for anew has the limit that was set
+    each_look_takes(slowly)
+    assert walked(live, NEAR).digest != found.digest
 
 
 def test_a_walk_of_other_ground_is_told_as_such(live):

@@ -3,11 +3,29 @@
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from footfall.core.progress import Progress, no_progress
 
 INTERVAL = 0.1
 """Longest pause between two reports to the caller [s], as far as the searches call :meth:`Watch.tick`."""
+
+
+_patience: ContextVar[float] = ContextVar("patience", default=1.0)
+
+
+@contextmanager
+def patience(times: float) -> Iterator[None]:
+    """Searches that begin inside have so many times their time limit; what they are asked for stays as it is.
+
+    A replay needs this: a search or smoothing that ended by itself when it was recorded must not be ended by the clock
+    on a machine that is slower, or does more.
+    """
+    before = _patience.set(times)
+    try:
+        yield
+    finally:
+        _patience.reset(before)
 
 
 class OutOfTime(Exception):
@@ -29,7 +47,7 @@ class Watch:
     def __init__(self, progress: Progress = no_progress, time_limit: float = float("inf")) -> None:
         self._progress = progress
         self._start = self._last = time.monotonic()
-        self._deadline = self._start + time_limit
+        self._deadline = self._start + _patience.get() * time_limit
         self._fraction, self.text = 0.0, ""
         self._looks = float("inf")
 

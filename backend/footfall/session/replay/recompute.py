@@ -15,6 +15,7 @@ from footfall.core.value import Value
 from footfall.io.artifacts import decode
 from footfall.io.bundles import ARTIFACTS, Bundle
 from footfall.planning.step.problem import Status
+from footfall.planning.step.watch import patience
 from footfall.session.jobs.product_recipes import PRODUCTS, Recipe, make
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import SessionState, fold_all
@@ -25,6 +26,9 @@ from footfall.session.storage.store import read_session
 
 EQUAL_WITHIN = 1e-9
 """Floats that differ by at most this come from another processor, not from another computation."""
+
+PATIENCE = 20.0
+"""Times its time limit that a search may take in a replay, where it ended by itself when it was recorded."""
 
 VERDICTS = ("same", "equal_within", "not_reproducible", "unchecked", "different", "missing", "failed")
 
@@ -169,7 +173,8 @@ class _Replayed:
         if not self.check:
             return self._say("unchecked", None, "read, not recomputed")
         try:
-            product = make(self.recipes, self.kind, parents, settings, self.progress)
+            with patience(1.0 if self._timed_out(recorded) else PATIENCE):
+                product = make(self.recipes, self.kind, parents, settings, self.progress)
         except Cancelled:
             raise
         except FootFallError as err:
@@ -191,7 +196,7 @@ class _Replayed:
         timed_out = [
             when
             for when, result in (("when it was recorded", recorded), ("in this replay", product))
-            if KINDS[self.kind].searches and getattr(result, "status", None) is Status.TIME_LIMIT
+            if self._timed_out(result)
         ]
         if timed_out:
             # How far a search comes in its time depends on the machine and on what else runs there.
@@ -202,6 +207,9 @@ class _Replayed:
         else:
             verdict, text = "different", f"{first.path}: {first.text}"
         return ProductReport(self.seq, self.kind, self.digest, digest, verdict, first.path, magnitude, text)
+
+    def _timed_out(self, result: Value | bytes) -> bool:
+        return KINDS[self.kind].searches and getattr(result, "status", None) is Status.TIME_LIMIT
 
     def _say(self, verdict: str, recomputed: str | None, text: str) -> ProductReport:
         return ProductReport(self.seq, self.kind, self.digest, recomputed, verdict, None, None, text)
