@@ -9,6 +9,7 @@ import threading
 from collections import deque
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import IO, Any, Protocol
 
 from structlog.contextvars import bound_contextvars
 
@@ -30,6 +31,22 @@ MOST_RESTARTS = 5
 """So often in a row a process that died is started again, for one session."""
 MOST_WORDS = 20
 """So many of the process's last lines are kept."""
+
+
+class Begun(Protocol):
+    """A process that was started: what is asked of a :class:`subprocess.Popen` here."""
+
+    pid: int
+    returncode: Any
+    stdout: IO[bytes] | None
+
+    def poll(self) -> int | None: ...
+
+    def wait(self, timeout: float | None = None) -> int: ...
+
+    def terminate(self) -> None: ...
+
+    def kill(self) -> None: ...
 
 
 def loaded_world(live: LiveSession) -> str | None:
@@ -65,7 +82,7 @@ class RoverProcess:
         self._token = token
         self._certificate = certificate
         self._folder = TemporaryDirectory(prefix="footfall-rover-")
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Begun | None = None
         self._session: str | None = None
         self._world: str | None = None
         self._restarts = 0
@@ -146,8 +163,15 @@ class RoverProcess:
             command += ["--state", str(folder / "state.npz")]
         # not among the arguments, which everybody on this computer can read
         surroundings = {**os.environ, **({} if self._token is None else {TOKEN_VARIABLE: self._token})}
+        self._process = self._begun(command, surroundings)
+        self._words = deque(maxlen=MOST_WORDS)
+        self._listening = threading.Thread(target=_listen, args=(self._process, live.id, self._words), daemon=True)
+        self._listening.start()
+        self.fault = ""
+
+    def _begun(self, command: list[str], surroundings: dict[str, str]) -> Begun:
         # a session of its own: Ctrl-C in the terminal reaches the server only, which then ends the rover
-        self._process = subprocess.Popen(
+        return subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -155,10 +179,6 @@ class RoverProcess:
             start_new_session=True,
             env=surroundings,
         )
-        self._words = deque(maxlen=MOST_WORDS)
-        self._listening = threading.Thread(target=_listen, args=(self._process, live.id, self._words), daemon=True)
-        self._listening.start()
-        self.fault = ""
 
     def _last_words(self) -> str:
         self._listening.join(1.0)
@@ -176,7 +196,7 @@ class RoverProcess:
             process.wait()
 
 
-def _listen(process: subprocess.Popen[bytes], session: str, words: "deque[str]") -> None:
+def _listen(process: Begun, session: str, words: "deque[str]") -> None:
     """Log what the process says until it ends. Its lines begin with level and name; others belong to the one before."""
     level, name = logging.ERROR, "footfall.sim"
     with bound_contextvars(session=session), process.stdout or contextlib.nullcontext(()) as lines:

@@ -19,6 +19,7 @@ from footfall.telemetry.link import PATH
 from footfall_ui.app import Server, create_app
 from footfall_ui.listening import address_of, listen
 from footfall_ui.rover_process import RoverProcess
+from tests.support.forked_rovers import ForkedRoverProcess
 from tests.support.kept_workers import KeptWorkers, kept_reading
 from tests.support.waiting import BOUND, joined, until
 
@@ -77,7 +78,7 @@ def running_server(
             prepare(sessions)
         url = address_of(listening)
         token = None if accounts is None else accounts.own_rover()
-        rover = RoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", physics=physics, token=token)
+        rover = ForkedRoverProcess(sessions, f"ws{url.removeprefix('http')}{PATH}", physics=physics, token=token)
         ready = threading.Event()
         app = create_app(sessions, scene=scene, rover=rover, accounts=accounts, sign_on=sign_on)
         server = Server(app, listening, lambda _: ready.set())
