@@ -37,8 +37,10 @@ class Begun(Protocol):
     """A process that was started: what is asked of a :class:`subprocess.Popen` here."""
 
     pid: int
-    returncode: Any
     stdout: IO[bytes] | None
+
+    @property
+    def returncode(self) -> Any: ...
 
     def poll(self) -> int | None: ...
 

@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 import threading
-from multiprocessing import forkserver, reduction
+from multiprocessing import reduction
 from typing import IO
 
 from footfall.session.jobs.worker import end_with_server
@@ -87,8 +87,7 @@ def _run(arguments: list[str], surroundings: dict[str, str], output: int) -> Non
         os.dup2(output, number)
     os.close(output)
     os.environ.update(surroundings)
-    # of the pipe that tells the process that forks how long the tests go on: rovers would keep each other
-    os.close(forkserver._forkserver._forkserver_alive_fd)
+    # killed tests leave no rover behind; nor the process that forks, which ends with the last of them
     threading.Thread(target=end_with_server, daemon=True).start()
     sys.argv = [LOADED, *arguments]
     sys.exit(main())
