@@ -69,7 +69,9 @@ def bearer(token):
 @contextmanager
 def page(server):
     """A browser's page: keeps cookies and says where it comes from."""
-    with httpx.Client(base_url=server.url, headers={"Origin": server.url}, timeout=BOUND, trust_env=False) as made:
+    with httpx.Client(
+        base_url=server.url, headers={"Origin": server.url}, timeout=BOUND, trust_env=False, verify=False
+    ) as made:
         yield made
 
 
@@ -115,7 +117,7 @@ def test_what_a_role_may_every_higher_role_may(routes):
 def test_every_route_holds_to_it(server, routes, tokens, gateway):
     """Asked for real, about things that are not there: without a key 401, with too little of a role 403."""
     seen = set()
-    with httpx.Client(base_url=server.url, timeout=BOUND, trust_env=False) as client:
+    with httpx.Client(base_url=server.url, timeout=BOUND, trust_env=False, verify=False) as client:
         for method, path, whole in routes:
             needs = needed(method, path)
             if method == "WS" or needs is Needs.NOTHING:
@@ -136,7 +138,7 @@ def test_every_route_holds_to_it(server, routes, tokens, gateway):
 
 
 def test_a_refusal_says_which_role_would_do(server, tokens):
-    answer = httpx.post(server.api + "/stop/clear", headers=bearer(tokens[Role.PLANNER]), trust_env=False)
+    answer = httpx.post(server.api + "/stop/clear", headers=bearer(tokens[Role.PLANNER]), trust_env=False, verify=False)
     assert answer.status_code == 403
     assert answer.json()["type"] == "/problems/forbidden"
     assert "needs the role commander; pia is planner" in answer.json()["detail"]
@@ -162,11 +164,18 @@ def test_a_page_logs_in_acts_and_logs_out(server):
         second = made.cookies["footfall"]
         assert second != first
         for secret in (first, second):
-            answer = httpx.get(f"{server.api}/me", headers={"Cookie": f"footfall={secret}"}, trust_env=False)
+            answer = httpx.get(
+                f"{server.api}/me", headers={"Cookie": f"footfall={secret}"}, trust_env=False, verify=False
+            )
             assert answer.status_code == (401 if secret == first else 200)
         assert made.post(f"{BASE}/logout").status_code == 204
         assert "footfall" not in made.cookies
-    assert httpx.get(f"{server.api}/me", headers={"Cookie": f"footfall={second}"}, trust_env=False).status_code == 401
+    assert (
+        httpx.get(
+            f"{server.api}/me", headers={"Cookie": f"footfall={second}"}, trust_env=False, verify=False
+        ).status_code
+        == 401
+    )
 
 
 def test_the_cookie_alone_does_nothing_for_other_pages(server):
@@ -174,13 +183,13 @@ def test_the_cookie_alone_does_nothing_for_other_pages(server):
         log_in(made, "con")
         cookie = {"Cookie": f"footfall={made.cookies['footfall']}"}
     for extra in ({}, {"Origin": "https://example.org"}, {"Sec-Fetch-Site": "cross-site"}, {"Origin": "null"}):
-        answer = httpx.post(server.api + "/stop", headers={**cookie, **extra}, trust_env=False)
+        answer = httpx.post(server.api + "/stop", headers={**cookie, **extra}, trust_env=False, verify=False)
         assert (answer.status_code, answer.json()["type"]) == (403, "/problems/foreign-origin"), extra
         for url in server.websockets:
             with pytest.raises(InvalidStatus):
                 line(server, url.removeprefix("ws" + server.url.removeprefix("http")), {**cookie, **extra})
     same = {**cookie, "Sec-Fetch-Site": "same-origin"}
-    assert httpx.post(server.api + "/stop", headers=same, trust_env=False).status_code == 200
+    assert httpx.post(server.api + "/stop", headers=same, trust_env=False, verify=False).status_code == 200
 
 
 def test_what_others_passed_on_is_refused_unless_a_proxy_was_announced(server):
@@ -188,7 +197,7 @@ def test_what_others_passed_on_is_refused_unless_a_proxy_was_announced(server):
         *("X-Forwarded-For", "Forwarded", "X-Forwarded-Host", "X-Forwarded-Proto", "X-Forwarded-Prefix", "X-Real-IP"),
         *("Via", "CF-Connecting-IP", "True-Client-IP", "X-Client-IP", "Fly-Client-IP", "X-Original-Forwarded-For"),
     ):
-        answer = httpx.get(server.api + "/info", headers={name: "for=10.0.0.1"}, trust_env=False)
+        answer = httpx.get(server.api + "/info", headers={name: "for=10.0.0.1"}, trust_env=False, verify=False)
         assert answer.json()["type"] == "/problems/forwarded"
         assert name.lower() in answer.json()["detail"]
 
@@ -209,7 +218,7 @@ def test_a_rovers_token_opens_the_rover_link_alone(server, gateway, tokens):
         link.send("this is no JSON")
         assert json.loads(link.recv(timeout=BOUND))["type"] == "error"
     for path in ("/me", "/sessions", "/info"):
-        assert httpx.get(server.api + path, headers=bearer(gateway), trust_env=False).status_code == 403
+        assert httpx.get(server.api + path, headers=bearer(gateway), trust_env=False, verify=False).status_code == 403
     with pytest.raises(InvalidStatus):
         line(server, BASE + "/stop/line", bearer(gateway))
     with pytest.raises(InvalidStatus):  # and people's tokens don't make a rover, not even an admin's
@@ -243,7 +252,7 @@ def test_who_is_removed_is_out_at_once_and_open_lines_end(server, accounts):
 def test_an_open_stream_of_events_ends_with_the_token(server, accounts, tokens):
     token = accounts.add_token("listener", "vic", BOSS)
     events = server.api + "/sessions/current/events"
-    with httpx.stream("GET", events, headers=bearer(token), timeout=BOUND, trust_env=False) as stream:
+    with httpx.stream("GET", events, headers=bearer(token), timeout=BOUND, trust_env=False, verify=False) as stream:
         lines = stream.iter_lines()
         assert next(lines)
         accounts.revoke_token("listener", BOSS)
@@ -251,27 +260,36 @@ def test_an_open_stream_of_events_ends_with_the_token(server, accounts, tokens):
         note = {"text": "not for the listener"}
         for _ in range(2):
             httpx.post(
-                server.api + "/sessions/current/notes", json=note, headers=bearer(tokens[Role.ADMIN]), trust_env=False
+                server.api + "/sessions/current/notes",
+                json=note,
+                headers=bearer(tokens[Role.ADMIN]),
+                trust_env=False,
+                verify=False,
             )
         assert not [one for one in lines if "not for the listener" in one]
 
 
 def test_stop_is_heard_while_the_accounts_cannot_be_read(server, accounts, monkeypatch, tokens):
-    assert httpx.get(server.api + "/me", headers=bearer(tokens[Role.VIEWER]), trust_env=False).status_code == 200
+    assert (
+        httpx.get(server.api + "/me", headers=bearer(tokens[Role.VIEWER]), trust_env=False, verify=False).status_code
+        == 200
+    )
 
     def gone(*_):
         raise sqlite3.OperationalError("disk I/O error")
 
     monkeypatch.setattr(accounts._store, "key", gone)
     headers = bearer(tokens[Role.VIEWER])
-    assert httpx.post(server.api + "/stop", headers=headers, trust_env=False).status_code == 200
-    assert httpx.get(server.api + "/me", headers=headers, trust_env=False).status_code == 503
-    assert httpx.post(server.api + "/stop", headers=bearer("unknown"), trust_env=False).status_code == 503
-    ready = httpx.get(server.url + "/health/ready", trust_env=False)
+    assert httpx.post(server.api + "/stop", headers=headers, trust_env=False, verify=False).status_code == 200
+    assert httpx.get(server.api + "/me", headers=headers, trust_env=False, verify=False).status_code == 503
+    assert httpx.post(server.api + "/stop", headers=bearer("unknown"), trust_env=False, verify=False).status_code == 503
+    ready = httpx.get(server.url + "/health/ready", trust_env=False, verify=False)
     assert ready.status_code == 503
     assert [one["text"] for one in ready.json()["checks"] if not one["ok"]] == ["disk I/O error"]
     monkeypatch.setattr(accounts._store, "account", gone)
-    refused = httpx.post(server.api + "/login", json={"name": "vic", "password": PASSWORD}, trust_env=False)
+    refused = httpx.post(
+        server.api + "/login", json={"name": "vic", "password": PASSWORD}, trust_env=False, verify=False
+    )
     assert (refused.status_code, refused.json()["type"]) == (503, "/problems/accounts-unreadable")
 
 
@@ -281,14 +299,14 @@ def test_stop_does_not_wait_behind_requests_that_hang(server, monkeypatch, token
     headers = bearer(tokens[Role.VIEWER])
 
     def hang():
-        httpx.get(server.api + "/sessions", headers=headers, timeout=BOUND, trust_env=False)
+        httpx.get(server.api + "/sessions", headers=headers, timeout=BOUND, trust_env=False, verify=False)
 
     hanging = [threading.Thread(target=hang) for _ in range(45)]  # more than the pool has threads
     for thread in hanging:
         thread.start()
     try:
         until(lambda: _held_up(server, headers), "a pool without a free thread")
-        answer = httpx.post(server.api + "/stop", headers=headers, timeout=BOUND, trust_env=False)
+        answer = httpx.post(server.api + "/stop", headers=headers, timeout=BOUND, trust_env=False, verify=False)
         assert answer.json()["stopped"] is True
     finally:
         let_go.set()
@@ -298,7 +316,7 @@ def test_stop_does_not_wait_behind_requests_that_hang(server, monkeypatch, token
 
 def _held_up(server, headers) -> bool:
     try:
-        httpx.get(server.api + "/robot", headers=headers, timeout=1, trust_env=False)
+        httpx.get(server.api + "/robot", headers=headers, timeout=1, trust_env=False, verify=False)
     except httpx.TimeoutException:
         return True
     return False
@@ -307,9 +325,15 @@ def _held_up(server, headers) -> bool:
 def test_an_answer_kept_for_a_repeated_request_is_not_given_to_others(server, tokens):
     note = {"text": "mine"}
     keyed = [{**bearer(tokens[role]), "Idempotency-Key": "the same"} for role in (Role.PLANNER, Role.VIEWER)]
-    first = httpx.post(server.api + "/sessions/current/notes", json=note, headers=keyed[0], trust_env=False)
-    again = httpx.post(server.api + "/sessions/current/notes", json=note, headers=keyed[0], trust_env=False)
-    other = httpx.post(server.api + "/sessions/current/notes", json=note, headers=keyed[1], trust_env=False)
+    first = httpx.post(
+        server.api + "/sessions/current/notes", json=note, headers=keyed[0], trust_env=False, verify=False
+    )
+    again = httpx.post(
+        server.api + "/sessions/current/notes", json=note, headers=keyed[0], trust_env=False, verify=False
+    )
+    other = httpx.post(
+        server.api + "/sessions/current/notes", json=note, headers=keyed[1], trust_env=False, verify=False
+    )
     assert (first.status_code, again.status_code, other.status_code) == (201, 201, 403)
     assert again.headers["idempotent-replayed"] == "true"
 
@@ -342,26 +366,31 @@ def test_a_viewers_clicks_in_the_scene_choose_nothing(server, tokens):
 
 def test_admins_read_who_there_is_and_what_was_done(server, tokens):
     admin = bearer(tokens[Role.ADMIN])
-    everybody = httpx.get(server.api + "/accounts", headers=admin, trust_env=False)
+    everybody = httpx.get(server.api + "/accounts", headers=admin, trust_env=False, verify=False)
     assert {one["name"]: one["role"] for one in everybody.json()["accounts"]} == {n: r.value for n, r in NAMES.items()}
-    record = httpx.get(server.api + "/audit?limit=1000", headers=admin, trust_env=False)
+    record = httpx.get(server.api + "/audit?limit=1000", headers=admin, trust_env=False, verify=False)
     acts = [(one["who"], one["act"], one["client"]) for one in record.json()["entries"]]
     assert ("con", "login", "127.0.0.1") in acts
     assert ("con", "login refused", "127.0.0.1") in acts
     assert ("nobody", "token refused", "127.0.0.1") in acts
     for secret in [PASSWORD, *tokens.values()]:
         assert secret not in everybody.text + record.text
-    after = httpx.get(server.api + "/audit?after=2&limit=1", headers=admin, trust_env=False).json()["entries"]
+    after = httpx.get(server.api + "/audit?after=2&limit=1", headers=admin, trust_env=False, verify=False).json()[
+        "entries"
+    ]
     assert [one["seq"] for one in after] == [3]
 
 
 def test_without_accounts_the_server_says_so(tmp_path):
     with running_server(tmp_path) as running:
-        me = httpx.get(running.api + "/me", trust_env=False).json()
+        me = httpx.get(running.api + "/me", trust_env=False, verify=False).json()
         assert me["accounts"] is False
         assert me["notice"] == "no login: anyone on this computer can command"
         assert (
-            httpx.post(running.api + "/login", json={"name": "a", "password": "b"}, trust_env=False).status_code == 409
+            httpx.post(
+                running.api + "/login", json={"name": "a", "password": "b"}, trust_env=False, verify=False
+            ).status_code
+            == 409
         )
 
 

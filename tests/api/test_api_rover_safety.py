@@ -109,7 +109,7 @@ def test_a_stop_goes_out_while_a_session_is_being_made(quiet, client, monkeypatc
             assert client.post("/stop", timeout=BOUND).json()["stopped"]
             assert (
                 httpx.get(
-                    quiet.api.removesuffix("/api/v1") + "/health/live", timeout=BOUND, trust_env=False
+                    quiet.api.removesuffix("/api/v1") + "/health/live", timeout=BOUND, trust_env=False, verify=False
                 ).status_code
                 == 200
             )

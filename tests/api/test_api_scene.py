@@ -24,11 +24,11 @@ def scene_server(tmp_path_factory):
 
 
 def test_page_and_messages_come_through_the_proxy(scene_server):
-    info = httpx.get(scene_server.api + "/info", trust_env=False).json()
+    info = httpx.get(scene_server.api + "/info", trust_env=False, verify=False).json()
     assert info["scene"] == {"available": True, "reason": "", "url": "/scene/"}
-    to_folder = httpx.get(scene_server.url + "/scene?fixedDpr=0.5", trust_env=False)
+    to_folder = httpx.get(scene_server.url + "/scene?fixedDpr=0.5", trust_env=False, verify=False)
     assert to_folder.headers["location"].endswith("/scene/?fixedDpr=0.5")
-    page = httpx.get(scene_server.url + "/scene/", trust_env=False)
+    page = httpx.get(scene_server.url + "/scene/", trust_env=False, verify=False)
     assert page.status_code == 200
     assert "<html" in page.text
     # the page connects to its own address without the last slash
@@ -82,10 +82,10 @@ def test_a_scene_that_fails_does_not_take_the_server_with_it(tmp_path, monkeypat
 
     monkeypatch.setattr(viser, "ViserServer", fail)
     with running_server(tmp_path, scene=True) as running:
-        scene = httpx.get(running.api + "/info", trust_env=False).json()["scene"]
+        scene = httpx.get(running.api + "/info", trust_env=False, verify=False).json()["scene"]
         assert scene["available"] is False
         assert "no more ports" in scene["reason"]
-        assert "no more ports" in httpx.get(running.url + "/scene/", trust_env=False).text
+        assert "no more ports" in httpx.get(running.url + "/scene/", trust_env=False, verify=False).text
 
 
 def test_a_page_that_is_dressed_has_another_sky_and_no_other_page_has(tmp_path, monkeypatch):
@@ -132,9 +132,9 @@ def test_a_scene_that_ended_is_opened_behind_another_door(tmp_path, monkeypatch)
 
             # found out by a page that is asked for
             drawing.servers[0].stop()
-            assert httpx.get(running.url + "/scene/", trust_env=False).status_code == 502
+            assert httpx.get(running.url + "/scene/", trust_env=False, verify=False).status_code == 502
             until(lambda: len(drawing.servers) == 2 and available(), "the second scene")
-            assert httpx.get(running.url + "/scene/", trust_env=False).status_code == 200
+            assert httpx.get(running.url + "/scene/", trust_env=False, verify=False).status_code == 200
             # by one that wants its messages; and again, where it could not be opened at once
             drawing.servers[1].stop()
             drawing.refused = True

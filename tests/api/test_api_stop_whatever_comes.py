@@ -117,7 +117,7 @@ def test_every_request_stops(client, content, headers, reason):
 
 def test_a_request_beyond_every_limit_stops(server, client):
     with contextlib.suppress(httpx.TransportError):  # it hangs up before all is sent
-        httpx.post(f"{server.api}/stop", content=bytes((64 << 20) + 1), headers=JSON, trust_env=False)
+        httpx.post(f"{server.api}/stop", content=bytes((64 << 20) + 1), headers=JSON, trust_env=False, verify=False)
     until(lambda: stopped(client), "the stop")
 
 

@@ -104,7 +104,7 @@ def test_a_file_name_with_a_nul_character_is_refused_by_name(server, path, where
     disposition = f'Content-Disposition: form-data; name="file"; filename="{name}"'.encode()
     body = b"--B\r\n" + disposition + b"\r\n\r\n" + GRID.encode() + b"\r\n--B--\r\n"
     headers = {"content-type": "multipart/form-data; boundary=B"}
-    answer = httpx.post(f"{server.api}{path}/{where}", content=body, headers=headers, trust_env=False)
+    answer = httpx.post(f"{server.api}{path}/{where}", content=body, headers=headers, trust_env=False, verify=False)
     problem(answer, 422, "invalid-input")
     assert "NUL character" in answer.json()["detail"]
 

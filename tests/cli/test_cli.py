@@ -145,7 +145,10 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
             assert line.startswith("FootFall answers on http://127.0.0.1:"), line
             url = line.split()[-1]
             current = f"{url}/api/v1/sessions/current"
-            until(lambda: httpx.get(current, trust_env=False).json()["link"]["connected"], "the rover on the link")
+            until(
+                lambda: httpx.get(current, trust_env=False, verify=False).json()["link"]["connected"],
+                "the rover on the link",
+            )
             taken = subprocess.run(
                 [*FOOTFALL, "serve", "--port", url.rsplit(":", 1)[1], "--data", str(tmp_path)],
                 capture_output=True,
@@ -156,7 +159,7 @@ def test_serve_answers_and_leaves_nothing_behind(number, tmp_path):
             assert "--port" in taken.stderr
             children = children_of(server.pid)
             assert len([one for one in children if "spawn_main" in command_line(one)]) == 1, "the worker asked for"
-            with httpx.stream("GET", f"{url}/api/v1/sessions/current/events", trust_env=False) as stream:
+            with httpx.stream("GET", f"{url}/api/v1/sessions/current/events", trust_env=False, verify=False) as stream:
                 next(stream.iter_lines())
                 server.send_signal(number)
                 assert server.wait(BOUND) == 0
