@@ -117,7 +117,7 @@ def _wheels(world: World, beat: Rhythm, yaws: Array, contacts: Array, normals: A
 
 def _spares(world: World, beat: Rhythm, Ts: Array, wheels: Array, rows: Rows) -> Array:
     """What legs have to spare (k,), −inf where the wheel's pose is unknown; rows: (k,) of the rhythm."""
-    spares, three = np.empty(len(rows)), np.ascontiguousarray(wheels[:, :3])
+    spares, three = np.empty(len(rows)), wheels[:, :3].copy()
     which, first, last = beat.legs[rows], beat.first[rows], beat.last[rows]
     spares_of(Ts, three, which, first, last, world.settings.lift, world.legs, spares)
     return np.where(np.isfinite(wheels).all(axis=(1, 2)), spares, -np.inf)

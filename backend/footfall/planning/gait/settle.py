@@ -62,7 +62,7 @@ def _stays(world: World, start: At, beat: Rhythm, layout: Layout, row: int, tole
     off = np.hypot(*(start.stance.contacts[leg] - layout.contacts[row])[:2])
     if off > tolerance or start.stance.branches[leg] != 0:
         return False
-    wheel = np.ascontiguousarray(start.stance.Ts_site_wheel[leg : leg + 1, :3])
+    wheel = start.stance.Ts_site_wheel[leg : leg + 1, :3].copy()
     own = slice(row, row + 1)
     lift = world.settings.lift
     spares_of(layout.Ts, wheel, beat.legs[own], beat.first[own], beat.last[own], lift, world.legs, spares)

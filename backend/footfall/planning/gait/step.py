@@ -130,9 +130,8 @@ def _swung(
     margins, torques = np.empty(len(path)), np.empty(len(path))
     checks = world.around(T_site_base).checks
     raised = world.settings.raise_terrain
-    contacts, normals = np.array(stance.contacts), np.array(stance.normals)
     failed, code, spare, row = group_swings(
-        path, ways, standing, T, contacts, normals, raised, checks, margins, torques
+        path, ways, standing, T, stance.contacts, stance.normals, raised, checks, margins, torques
     )
     phases = (LIFT,) * (RISES + 1) + (SWING,) + (LOWER,) * RISES
     if failed != HOLDS:

@@ -68,7 +68,7 @@ class Certificate:
 
     def first_unsure(self, qs: Array, terrain: str) -> int:
         """The first of n postures (n, 6) that is not surely allowed, or n; terrain: "none", "true" or "raised"."""
-        found = first_unsure(np.ascontiguousarray(qs), self.clearance, self.body, MODES[terrain])
+        found = first_unsure(np.array(qs, order="C"), self.clearance, self.body, MODES[terrain])
         return len(qs) if found == SURE else found
 
     def edges_sure(self, path: Array, epsilon: float, terrain: str) -> bool:

@@ -101,7 +101,7 @@ class LegOverGround:
     ) -> tuple[float, int, int, Array]:
         tiles = self._ground.tiles
         ground = tiles.heights, tiles.corner, tiles.resolution, tiles.boxes, tiles.windows
-        return ground_bounds(*shells, poses, deltas, lift, *ground, below, nearest)
+        return ground_bounds(*shells, np.ascontiguousarray(poses), deltas, lift, *ground, below, nearest)
 
     def _between(self, part: str) -> str:
         return f"{self._names[part]} and the terrain"

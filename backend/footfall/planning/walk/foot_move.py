@@ -43,6 +43,8 @@ BODY_STEP, BODY_TURN = 0.006, 0.004
 FARTHEST = 8
 """Samples from one waypoint to the next, at most."""
 NAMES = {LEG: "reach", MARGIN: "balance", TORQUE: "torque", NEAR: "collision", COARSE: "sampling", TETHER: "tether"}
+_NOWHERE = np.zeros((3, 4))
+_NOWHERE.setflags(write=False)
 SWING_TURN = 0.1
 """Of a joint between two looks at forces and torques on a swing [rad]."""
 
@@ -110,7 +112,12 @@ def foot_move(world: World, at: At, leg: int, to: Stance, aim: Array, rng: np.ra
 def move_of(world: World, stance: Stance, leg: int, to: Stance) -> Move:
     """The move of a foot from a stance to the next, as kernels take it."""
     wheel, branch = np.ascontiguousarray(to.Ts_site_wheel[leg, :3]), int(to.branches[leg])
-    return Move(leg, wheel, branch, world.settings.lift, np.array(stance.contacts))
+    return Move(leg, wheel, branch, world.settings.lift, stance.contacts)
+
+
+def nobody(stance: Stance) -> Move:
+    """No foot's move, over all feet of a stance, as kernels take it."""
+    return Move(-1, _NOWHERE, 0, 0.0, stance.contacts)
 
 
 def foot_move_at(world: World, at: At, leg: int, to: Stance, vector: Array, rng: np.random.Generator) -> Moved | Fails:

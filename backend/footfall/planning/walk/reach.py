@@ -83,7 +83,7 @@ def _reach(world: World, way: Guide, leg: int, Ts_site_wheel: Array, branches: N
     poses_of(way.vectors, Ts)
     count = len(Ts_site_wheel)
     first, last, best = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
-    wheels = np.ascontiguousarray(Ts_site_wheel[:, :3])
+    wheels = Ts_site_wheel[:, :3].copy()
     far, rover, poses = world.robot.leg_length(leg), world.first.checks.rover, len(way.ways)
     beside = _beside(way, wheels[:, :2, 3])
     hip = float(np.hypot(*world.legs.Ts_base_hip[leg, :2, 3]))

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.step.watch import Watch
-from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move
+from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
 from footfall.planning.walk.footfalls import Footfalls
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.problem import Place, Stance, WalkGoal
 from footfall.planning.walk.reach import come_to, reach_of, reaches
-from footfall.planning.walk.transition_kernel import Move, find_pose, vector_of
+from footfall.planning.walk.transition_kernel import find_pose, vector_of
 from footfall.planning.walk.world import World
 
 Array = NDArray[np.float64]
@@ -131,9 +131,9 @@ class Search:
         self._reaches = reaches(self.world, self.guide, self.places)
         self._barred = [self._barred_to(leg) for leg in self.world.robot.legs]
         low, high = reach_of(self.world, self.guide, self.start.stance)
-        nobody = np.full(len(low), -1, np.int64)
+        unheld = np.full(len(low), -1, np.int64)
         left = float(self._left(low[None], high[None])[0])
-        self.nearest = Reached(self.start, 0.0, nobody, low, high, left)
+        self.nearest = Reached(self.start, 0.0, unheld, low, high, left)
 
     def run(self) -> tuple[Reached, BodyWay] | None:
         """Search until the chassis is at the goal; None where there is nothing more to try in this attempt."""
@@ -272,7 +272,7 @@ class Search:
 
     def _closed(self, reached: Reached) -> BodyWay | None:
         """The chassis' way to the goal over a stance, where there is one."""
-        contacts, end = np.array(reached.at.stance.contacts), self.guide.length
+        end = self.guide.length
         if not _ends(reached.low, reached.high, end).all():
             return None
         if len(reached.pins) < len(self.world.settings.pinned):
@@ -285,12 +285,11 @@ class Search:
             if not isinstance(stays, Fails):
                 return stays
         best = np.empty(6)
-        nobody = Move(-1, np.zeros((3, 4)), 0, 0.0, contacts)
         lacks = find_pose(
             np.array([aim, now]),
             aim,
             feet_of(reached.at.stance),
-            nobody,
+            nobody(reached.at.stance),
             self.world.legs,
             checks.rover,
             checks.balance,

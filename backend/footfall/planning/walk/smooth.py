@@ -20,11 +20,12 @@ from footfall.planning.walk.foot_move import (
     foot_move,
     foot_move_at,
     move_of,
+    nobody,
 )
 from footfall.planning.walk.legs_kernel import leg_at, pose_of
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.search import FEET_APART
-from footfall.planning.walk.smooth_cost import Cost, Way, nobody
+from footfall.planning.walk.smooth_cost import Cost, Way
 from footfall.planning.walk.smooth_kernel import better_pose
 from footfall.planning.walk.smoothing import Smoothed, WalkFigures
 from footfall.planning.walk.transition_kernel import SIZES
@@ -108,7 +109,7 @@ class _Smoothing:
             after,
             SIZES * IN_PLACE if closing else SIZES,
             feet_of(at.stance),
-            np.array(at.stance.normals),
+            at.stance.normals,
             move,
             self._world.legs,
             checks,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from footfall.planning.scene.rover_tables import RoverTables
 from footfall.planning.walk.body_kernel import Checks
-from footfall.planning.walk.foot_move import At, BodyWay, Moved, feet_of, move_of
+from footfall.planning.walk.foot_move import At, BodyWay, Moved, feet_of, move_of, nobody
 from footfall.planning.walk.footprint import height_above_feet
 from footfall.planning.walk.problem import Stance
 from footfall.planning.walk.smooth_kernel import (
@@ -20,7 +20,7 @@ from footfall.planning.walk.smooth_kernel import (
     tightness,
 )
 from footfall.planning.walk.smoothing import WalkFigures
-from footfall.planning.walk.transition_kernel import Move, vector_of
+from footfall.planning.walk.transition_kernel import vector_of
 from footfall.planning.walk.world import World
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ class Cost:
             body, turning = moved.body, _turning(moved.swing.waypoints)
             move = move_of(self._world, at.stance, moved.leg, moved.to.stance)
         checks = self._world.around(at.T_site_base).checks
-        feet, normals = feet_of(at.stance), np.array(at.stance.normals)
+        feet, normals = feet_of(at.stance), at.stance.normals
         room = tightness(vector, feet, normals, move, self._world.legs, checks, self.weights(checks).roomy)[2]
         return (
             asked.foot_move * (move.leg >= 0)
@@ -128,11 +128,6 @@ def _tightest(way: Way, number: int) -> tuple[float, float]:
     moved = way.moves[number]
     margins = np.concatenate([moved.body.margins[first:], moved.margins[1:]])
     return float(margins.min()), float(max(moved.body.torques[first:].max(), moved.torques[1:].max()))
-
-
-def nobody(stance: Stance) -> Move:
-    """No foot's move, over all feet of a stance."""
-    return Move(-1, np.zeros((3, 4)), 0, 0.0, np.array(stance.contacts))
 
 
 def _roomy(rover: RoverTables) -> RoverTables:

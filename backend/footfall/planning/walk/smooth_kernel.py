@@ -172,7 +172,8 @@ def better_pose(
     """
     first = cost = _pose_cost(now, before, after, feet, normals, move, legs, checks, weights, np.inf)
     best[:] = now
-    for guess in guesses:
+    for i in range(len(guesses)):
+        guess = guesses[i]
         found = _pose_cost(guess, before, after, feet, normals, move, legs, checks, weights, cost)
         if found < cost:
             cost = found

@@ -133,7 +133,7 @@ class _Search:
         """What the best chassis pose (6,) to lift a leg from (−1: none) lacks, and the pose."""
         checks, best = self.world.first.checks, np.empty(6)
         wheel = np.ascontiguousarray(stance.Ts_site_wheel[leg, :3])
-        move = Move(leg, wheel, int(stance.branches[leg]), self.world.settings.lift, np.array(stance.contacts))
+        move = Move(leg, wheel, int(stance.branches[leg]), self.world.settings.lift, stance.contacts)
         lacks = find_pose(
             np.array([guess]),
             self.aim,
@@ -159,8 +159,8 @@ class _Search:
         pose_of(vector, T_site_base)
         T[:3] = T_site_base
         legs_at(T_site_base, feet_of(stance), self.world.legs, q, np.empty(legs))
-        poses, contacts, normals = np.empty((7 * legs, 3, 4)), np.array(stance.contacts), np.array(stance.normals)
-        failed, _, _ = configuration_fails(q, T_site_base, contacts, normals, -1, self.world.first.checks, poses)
+        poses, checks = np.empty((7 * legs, 3, 4)), self.world.first.checks
+        failed, _, _ = configuration_fails(q, T_site_base, stance.contacts, stance.normals, -1, checks, poses)
         return (q, T, vector) if failed == HOLDS else None
 
     def _liftable(self, stance: Stance, vector: Array) -> int:

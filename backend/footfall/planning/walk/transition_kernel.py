@@ -51,6 +51,7 @@ class Move(NamedTuple):
     """One foot's: leg, or −1 where none moves; where its wheel is to stand, T_site_wheel (3, 4), and on which branch.
 
     lift: how high it goes straight up before and comes down after [m]; contacts: (legs, 3) of all feet before.
+    Arrays are read-only, as a Stance has them: what takes a Move is compiled anew for arrays of another kind.
     """
 
     leg: int
@@ -184,7 +185,8 @@ def find_pose(
     guesses: (n, 6) to begin with; aim: (6,) what it is to be near. looks: how many poses are looked at.
     """
     lacks, cost = np.inf, np.inf
-    for guess in guesses:
+    for i in range(len(guesses)):
+        guess = guesses[i]
         found = transition_cost(guess, aim, feet, move, legs, rover, balance, cost)
         if found[1] < cost:
             lacks, cost = found
