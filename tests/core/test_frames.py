@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from footfall.core.errors import InvalidInput
 from footfall.core.frames import (
     apply,
+    heading,
     inverse,
     quat_wxyz,
     require_transform,
@@ -16,7 +17,9 @@ from footfall.core.frames import (
     rotation_from_quat_wxyz,
     rotation_from_z,
     rotation_rpy,
+    rpy,
     transform,
+    turn_of,
 )
 
 ANGLES = st.floats(-10, 10)
@@ -64,6 +67,26 @@ def test_apply_keeps_the_shape_of_the_points(rng):
 def test_rotation_rpy_is_scipys_fixed_axes_xyz(roll, pitch, yaw):
     want = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
     np.testing.assert_allclose(rotation_rpy(roll, pitch, yaw), want, atol=1e-12)
+
+
+@given(ROTATIONS, VECTORS)
+def test_rpy_leads_back_to_the_rotation_and_its_yaw_is_the_heading(R, place):
+    np.testing.assert_allclose(rotation_rpy(*rpy(R)), R, atol=1e-6)
+    assert abs(rpy(R)[1]) <= np.pi / 2
+    assert heading(transform(R, place)) == rpy(R)[2]
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi))
+def test_rpy_is_scipys_where_pitch_is_not_upright(roll, pitch, yaw):
+    R = Rotation.from_euler("xyz", [roll, pitch, yaw])
+    np.testing.assert_allclose(rotation_rpy(*rpy(R.as_matrix())), R.as_matrix(), atol=1e-9)
+    np.testing.assert_allclose(rpy(R.as_matrix())[1], R.as_euler("xyz")[1], atol=1e-9)
+
+
+@given(ROTATIONS)
+def test_how_far_a_rotation_turns_is_scipys(R):
+    # near 0 and π the cosine says little
+    np.testing.assert_allclose(turn_of(R), Rotation.from_matrix(R).magnitude(), atol=1e-6)
 
 
 @given(st.sampled_from("xyz"), st.lists(ANGLES, min_size=1, max_size=5))

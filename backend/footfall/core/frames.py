@@ -40,6 +40,24 @@ def rotation_rpy(roll: float, pitch: float, yaw: float) -> Array:
     return rotation("z", yaw) @ rotation("y", pitch) @ rotation("x", roll)
 
 
+def rpy(R: ArrayLike) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] of a rotation (3, 3) or a pose (4, 4): backwards :func:`rotation_rpy`, |pitch| ≤ π/2."""
+    R = np.asarray(R, float)
+    pitch = -np.arcsin(np.clip(R[2, 0], -1.0, 1.0))
+    return float(np.arctan2(R[2, 1], R[2, 2])), float(pitch), heading(R)
+
+
+def heading(T: ArrayLike) -> float:
+    """Where the x axis of a pose (4, 4), or of a rotation (3, 3), points, seen from above [rad]; 0 is east."""
+    T = np.asarray(T, float)
+    return float(np.arctan2(T[1, 0], T[0, 0]))
+
+
+def turn_of(R: ArrayLike) -> float:
+    """How far a rotation (3, 3) turns about its axis [rad], 0…π."""
+    return float(np.arccos(np.clip((np.trace(R) - 1.0) / 2.0, -1.0, 1.0)))
+
+
 def inverse(T: ArrayLike) -> Array:
     """Inverse of rigid transforms, (…, 4, 4) → (…, 4, 4)."""
     T = np.asarray(T, float)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.frames import heading
 from footfall.planning.legged.stance import Ground
 from footfall.planning.walk.problem import WalkGoal
 
@@ -26,7 +27,7 @@ class Guide(NamedTuple):
 
 def guide_to(ground: Ground, T_site_base: Array, goal: WalkGoal) -> Guide:
     """From a chassis' pose to a goal; a goal without a heading keeps the heading."""
-    yaw = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
+    yaw = heading(T_site_base)
     turn = 0.0 if goal.yaw is None else float((goal.yaw - yaw + np.pi) % (2 * np.pi) - np.pi)
     change = np.array([goal.x - T_site_base[0, 3], goal.y - T_site_base[1, 3], turn])
     around = float(np.linalg.norm(ground.ease.soles[:, :2], axis=1).max())

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.frames import apply
+from footfall.core.frames import apply, heading
 from footfall.core.progress import Progress, no_progress
 from footfall.maps import refusals
 from footfall.maps.layers import MapSettings, MapStack
@@ -89,7 +89,7 @@ def compute_maps(
 def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], str]:
     """Poses that a step of the leg can begin from, in the planner's order; why there is none."""
     T, tally = state.T_site_base, Tally()
-    yaw = float(np.arctan2(T[1, 0], T[0, 0]))
+    yaw = heading(T)
     standing = [one for one in ground.robot.legs if one != leg]
     found = []
     for pose in poses(ground, state.soles, state.contacts, standing, float(T[0, 3]), float(T[1, 3]), yaw, state.q):

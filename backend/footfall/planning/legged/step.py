@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import apply
+from footfall.core.frames import apply, heading
 from footfall.core.value import Provenance
 from footfall.planning.legged.foot_move import foot_move, plan_of
 from footfall.planning.legged.footing import rest
@@ -60,7 +60,7 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
         text = f"the ground at {where} is {slope:z.2f} rad steep, more than {settings.steepest:g}"
         return no_plan(ground, state, Status.GOAL_INVALID, text, tally)
     T = state.T_site_base
-    yaw = float(np.arctan2(T[1, 0], T[0, 0]))
+    yaw = heading(T)
     found = foot_move(ground, state, leg, down, float(T[0, 3]), float(T[1, 3]), yaw, tally)
     if found is None:
         text = f"leg {robot.leg_names[leg]} can't go to {where}: {told(tally)}"

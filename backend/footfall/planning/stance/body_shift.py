@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import rotation_rpy
+from footfall.core.frames import rotation_rpy, rpy
 from footfall.core.value import Provenance, Value, value
 from footfall.telemetry.state import RobotState
 
@@ -58,9 +58,7 @@ class BodyShift(Value):
         """
         R = np.asarray(T_site_base, float)[:3, :3].T @ np.asarray(T_site_moved, float)[:3, :3]
         dx, dy, dz = np.asarray(T_site_moved, float)[:3, 3] - np.asarray(T_site_base, float)[:3, 3]
-        droll, dyaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
-        dpitch = -np.arcsin(np.clip(R[2, 0], -1.0, 1.0))
-        return cls(*(float(one) for one in (dx, dy, dz, droll, dpitch, dyaw)))
+        return cls(float(dx), float(dy), float(dz), *rpy(R))
 
 
 @value

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.frames import apply
+from footfall.core.frames import apply, heading
 from footfall.planning.step.ground import Nearby
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
@@ -46,7 +46,7 @@ def choices_along(
         return None
     places = footfalls(robot, dem, low, high, settings)
     world = World(robot, Nearby(whole.dem, whole.filled), settings, T_site_base)
-    facing = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
+    facing = heading(T_site_base)
     ease = footprint(robot, settings.height)
     way = guide(whole.dem, np.append(through[0], facing), np.append(through[-1], yaw), ease, through)
     feet = apply(T_site_base, wheel_centers(robot, state.posture))[:, :2]

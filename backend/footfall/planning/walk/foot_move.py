@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.balance.support import half_planes
+from footfall.core.frames import turn_of
 from footfall.planning.scene.rover_tables import named
 from footfall.planning.scene.tether_tables import beside_tether
 from footfall.planning.step.certificate import body_tables
@@ -192,7 +193,7 @@ def _straight(checks: Checks, at: At, T_site_base: Array) -> BodyWay | Fails:
     T_from, T_to = np.ascontiguousarray(at.T_site_base[:3]), np.ascontiguousarray(T_site_base[:3])
     lacking = legs_at(T_from, feet, checks.legs, q, spares)
     away = float(np.linalg.norm(T_to[:, 3] - T_from[:, 3]))
-    turn = float(np.arccos(np.clip(0.5 * (np.trace(T_from[:, :3].T @ T_to[:, :3]) - 1.0), -1.0, 1.0)))
+    turn = turn_of(T_from[:, :3].T @ T_to[:, :3])
     count = 2 + int(max(away / BODY_STEP, turn / BODY_TURN))
     while True:
         Ts, qs = np.empty((count, 3, 4)), np.empty((count, 6 * legs))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.core.frames import heading
 from footfall.planning.route.problem import RouteResult
 from footfall.planning.walk.choices import Choices, choices_along
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
@@ -117,7 +118,7 @@ def _on_way(
 ) -> Stage | str:
     """The same with the one seed of the settings."""
     T_site_base = state.T_site_base
-    facing = float(np.arctan2(T_site_base[1, 0], T_site_base[0, 0]))
+    facing = heading(T_site_base)
     west, south, east, north = dem.geometry.bounds
     ahead = _first_of(way, min(farthest, float(np.hypot(east - west, north - south))))
     leads_there = np.allclose(ahead[-1], (goal.x, goal.y), rtol=0.0, atol=_SAME)

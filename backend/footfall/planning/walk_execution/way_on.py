@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from footfall.balance.payload import loaded
 from footfall.balance.settings import BalanceSettings
 from footfall.balance.support import margin
-from footfall.core.frames import apply
+from footfall.core.frames import apply, heading
 from footfall.maps.standing import contacts
 from footfall.maps.steadiness import bearing
 from footfall.planning.walk.excerpt import parts_count, start_of
@@ -80,7 +80,7 @@ def arrived(goal: WalkGoal, T_site_base: Array) -> bool:
         return False
     if goal.yaw is None:
         return True
-    turn = np.arctan2(T_site_base[1, 0], T_site_base[0, 0]) - goal.yaw
+    turn = heading(T_site_base) - goal.yaw
     return bool(abs(np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi) <= goal.turned)
 
 

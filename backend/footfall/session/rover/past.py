@@ -4,7 +4,6 @@ In memory, in rings of fixed size: the recordings beside the log hold all of it,
 interpreter from whoever asks for a stop.
 """
 
-import math
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -13,9 +12,10 @@ from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import rpy
 from footfall.telemetry.state import TelemetryFrame
 
 KEPT = 600.0
@@ -27,20 +27,14 @@ _LARGEST = float(np.finfo(np.float32).max)
 _NO_ROWS = np.zeros((0, 0), np.float32)
 
 
-def _lean(frame: TelemetryFrame) -> list[float]:
-    T = frame.state.T_site_base
-    pitch = math.asin(max(-1.0, min(1.0, -T[2, 0])))
-    return [math.atan2(T[2, 1], T[2, 2]), pitch, math.atan2(T[1, 0], T[0, 0])]
-
-
-QUANTITIES: Mapping[str, Callable[[TelemetryFrame], NDArray[np.float64] | list[float]]] = MappingProxyType(
+QUANTITIES: Mapping[str, Callable[[TelemetryFrame], ArrayLike]] = MappingProxyType(
     {
         "torque": lambda frame: frame.state.joint_torques,
         "position": lambda frame: frame.state.posture,
         "error": lambda frame: frame.commanded - frame.state.posture,
         "force": lambda frame: frame.state.wheel_forces[:, 2],
         "place": lambda frame: frame.state.T_site_base[:3, 3],
-        "lean": _lean,
+        "lean": lambda frame: rpy(frame.state.T_site_base),
     }
 )
 """Name → its numbers in a frame, in SI units: of each joint; of each wheel; x, y, z; roll, pitch, yaw."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform
+from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform, turn_of
 from footfall.core.progress import Progress, no_progress
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.legged.posture import placed
@@ -17,6 +17,7 @@ from footfall.sequence.legged_passage import asked_for
 from footfall.sim.physics.contacts import Touches, crossed, touches
 from footfall.sim.physics.legged_model import TICK, build_legged
 from footfall.sim.physics.legged_verdict import LeggedLimits, LeggedReport, legged_failures
+from footfall.sim.physics.referee import IN_AIR
 from footfall.sim.physics.settings import PhysicsSettings
 from footfall.terrain.dem import Dem
 
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 
 REST = 1.0
 """Seconds in which the robot comes to rest on its joints before the first command, and after the last."""
-IN_AIR = ("lift", "swing")
+
 TIPPED = 0.3
 """A chassis that is turned by more than this from how the plan has it has tipped [rad]."""
 
@@ -203,9 +204,8 @@ class _Run:
             return
         self.drift = max(self.drift, float(np.hypot(*(position - place)[:2])))
         self.sink = max(self.sink, float(place[2] - position[2]))
-        R = rotation_from_quat_wxyz(self.body.data.qpos[3:7])
-        cosine = (np.einsum("ij,ij->", R, R_planned) - 1) / 2
-        self.lean = max(self.lean, turned := float(np.arccos(np.clip(cosine, -1.0, 1.0))))
+        turned = turn_of(self.body.T_site_base[:3, :3].T @ R_planned)
+        self.lean = max(self.lean, turned)
         if turned > TIPPED:
             self.tipped = (
                 f"row {self.row + 1}: it tipped, the chassis is turned {turned:z.2f} rad from how it should be"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.errors import InvalidInput
-from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform
+from footfall.core.frames import apply, quat_wxyz, rotation_from_quat_wxyz, transform, turn_of
 from footfall.robot.kinematics import gravity_torques, wheel_centers
 from footfall.robot.model import Robot
 from footfall.sim.physics.model import PhysicsModel
@@ -95,8 +95,7 @@ def settle(
             moved=moved.tolist(),
             joints=off,
         )
-    turn = R_site_base.T @ rotation_from_quat_wxyz(data.qpos[3:7])
-    turned = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1, 1)))
+    turned = turn_of(R_site_base.T @ rotation_from_quat_wxyz(data.qpos[3:7]))
     data.time = 0.0
     mujoco.mj_forward(physics.model, data)
     return commanded, Settled(moved, turned, off, rounds * ROUND)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.frames import apply, inverse, pose_difference
+from footfall.core.frames import apply, inverse, pose_difference, turn_of
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.settings import TerrainSettings
@@ -119,7 +119,7 @@ def _too_large(told: RobotState, correction: Array, looks: Looks) -> str:
     """Odometry off by more than a random walk of its expected deviations, a turn early on having moved all since."""
     at, T = told.T_site_base[:3, 3], correction @ inverse(looks.below)
     shift = float(np.linalg.norm(apply(correction, at) - apply(looks.below, at)))
-    turn = float(np.arccos(np.clip((np.trace(T[:3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+    turn = turn_of(T[:3, :3])
     far = float(np.linalg.norm(at - looks.first.T_site_base[:3, 3]))
     settings, most = looks.settings, DEVIATIONS * float(np.sqrt(looks.count))
     most_shift, most_turn = most * (settings.pose_shift + settings.pose_turn * far), most * settings.pose_turn
