@@ -28,9 +28,7 @@ class ForkedRover:
     def __init__(self, arguments: list[str], surroundings: dict[str, str]) -> None:
         reads, writes = os.pipe()
         try:
-            self._process = _forking.Process(
-                target=_run, args=(arguments, surroundings, _Sent(writes)), name="rover", daemon=True
-            )
+            self._process = _forking.Process(target=_run, args=(arguments, surroundings, _Sent(writes)), name="rover")
             self._process.start()
         finally:
             os.close(writes)
