@@ -13,17 +13,16 @@ import typer
 
 from footfall import terminal
 from footfall.accounts_commands import accounts_app
-from footfall.core.collector import none_while_loading
 from footfall.core.errors import InvalidInput, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.gait_commands import plan_gait as run_plan_gait
-from footfall.legged_commands import SERVED, require_served
 from footfall.map_commands import make_map
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS
 from footfall.play_commands import run_play
 from footfall.referee_commands import run_referee
 from footfall.robot_commands import robot_app
 from footfall.route_commands import plan_route as run_plan_route
+from footfall.serve_commands import serve, worker
 from footfall.session_commands import DEFAULT_DATA, Data, sessions_app
 from footfall.terminal import (
     AtX,
@@ -58,6 +57,8 @@ app.add_typer(sessions_app, name="sessions")
 plan_app.command("gait", cls=WithGoal)(run_plan_gait)
 plan_app.command("walk", cls=WithGoal)(run_plan_walk)
 plan_app.command("route")(run_plan_route)
+app.command("serve")(serve)
+app.command("worker")(worker)
 app.command("map")(make_map)
 app.command("referee")(run_referee)
 app.command("play")(run_play)
@@ -80,120 +81,6 @@ def root(
     if version:
         typer.echo(f"footfall {SOFTWARE_VERSION}")
         raise typer.Exit
-
-
-@app.command()
-def serve(
-    host: Annotated[
-        str, typer.Option(help="Name or address to listen on; others than loopback need accounts and TLS.")
-    ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.")] = 8080,
-    sample: Annotated[str, typer.Option(help="Sample session to open a copy of.")] = "rock-step",
-    session: Annotated[str | None, typer.Option(help="Open this session of the data folder instead.")] = None,
-    data: Data = DEFAULT_DATA,
-    store: Annotated[
-        str | None,
-        typer.Option(
-            help="Keep the logs in this PostgreSQL database from now on; otherwise where the data folder has them.",
-            envvar="FOOTFALL_STORE",
-            metavar="postgresql://USER@HOST/DATABASE",
-        ),
-    ] = None,
-    workers: Annotated[int, typer.Option(help="How many jobs at a time on this machine.", min=1, max=64)] = 2,
-    worker_beside: Annotated[
-        bool, typer.Option("--worker/--no-worker", help="With PostgreSQL: do jobs on this machine too.")
-    ] = True,
-    sim: Annotated[bool, typer.Option("--sim/--no-sim", help="Run a simulated rover.")] = True,
-    seed: Annotated[int, typer.Option(help="Seed of the simulated cameras' noise.")] = 0,
-    physics: Annotated[
-        bool, typer.Option("--physics/--kinematic", help="Whether that rover has masses, springs and contact.")
-    ] = True,
-    accounts: Annotated[
-        bool,
-        typer.Option("--accounts", help="Refuse to start without accounts; where there are some, they count anyway."),
-    ] = False,
-    tls_cert: Annotated[Path | None, typer.Option(help="Certificate, PEM, with those that vouch for it.")] = None,
-    tls_key: Annotated[Path | None, typer.Option(help="Its private key, PEM.")] = None,
-    behind_tls_proxy: Annotated[
-        bool, typer.Option("--behind-tls-proxy", help="A proxy in front ends TLS and says who asks.")
-    ] = False,
-    public_url: Annotated[
-        str | None, typer.Option(help="As browsers elsewhere name this server: https://ground.example.")
-    ] = None,
-    telemetry_delay: Annotated[
-        float, typer.Option(help="Light time from the rover, made by this server [s]; the Moon: 1.28.")
-    ] = 0.0,
-    command_delay: Annotated[float, typer.Option(help="Light time to the rover, stops included [s].")] = 0.0,
-    foxglove: Annotated[
-        int | None,
-        typer.Option(
-            help="Show it live in Foxglove, on this port of loopback (Foxglove looks at 8765).",
-            min=0,
-            max=65535,
-            metavar="PORT",
-        ),
-    ] = None,
-    robot: RobotName = SERVED,
-) -> None:
-    """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
-    require_served(robot)
-    with none_while_loading():
-        from footfall.logs import start_logging
-        from footfall.session.rover.light_time import LightTime
-        from footfall.session.storage.databases import bind
-        from footfall_ui.app import serve as run
-        from footfall_ui.listening import Tls
-
-    light_time, folder = LightTime(telemetry=telemetry_delay, commands=command_delay), data.expanduser()
-    start_logging(folder)
-    if store is not None:
-        bind(folder, store)
-
-    def ready(url: str) -> None:
-        # at once, also into a pipe: scripts wait for this line
-        typer.echo(f"FootFall answers on {url}")
-        if foxglove:
-            from footfall.session.access.account_stores import has_accounts
-
-            login = "; it asks for no login: whoever is on this machine may look" if has_accounts(data) else ""
-            typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}{login}")
-        sys.stdout.flush()
-
-    run(
-        host,
-        port,
-        sample=sample,
-        session=session,
-        folder=folder,
-        sim=sim,
-        seed=seed,
-        physics=physics,
-        on_ready=ready,
-        accounts=accounts,
-        tls=Tls.of(tls_cert, tls_key),
-        behind_tls_proxy=behind_tls_proxy,
-        public_url=public_url,
-        light_time=light_time,
-        foxglove=foxglove,
-        workers=workers,
-        worker_beside=worker_beside,
-    )
-
-
-@app.command()
-def worker(
-    data: Data = DEFAULT_DATA,
-    workers: Annotated[int, typer.Option(help="How many jobs at a time.", min=1, max=64)] = 2,
-) -> None:
-    """Do the work of servers whose sessions are in PostgreSQL, on this machine, until Ctrl-C.
-
-    The data folder is the one that the servers use: it names the database.
-    """
-    from footfall.logs import start_logging
-    from footfall.session.remote.worker_service import serve_jobs
-
-    start_logging(None)
-    serve_jobs(data.expanduser(), workers, on_ready=lambda: typer.echo("waiting for work"))
 
 
 @app.command()

@@ -1,0 +1,124 @@
+"""The commands ``footfall serve`` and ``footfall worker``."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from footfall.core.collector import none_while_loading
+from footfall.legged_commands import SERVED, require_served
+from footfall.session_commands import DEFAULT_DATA, Data
+from footfall.terminal import RobotName
+
+
+def serve(
+    host: Annotated[
+        str, typer.Option(help="Name or address to listen on; others than loopback need accounts and TLS.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.")] = 8080,
+    sample: Annotated[str, typer.Option(help="Sample session to open a copy of.")] = "rock-step",
+    session: Annotated[str | None, typer.Option(help="Open this session of the data folder instead.")] = None,
+    data: Data = DEFAULT_DATA,
+    store: Annotated[
+        str | None,
+        typer.Option(
+            help="Keep the logs in this PostgreSQL database from now on; otherwise where the data folder has them.",
+            envvar="FOOTFALL_STORE",
+            metavar="postgresql://USER@HOST/DATABASE",
+        ),
+    ] = None,
+    workers: Annotated[int, typer.Option(help="How many jobs at a time on this machine.", min=1, max=64)] = 2,
+    worker_beside: Annotated[
+        bool, typer.Option("--worker/--no-worker", help="With PostgreSQL: do jobs on this machine too.")
+    ] = True,
+    sim: Annotated[bool, typer.Option("--sim/--no-sim", help="Run a simulated rover.")] = True,
+    seed: Annotated[int, typer.Option(help="Seed of the simulated cameras' noise.")] = 0,
+    physics: Annotated[
+        bool, typer.Option("--physics/--kinematic", help="Whether that rover has masses, springs and contact.")
+    ] = True,
+    accounts: Annotated[
+        bool,
+        typer.Option("--accounts", help="Refuse to start without accounts; where there are some, they count anyway."),
+    ] = False,
+    tls_cert: Annotated[Path | None, typer.Option(help="Certificate, PEM, with those that vouch for it.")] = None,
+    tls_key: Annotated[Path | None, typer.Option(help="Its private key, PEM.")] = None,
+    behind_tls_proxy: Annotated[
+        bool, typer.Option("--behind-tls-proxy", help="A proxy in front ends TLS and says who asks.")
+    ] = False,
+    public_url: Annotated[
+        str | None, typer.Option(help="As browsers elsewhere name this server: https://ground.example.")
+    ] = None,
+    telemetry_delay: Annotated[
+        float, typer.Option(help="Light time from the rover, made by this server [s]; the Moon: 1.28.")
+    ] = 0.0,
+    command_delay: Annotated[float, typer.Option(help="Light time to the rover, stops included [s].")] = 0.0,
+    foxglove: Annotated[
+        int | None,
+        typer.Option(
+            help="Show it live in Foxglove, on this port of loopback (Foxglove looks at 8765).",
+            min=0,
+            max=65535,
+            metavar="PORT",
+        ),
+    ] = None,
+    robot: RobotName = SERVED,
+) -> None:
+    """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
+    require_served(robot)
+    with none_while_loading():
+        from footfall.logs import start_logging
+        from footfall.session.rover.light_time import LightTime
+        from footfall.session.storage.databases import bind
+        from footfall_ui.app import serve as run
+        from footfall_ui.listening import Tls
+
+    light_time, folder = LightTime(telemetry=telemetry_delay, commands=command_delay), data.expanduser()
+    start_logging(folder)
+    if store is not None:
+        bind(folder, store)
+
+    def ready(url: str) -> None:
+        # at once, also into a pipe: scripts wait for this line
+        typer.echo(f"FootFall answers on {url}")
+        if foxglove:
+            from footfall.session.access.account_stores import has_accounts
+
+            login = "; it asks for no login: whoever is on this machine may look" if has_accounts(data) else ""
+            typer.echo(f"Foxglove may connect to ws://127.0.0.1:{foxglove}{login}")
+        sys.stdout.flush()
+
+    run(
+        host,
+        port,
+        sample=sample,
+        session=session,
+        folder=folder,
+        sim=sim,
+        seed=seed,
+        physics=physics,
+        on_ready=ready,
+        accounts=accounts,
+        tls=Tls.of(tls_cert, tls_key),
+        behind_tls_proxy=behind_tls_proxy,
+        public_url=public_url,
+        light_time=light_time,
+        foxglove=foxglove,
+        workers=workers,
+        worker_beside=worker_beside,
+    )
+
+
+def worker(
+    data: Data = DEFAULT_DATA,
+    workers: Annotated[int, typer.Option(help="How many jobs at a time.", min=1, max=64)] = 2,
+) -> None:
+    """Do the work of servers whose sessions are in PostgreSQL, on this machine, until Ctrl-C.
+
+    The data folder is the one that the servers use: it names the database.
+    """
+    from footfall.logs import start_logging
+    from footfall.session.remote.worker_service import serve_jobs
+
+    start_logging(None)
+    serve_jobs(data.expanduser(), workers, on_ready=lambda: typer.echo("waiting for work"))
