@@ -38,6 +38,7 @@ from footfall.terminal import (
     say,
 )
 from footfall.terrain_commands import terrain_app
+from footfall.view_commands import view_walk
 from footfall.walk_commands import WithGoal
 from footfall.walk_commands import plan_walk as run_plan_walk
 
@@ -62,6 +63,7 @@ app.command("worker")(worker)
 app.command("map")(make_map)
 app.command("referee")(run_referee)
 app.command("play")(run_play)
+app.command("view")(view_walk)
 
 
 def main() -> None:

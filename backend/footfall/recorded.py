@@ -16,12 +16,14 @@ from footfall.planning.step.problem import PlanResult, Status
 from footfall.planning.walk.problem import WalkResult
 from footfall.planning.walk_execution.problem import WalkExecutionResult
 from footfall.robot.description import RobotDescription
+from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence
 from footfall.session.log.event import event_of
 from footfall.session.log.fold import fold_all
 from footfall.session.storage.store import read_session
 from footfall.telemetry.images import Snapshot
+from footfall.terrain.dem import Dem
 
 _V = TypeVar("_V", bound=Value)
 
@@ -71,12 +73,7 @@ def sequence_of(source: Path, robot: Path | None = None, terrain: Path | None = 
     """
     if source.suffix != ".npz":
         return Recorded(source).sequence()
-    if not source.is_file():
-        raise NotFound(f"there is no file {source}")
-    try:
-        value = decode(source.read_bytes(), name=source.name)
-    except FootFallError as error:
-        raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
+    value = _read(source)
     if isinstance(value, Sequence):
         return value
     if isinstance(value, LeggedResult):
@@ -94,8 +91,34 @@ def _of_legged(name: str, result: LeggedResult, robot: Path | None, terrain: Pat
         raise InvalidInput(f"{name} holds a plan that was refused: {result.reason}")
     if robot is None or terrain is None:
         raise InvalidInput(f"{name} is of {result.plan.start.robot}: give its --robot and --terrain")
-    described, dem, parents = load_robot(robot), read_terrain(terrain), result.provenance.parents
-    for what, made_with, given in (("robot", parents["robot"], described), ("terrain", parents["terrain"], dem)):
+    described, dem = load_robot(robot), read_terrain(terrain)
+    _require_made_with(name, result, described, dem)
+    return make_sequence(result.plan, described, dem)
+
+
+def legged_walk_of(source: Path, robot: LeggedRobot, dem: Dem) -> LeggedResult:
+    """The walk of a robot that others described, found or not, out of a file.
+
+    Raises NotFound where there is no file, InvalidInput where it holds none, or one of another robot or terrain.
+    """
+    value = _read(source)
+    if not isinstance(value, LeggedResult):
+        raise InvalidInput(f"{source.name} holds a {type(value).__name__}, no walk of a robot of your own")
+    _require_made_with(source.name, value, robot, dem)
+    return value
+
+
+def _read(source: Path) -> Value:
+    if not source.is_file():
+        raise NotFound(f"there is no file {source}")
+    try:
+        return decode(source.read_bytes(), name=source.name)
+    except FootFallError as error:
+        raise InvalidInput(f"{source.name} holds no plan of FootFall: {error.message}") from error
+
+
+def _require_made_with(name: str, result: LeggedResult, robot: Robot | LeggedRobot, dem: Dem) -> None:
+    parents = result.provenance.parents
+    for what, made_with, given in (("robot", parents["robot"], robot), ("terrain", parents["terrain"], dem)):
         if given.digest != made_with:
             raise InvalidInput(f"{name} was planned with another {what}", planned_with=made_with, given=given.digest)
-    return make_sequence(result.plan, described, dem)

@@ -71,13 +71,18 @@ def motion_of(value: Value | None) -> Motion | None:
     return None
 
 
+def travelled(motion: Motion) -> Array:
+    """How far the joint that goes farthest has gone at each waypoint, (n,) [rad]."""
+    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(motion.waypoints, axis=0)).max(axis=1))])
+
+
 def at(motion: Motion, moment: float) -> tuple[Array, Array]:
     """Posture and T_site_base at 0…1 of a motion, measured by the largest joint's travel: long commands take longer.
 
     Between waypoints the chassis goes straight and turns about one axis.
     """
-    travel = np.abs(np.diff(motion.waypoints, axis=0)).max(axis=1)
-    along = np.concatenate([[0.0], np.cumsum(travel)])
+    along = travelled(motion)
+    travel = np.diff(along)
     here = np.clip(moment, 0, 1) * along[-1]
     posture = np.array([np.interp(here, along, joint) for joint in motion.waypoints.T])
     after = min(max(int(np.searchsorted(along, here)), 1), len(travel))

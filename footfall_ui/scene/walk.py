@@ -1,5 +1,6 @@
 """A planned walk or gait: a mark at each footfall, numbered in their order and with its leg, and the chassis' way."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,9 +38,9 @@ def footfall_marks(plan: WalkPlan | GaitPlan) -> tuple[Mark, ...]:
     )
 
 
-def chassis_line(plan: WalkPlan | GaitPlan) -> NDArray[np.float64]:
-    """The way of the chassis' origin, site frame (n, 2, 3) [m]; empty where it stays."""
-    at = plan.Ts_site_base[:, :3, 3]
+def chassis_line(Ts_site_base: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The way of the chassis' origin through poses (n, 4, 4), site frame (m, 2, 3) [m]; empty where it stays."""
+    at = Ts_site_base[:, :3, 3]
     segments = np.stack([at[:-1], at[1:]], axis=1)
     return segments[(segments[:, 0] != segments[:, 1]).any(axis=1)]
 
@@ -71,22 +72,28 @@ class WalkDrawing:
         if plan is None:
             self._drawn.clear()
             return
-        scene, marks, way = self._server.scene, footfall_marks(plan), chassis_line(plan)
+        self.draw(footfall_marks(plan), plan.Ts_site_base, end_text(result))
+        self._of = result.digest
+
+    def draw(self, marks: Sequence[Mark], Ts_site_base: NDArray[np.float64], text: str, size: float = SIZE) -> None:
+        """Marks at footfalls, the way of a chassis through poses (n, 4, 4), and a text where it ends.
+
+        size: half the length of a mark's arms [m].
+        """
+        scene, way = self._server.scene, chassis_line(Ts_site_base)
         names = {f"/walk/{number}": mark for number, mark in enumerate(marks, 1)}
         shown = [END, *names]
-        end = plan.Ts_site_base[-1, :3, 3]
-        self._drawn.add(scene.add_label, END, end_text(result), position=end)
+        self._drawn.add(scene.add_label, END, text, position=Ts_site_base[-1, :3, 3])
         for name, mark in names.items():
             self._drawn.add(scene.add_label, name, mark.text, position=mark.point)
         if marks:
-            arms = SIZE * np.array([[[-1, -1, 0], [1, 1, 0]], [[-1, 1, 0], [1, -1, 0]]])
+            arms = size * np.array([[[-1, -1, 0], [1, 1, 0]], [[-1, 1, 0], [1, -1, 0]]])
             self._lines(MARKS, np.concatenate([mark.point + arms for mark in marks]), FOOTFALLS)
             shown.append(MARKS)
         if len(way):
             self._lines(LINE, way, WAY)
             shown.append(LINE)
         self._drawn.only(shown)
-        self._of = result.digest
 
     def _lines(self, name: str, segments: NDArray[np.float64], color: tuple[int, int, int]) -> None:
         local, middle = near(segments)
