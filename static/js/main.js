@@ -2,6 +2,7 @@
 
 import { loadAnew } from "./anew.js";
 import { get } from "./api.js";
+import { startController } from "./controller.js";
 import { toast } from "./dom.js";
 import { startEvents } from "./events.js";
 import { listenForKeys } from "./keys.js";
@@ -61,6 +62,7 @@ async function start() {
   status.start();
   listenForKeys(status.stop);
   startPalette();
+  startController();
   startLayout();
   await account.start();
   const robot = await get("/robot");
