@@ -22,12 +22,16 @@ class Imager:
     def take(self, request_id: str, state: RobotState, pairs: tuple[str, ...] | None) -> bytes:
         """Binary frame of the images at one state; blocks while they are taken, for one caller at a time.
 
-        Raises NotFound for an unknown camera pair, WorkerLost where the worker died (the next call has a new one).
+        Raises NotFound for an unknown camera pair, WorkerLost where the worker did not start or died (the next call has
+        a new one).
         """
         if self._closed:
             raise WorkerLost("the camera process is closed")
         if self._worker is None:
-            self._worker = self._start()
+            try:
+                self._worker = self._start()
+            except OSError as err:
+                raise WorkerLost(f"the camera process can't be started: {err}") from err
         _, connection = self._worker
         try:
             connection.send((request_id, state, pairs))

@@ -322,3 +322,7 @@ class RoverClient:
             self._say(await asyncio.to_thread(self._imager.take, request.id, state, request.pairs))
         except FootFallError as err:
             self._say(ErrorMessage(request.id, err.message))
+        except Exception as err:
+            # nobody waits for this task: without an answer the ground would wait for images for ever
+            log.exception("the cameras failed")
+            self._say(ErrorMessage(request.id, f"the cameras failed: {type(err).__name__}: {err}"))
