@@ -128,8 +128,8 @@ class WalkViewer:
         self._scrubber.value = step  # which draws
 
     def _ends(self) -> list[int]:
-        """Where the scrubber is when each foot stands."""
-        return [int(np.ceil(STEPS * self._moments[one.row])) for one in self._footfalls]
+        """Where the scrubber is when each foot stands, or a step before: it still tells of that foot move there."""
+        return [int(STEPS * self._moments[one.row]) for one in self._footfalls]
 
     def _row(self, moment: float) -> int:
         """The waypoint that the robot is on its way to."""

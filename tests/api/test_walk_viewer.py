@@ -69,7 +69,7 @@ def test_the_scrubber_goes_through_the_walk(server, parts):
         assert viewer.moment == 0.0
         for number, footfall in enumerate(footfalls(robot, plan), 1):
             viewer.next()
-            # the scrubber has a thousand steps, so it may be a little further
+            # the scrubber has a thousand steps, so it may be a little short of it
             shown = server.scene._handle_from_node_name
             at, q = plan.Ts_site_base[footfall.row], plan.waypoints[footfall.row]
             np.testing.assert_allclose(shown["/robot"].position, at[:3, 3], atol=0.01)

@@ -131,7 +131,7 @@ def test_what_takes_no_robot_of_your_own_names_what_does(described, asked):
     given = [described / one if one == LEVEL else one for one in asked]
     (line,) = run(*given, "--robot", described / "robot.toml", code=2).stderr.strip().splitlines()
     assert "ATHLETE's legs alone" in line
-    assert "with such a robot work footfall robot check, map, plan walk, referee and export" in line
+    assert "with such a robot work footfall robot check, map, plan walk, view, referee and export" in line
 
 
 def test_a_server_has_the_robot_of_its_session(described):
