@@ -24,7 +24,7 @@ MOVE_LASTS = 2.0
 """So long a foot move plays, in the mean [s]."""
 ARM, ABOVE = 0.05, 0.01
 """Half the length of a mark's arms, and how far it is over the ground, as shares of the longest leg."""
-VIEW = (-2.2, -2.2, 1.4)
+VIEW = (-1.5, -1.5, 1.0)
 """Of the first view from the base, in lengths of the longest leg."""
 STEPS = 1000
 """Of the scrubber."""
