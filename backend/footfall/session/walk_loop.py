@@ -11,29 +11,25 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from footfall.core.errors import CommandRefused, Conflict, FootFallError
 from footfall.core.value import fields_of
-from footfall.planning.route.problem import RouteResult, RouteSettings
-from footfall.planning.step.problem import Status
 from footfall.planning.walk.excerpt import parts_count
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult
+from footfall.planning.walk.problem import WalkGoal, WalkPlan
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
-from footfall.session.jobs.requests import RouteRequest
+from footfall.session.loop_pieces import Pieces, newest_dem
 from footfall.session.loop_settings import LoopSettings
-from footfall.session.products.kinds import ROUTE
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
 
 if TYPE_CHECKING:
     from footfall.session.live import LiveSession
-    from footfall.terrain.dem import Dem
     from footfall.terrain.fusion.on_map import OnMap
 
 log = logging.getLogger(__name__)
@@ -62,8 +58,7 @@ class WalkLoop:
         self.state, self.outcome, self.act, self.reason = "going", "", "", ""
         self.part, self.waits_for = "", ""
         self.foot_moves = 0
-        self._walk: str | None = None
-        self._route: RouteResult | None = None
+        self._pieces = Pieces(live, goal, settings, self._finish, lambda: self._at_rest().state)
         self._seen = -1
         self.decided: Counter[str] = Counter()
         self._news, self._free, self._over = threading.Event(), threading.Event(), threading.Event()
@@ -183,7 +178,7 @@ class WalkLoop:
             if decision.act is Act.LOOK:
                 so_far = self._look(so_far)
             elif decision.act is Act.REPLAN:
-                walk, number, so_far = self._plan(so_far)
+                number, (walk, so_far) = 0, self._pieces.plan(so_far)
             elif decision.act is Act.GO:
                 number, so_far = self._go(number, limits.foot_moves, so_far)
             else:
@@ -195,7 +190,7 @@ class WalkLoop:
         # held for hours, the rover may stand elsewhere by now
         self._until(self._free.is_set, LET_GO_ON)
         place = self._at_rest()
-        robot, dem, balance = self._live.robot, self._dem, self._settings.walk.balance
+        robot, dem, balance = self._live.robot, newest_dem(self._live), self._settings.walk.balance
         decision = way_on(robot, dem, place.state, self.goal, walk, number, so_far, limits, place.doubt, balance)
         self.act, self.reason = decision.act.value, decision.reason
         self.part = "" if walk is None or number >= parts_count(walk) else name_of(walk, number)
@@ -213,38 +208,11 @@ class WalkLoop:
         self._finish(self._live.terrains.build(self._settings.terrain), "the ground made of the images")
         return replace(so_far, moved=0, looked=True, refused="", nearest=None)
 
-    def _plan(self, so_far: SoFar) -> tuple[WalkPlan | None, int, SoFar]:
-        from footfall.planning.walk_execution.stage import Stage, came_nearest, next_goal
-
-        so_far = replace(so_far, anew=so_far.anew + 1)
-        dem, live, farthest = self._dem, self._live, self._settings.farthest / 2 ** (so_far.anew - 1)
-        asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
-        stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
-        live.stances.freeze()
-        if so_far.nearest is None and dem is not None:
-            routed = None if self._settings.route is None else self._routed
-            stage = next_goal(live.robot, dem, self._at_rest().state, self.goal, farthest, asked, routed)
-        if isinstance(stage, str):
-            return None, 0, replace(so_far, refused=stage)
-        self._walk = self._finish(live.walks.plan(stage.goal, stage.settings), "the walk that is planned")
-        found = cast(WalkResult, live.get(self._walk))
-        refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
-        return found.plan, 0, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
-
-    def _routed(self, place: tuple[float, float]) -> RouteResult:
-        """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""
-        request = RouteRequest(place, self._settings.route or RouteSettings())
-        found = cast(RouteResult, self._live.get(self._finish(self._live.stances.ask(ROUTE, request), "a route")))
-        if found.status is Status.START_INVALID and self._route is not None:
-            return self._route
-        self._route = found if found.plan is not None else self._route
-        return found
-
     def _go(self, number: int, count: int, so_far: SoFar) -> tuple[int, SoFar]:
         live = self._live
         self.waits_for = "its commands"
         try:
-            sequence = live.walks.command(self._walk, number, count)
+            sequence = live.walks.command(self._pieces.walk, number, count)
         except FootFallError as error:
             return number, replace(so_far, refused=error.message)
         refused = None
@@ -286,14 +254,6 @@ class WalkLoop:
             return ""
 
     # -- what it waits for ---------------------------------------------------------------------
-
-    @property
-    def _dem(self) -> "Dem | None":
-        from footfall.terrain.dem import Dem
-
-        digest = self._live.state.dem
-        found = None if digest is None else self._live.get(digest)
-        return found if isinstance(found, Dem) else None
 
     def _at_rest(self) -> "OnMap":
         """As telemetry from after the latest run has it that shows the rover at rest, on the map."""
