@@ -105,13 +105,19 @@ class Walks:
         walking = self.walking()
         return None if walking is None else asdict(walking)
 
-    def plan(self, goal: WalkGoal, settings: WalkSettings | None = None, tether: Tether | None = None) -> Job:
+    def plan(
+        self,
+        goal: WalkGoal,
+        settings: WalkSettings | None = None,
+        tether: Tether | None = None,
+        gait: GaitSettings | None = None,
+    ) -> Job:
         """Plan a walk to a goal from the state that is planned from; see :meth:`footfall.planning.walk.plan.plan_walk`.
 
-        tether: that the rover hangs on. Where telemetry shows that the rover gives way, its wheels are first taken out
-        of the strain that they are in.
+        tether: that the rover hangs on. gait: a wave, which it goes in; see :func:`.as_walk.plan_wave`. Where telemetry
+        shows that the rover gives way, its wheels are first taken out of the strain that they are in.
         """
-        return self._stances.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether))
+        return self._stances.ask(WALK, self._walk_request(goal, settings or WalkSettings(), tether, gait))
 
     def plan_gait(self, goal: WalkGoal, settings: GaitSettings | None = None) -> Job:
         """Plan a gait to a goal from the state that is planned from; see :func:`footfall.planning.gait.plan.plan_gait`.
@@ -163,13 +169,13 @@ class Walks:
         return self._core.workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
 
     def replan(self, walk: str | None = None) -> Job:
-        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether."""
+        """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether, gait."""
         digest = walk or present(self._core.state.newest(WALK), "there is no walk yet")
         made = self._core.state.products.get(digest)
         if made is None or made.kind != WALK.name or made.settings is None:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
         asked = self._core.typed(WalkRequest, made.settings)
-        request = self._walk_request(asked.goal, asked.settings, asked.tether)
+        request = self._walk_request(asked.goal, asked.settings, asked.tether, asked.gait)
         return self._core.workshop.submit(WALK, self._stances.standing_now(), request)
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
@@ -254,9 +260,11 @@ class Walks:
         """Whether it is known how the rover gives way."""
         return self._executions.way_of_commands().mode != "rigid"
 
-    def _walk_request(self, goal: WalkGoal, settings: WalkSettings, tether: Tether | None) -> WalkRequest:
+    def _walk_request(
+        self, goal: WalkGoal, settings: WalkSettings, tether: Tether | None, gait: GaitSettings | None
+    ) -> WalkRequest:
         # only telemetry has wheels that are pressed in: a posture that was made up stands on the ground
-        return WalkRequest(goal, settings, unpressed=self._rover.seen_to_give_way is True, tether=tether)
+        return WalkRequest(goal, settings, self._rover.seen_to_give_way is True, tether, gait)
 
     def _walk(self, digest: str | None) -> tuple[str, WalkPlan]:
         digest = digest or present(self._core.state.newest(WALK), "there is no walk yet")

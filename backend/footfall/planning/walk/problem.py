@@ -276,7 +276,9 @@ def foot_moves_told(plan: WalkPlan) -> str:
 class Blocked(Value):
     """What stopped a search most often: the check that failed, where, and how often.
 
-    check: its name. leg: whose, or None. x, y: where on the ground [m], NaN where that has no place.
+    check: its name. leg: whose, or None. x, y: where on the ground [m], NaN where that has no place. Of the check that
+    ended a gait x, y are the chassis', and move is the number of the foot move, 0…; lacks: by how much it fails, in
+    ``unit``, NaN where that is not known.
     """
 
     check_name: str
@@ -284,6 +286,9 @@ class Blocked(Value):
     x: float
     y: float
     count: int
+    move: int | None = field(default=None, metadata=LATER)
+    lacks: float | None = field(default=None, metadata=LATER)
+    unit: str = field(default="", metadata=LATER)
 
 
 @value

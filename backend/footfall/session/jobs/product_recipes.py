@@ -168,6 +168,10 @@ def walk(parents: Mapping[str, Any], settings: WalkRequest, progress: Progress) 
     if settings.unpressed:
         state = unpressed(robot, state)
     goal, tether = settings.goal, settings.tether
+    if settings.gait is not None:
+        from footfall.planning.gait.as_walk import plan_wave
+
+        return plan_wave(robot, dem, state, goal, settings.gait, settings.settings, progress)
     return plan_walk(robot, dem, state, goal, settings=settings.settings, progress=progress, tether=tether)
 
 

@@ -10,7 +10,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.value import LATER, Value, before, value
 from footfall.maps.layers import MapSettings
 from footfall.planning.execution.settings import ExecutionSettings
-from footfall.planning.gait.problem import GaitSettings
+from footfall.planning.gait.problem import WAVE, GaitSettings
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings
@@ -86,13 +86,21 @@ class BodyMoveRequest(Value):
 class WalkRequest(Value):
     """A walk to a goal. unpressed: its wheels are first taken out of their springs' strain, as rigid plans want it.
 
-    tether: that the rover hangs on.
+    tether: that the rover hangs on. gait: it goes in this one, a wave, which keeps to the settings of the walk; None:
+    its footfalls are searched.
     """
 
     goal: WalkGoal
     settings: WalkSettings
     unpressed: bool = field(default=False, metadata=LATER)
     tether: Tether | None = field(default=None, metadata=LATER)
+    gait: GaitSettings | None = field(default=None, metadata=LATER)
+
+    def check(self) -> None:
+        if self.gait is not None and self.tether is not None:
+            raise InvalidInput("no gait hangs on a tether: leave out one of them")
+        if self.gait is not None and self.gait.gait != WAVE:
+            raise InvalidInput(f"a walk moves one foot at a time: its gait is a {WAVE}", gait=self.gait.gait)
 
 
 @value
