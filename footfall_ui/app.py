@@ -22,6 +22,7 @@ from footfall.api.door.front import LOOPBACK, Front
 from footfall.api.door.limits import LINE_BYTES
 from footfall.core.collector import leave_out_what_is_loaded
 from footfall.core.errors import InvalidInput, NotFound
+from footfall.io.policies import read_policy
 from footfall.io.sign_on_file import read_sign_on
 from footfall.resources import static_folder
 from footfall.session.access.account_stores import account_store, has_accounts, keep_to_owner
@@ -209,6 +210,7 @@ def serve(
     foxglove: int | None = None,
     workers: int = 2,
     worker_beside: bool = True,
+    policy: Path | None = None,
 ) -> None:
     """Serve until SIGINT or SIGTERM, then end every process that was started.
 
@@ -220,7 +222,7 @@ def serve(
     tls: certificate and key; behind_tls_proxy: a proxy in front has them. public_url: as browsers elsewhere name it.
     light_time: delay made on the way to and from the rover. foxglove: port of a live Foxglove WebSocket; None: none.
     workers: how many jobs at a time on this machine; worker_beside: where jobs go through a database, whether this
-    machine takes some.
+    machine takes some. policy: file of a learned table that walks in a closed loop may choose gaits by.
 
     Raises InvalidInput, NotFound and Conflict before anything is started.
     """
@@ -237,12 +239,13 @@ def serve(
         safely = {"tls": tls is not None, "behind_tls_proxy": behind_tls_proxy, "public_url": public_url}
         require_safe(host, accounts=known is not None, **safely)
         sign_on = _sign_on_of(folder, known)
+        table = None if policy is None else read_policy(policy)
         # the port is claimed before anything slow, so that a taken one shows at once
         listening = stack.enter_context(contextlib.closing(listen(host, port)))
         front = front_of(listening, **safely)
         jobs = stack.enter_context(pool_of(folder, workers, worker_beside))
         reading = stack.enter_context(contextlib.closing(ReadingProcess()))
-        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time, read=reading))
+        sessions = stack.enter_context(Sessions(folder, jobs, light_time=light_time, read=reading, policy=table))
         if session is not None:
             sessions.open(session)
         elif sample is not None:

@@ -62,6 +62,14 @@ def serve(
             metavar="PORT",
         ),
     ] = None,
+    policy: Annotated[
+        Path | None,
+        typer.Option(
+            help="Learned table that a walk by itself may choose gaits by, of training.gait_policy.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     robot: RobotName = SERVED,
 ) -> None:
     """Serve the operator's page, the REST interface and a simulated rover until Ctrl-C."""
@@ -106,6 +114,7 @@ def serve(
         foxglove=foxglove,
         workers=workers,
         worker_beside=worker_beside,
+        policy=policy,
     )
 
 

@@ -2,10 +2,18 @@
 
 import pytest
 
+from footfall.core.errors import InvalidBundle
+from footfall.io.artifacts import encode
+from footfall.planning.choice.actions import ACTIONS, WALK
+from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.policy import learned
+from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.stance.stand import stand
+from footfall.planning.walk.problem import WalkGoal
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import TelemetryFrame
 from footfall.terrain.generate import plane
+from footfall_ui.app import serve
 from tests.support.problems import problem
 from tests.support.server import running_server
 from tests.support.waiting import until
@@ -63,6 +71,7 @@ def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
     assert (told["state"], told["act"], told["reason"]) == ("going", "look", "no ground is known yet")
     assert told["goal"] == {"x": 2.0, "y": 0.5, "yaw": None}
     assert told["part"] == ""
+    assert (told["choose_by"], told["planners"], told["chosen"]) == ("planner", {}, None)
     until(lambda: client.get(LOOP).json()["waits_for"] == "images", "what it waits for")
     assert (told["limits"]["look_every"], told["limits"]["most_torque"], told["farthest"]) == (2, 0.9, 3.0)
     assert client.post(f"{LOOP}/hold").json()["state"] == "held"
@@ -72,6 +81,30 @@ def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
     ended = client.get(LOOP).json()
     assert (ended["outcome"], ended["decided"]) == ("cancelled", {"look": 1})
     problem(client.post(f"{LOOP}/resume"), 409, "conflict")
+
+
+def test_a_learned_table_chooses_where_the_server_has_one(server, client, asked):
+    by_table = {**GOAL, "choose_by": "table"}
+    problem(client.post(LOOP, json={**GOAL, "choose_by": "whim"}), 422, "validation")
+    assert "--policy" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
+    seen = [Seen(0, ACTIONS.index(WALK), 1.0, 0)]
+    try:
+        server.sessions.policy = learned(seen, ChoiceSettings(), "0" * 32, 1)
+        assert "learned for robot 00000000" in problem(client.post(LOOP, json=by_table), 422, "invalid-input")["detail"]
+        server.sessions.policy = learned(seen, ChoiceSettings(), server.sessions.current.robot_digest, 1)
+        begun = client.post(LOOP, json=by_table)
+        assert (begun.status_code, begun.json()["choose_by"]) == (202, "table"), begun.text
+        assert client.post(f"{LOOP}/cancel").status_code == 200
+        until(lambda: client.get(LOOP).json()["state"] == "ended", "the end")
+    finally:
+        server.sessions.policy = None
+
+
+def test_a_file_without_a_table_starts_no_server(tmp_path):
+    path = tmp_path / "gaits.npz"
+    path.write_bytes(encode(WalkGoal(1.0, 0.0)))
+    with pytest.raises(InvalidBundle, match=r"gaits\.npz holds WalkGoal, no policy"):
+        serve(port=0, folder=tmp_path / "sessions", sample=None, sim=False, policy=path)
 
 
 def test_who_only_plans_may_not_begin_one():

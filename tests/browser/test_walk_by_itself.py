@@ -41,6 +41,7 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     assert order is not None
     assert order["limits"] == {**fields_of(WayOnSettings()), "look_every": 0}
     assert (order["farthest"], order["walk"]["seed"], order["route"]) == (3.0, 3, {})
+    assert order["choose_by"] == "planner"
     until(lambda: held(served)["run"], "the first commands")
     assert held(served)["route"] is not None
     goal = held(served, LOOP)["goal"]
@@ -49,6 +50,9 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     at_which = re.compile(r"foot move \d+ of \d+: leg \d")
     expect(page.locator("#next-about")).to_contain_text(f"By itself to ({goal['x']:.2f}, {goal['y']:.2f}) m: foot move")
     expect(page.locator("#loop-part")).to_have_text(at_which)
+    expect(page.locator("#loop-way")).to_have_text(
+        re.compile(r"^This piece by the walk planner: \d+ foot moves, \d+ s of motion\.$")
+    )
     for button in (begin, page.locator("#loop-on")):
         expect(button).to_be_disabled()
     expect(page.locator("#loop-hold")).to_be_enabled()

@@ -8,13 +8,16 @@ from footfall.planning.choice.policy import GaitPolicy, require_made_for
 from footfall.planning.choice.settings import ChoiceSettings
 
 
-def read_policy(path: Path, robot: str, settings: ChoiceSettings | None = None) -> GaitPolicy:
-    """The policy of a file for a robot (digest). Raises InvalidBundle where the file holds none, InvalidInput where it
-    was made for another robot, version or, where they are given, settings."""
+def read_policy(path: Path, robot: str | None = None, settings: ChoiceSettings | None = None) -> GaitPolicy:
+    """The policy of a file for a robot (digest), None: for whichever it was learned for.
+
+    Raises InvalidBundle where the file holds none, InvalidInput where it was made for another robot, version or, where
+    they are given, settings.
+    """
     policy = decode(path.read_bytes(), name=path.name)
     if not isinstance(policy, GaitPolicy):
         raise InvalidBundle(f"{path.name} holds {type(policy).__name__}, no policy", file=path.name)
-    require_made_for(policy, robot, settings)
+    require_made_for(policy, robot or policy.robot, settings)
     return policy
 
 

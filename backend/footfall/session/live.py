@@ -137,3 +137,7 @@ class LiveSession(SessionCore):
     def record_decision(self, act: str, reason: str) -> None:
         """Write down what a walk in a closed loop does next, and why."""
         self.journal.record_anyway("walk_decided", {**told(), "act": act, "reason": reason})
+
+    def record_way(self, chosen: dict[str, Any]) -> None:
+        """Write down how the next piece of a walk in a closed loop is gone, and what was refused before."""
+        self.journal.record_anyway("way_chosen", {**told(), **chosen})

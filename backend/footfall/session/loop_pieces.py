@@ -6,24 +6,24 @@ from typing import TYPE_CHECKING, cast
 
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.problem import WalkGoal, WalkPlan, WalkResult
+from footfall.planning.walk.problem import WalkGoal, WalkPlan
 from footfall.planning.walk_execution.decision import SoFar
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import RouteRequest
 from footfall.session.loop_settings import LoopSettings
+from footfall.session.loop_ways import WaysOn, newest_dem
 from footfall.session.products.kinds import ROUTE
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
     from footfall.session.live import LiveSession
-    from footfall.terrain.dem import Dem
 
 
 class Pieces:
     """Plans one piece after the other. walk: digest of the latest; None before the first.
 
-    finish: waits for a job, told what it makes, and gives its result's digest; at_rest: how the rover stands, waited
-    for where it does not rest yet.
+    ways: how they are gone. finish: waits for a job, told what it makes, and gives its result's digest; at_rest: how
+    the rover stands, waited for where it does not rest yet.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class Pieces:
         self._live, self._goal, self._settings = live, goal, settings
         self._finish, self._at_rest = finish, at_rest
         self.walk: str | None = None
+        self.ways = WaysOn(live, settings, finish, at_rest)
         self._route: RouteResult | None = None
 
     def plan(self, so_far: SoFar) -> tuple[WalkPlan | None, SoFar]:
@@ -44,7 +45,7 @@ class Pieces:
         from footfall.planning.walk_execution.stage import Stage, came_nearest, next_goal
 
         so_far = replace(so_far, anew=so_far.anew + 1)
-        dem, live, farthest = newest_dem(self._live), self._live, self._settings.farthest / 2 ** (so_far.anew - 1)
+        dem, live, farthest = newest_dem(self._live), self._live, self.ways.farthest / 2 ** (so_far.anew - 1)
         asked = replace(self._settings.walk, seed=self._settings.walk.seed + so_far.anew - 1)
         stage: Stage | str = "no ground is known yet" if so_far.nearest is None else Stage(so_far.nearest, asked)
         live.stances.freeze()
@@ -53,8 +54,7 @@ class Pieces:
             stage = next_goal(live.robot, dem, self._at_rest(), self._goal, farthest, asked, routed)
         if isinstance(stage, str):
             return None, replace(so_far, refused=stage)
-        self.walk = self._finish(live.walks.plan(stage.goal, stage.settings), "the walk that is planned")
-        found = cast(WalkResult, live.get(self.walk))
+        self.walk, found = self.ways.plan(stage.goal, stage.settings, so_far.anew > 1)
         refused = "" if found.plan is not None else f"no walk is found: {found.reason}"
         return found.plan, replace(so_far, refused=refused, nearest=came_nearest(found), short=stage.short)
 
@@ -66,12 +66,3 @@ class Pieces:
             return self._route
         self._route = found if found.plan is not None else self._route
         return found
-
-
-def newest_dem(live: "LiveSession") -> "Dem | None":
-    """The ground as it is known now; None where none is."""
-    from footfall.terrain.dem import Dem
-
-    digest = live.state.dem
-    found = None if digest is None else live.get(digest)
-    return found if isinstance(found, Dem) else None

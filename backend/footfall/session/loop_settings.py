@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from footfall.planning.choice.onward import PLANNER
+from footfall.planning.choice.policy import GaitPolicy
 from footfall.planning.route.problem import RouteSettings
 from footfall.planning.walk.problem import WalkSettings
 from footfall.planning.walk_execution.decision import WayOnSettings
@@ -15,7 +17,8 @@ class LoopSettings:
 
     terrain: how maps are made of images. pairs: cameras that are asked for images; None: all. farthest: how far ahead a
     walk is planned at once [m]; after each one that was not found it is half as far, or where that came in its time.
-    route: how the route is planned that it follows, anew before each walk; None: it goes straight on.
+    route: how the route is planned that it follows, anew before each walk; None: it goes straight on. choose_by: one of
+    CHOOSERS, by which each piece is gone; policy: the table that it is chosen by, for TABLE alone.
     """
 
     way_on: WayOnSettings = field(default_factory=WayOnSettings)
@@ -24,3 +27,5 @@ class LoopSettings:
     pairs: tuple[str, ...] | None = None
     farthest: float = 3.0
     route: RouteSettings | None = None
+    choose_by: str = PLANNER
+    policy: GaitPolicy | None = None

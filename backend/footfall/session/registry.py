@@ -33,6 +33,7 @@ from footfall.session.storage.store import SessionStore, read_session, remove_se
 from footfall.telemetry.link import EPOCHS_AHEAD
 
 if TYPE_CHECKING:
+    from footfall.planning.choice.policy import GaitPolicy
     from footfall.robot.model import Robot
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
@@ -49,7 +50,8 @@ class Sessions:
     recording: how much of what the rover says each session records; None: nothing.
     light_time: how long messages to and from the rover are on their way; see :meth:`set_light_time`.
     read: how files from outside are read; a server reads them in a process apart.
-    pixels: of images from outside that are in memory.
+    pixels: of images from outside that are in memory. policy: the learned table that walks in a closed loop may choose
+    gaits by.
     """
 
     def __init__(
@@ -60,11 +62,13 @@ class Sessions:
         recording: RecordingLimits | None = DEFAULT_LIMITS,
         light_time: LightTime | None = None,
         read: Read = read_here,
+        policy: "GaitPolicy | None" = None,
     ) -> None:
         self.folder = Path(folder)
         self.folder.mkdir(parents=True, exist_ok=True)
         self.jobs = Jobs() if jobs is None else jobs
         self.read = read
+        self.policy = policy
         self._robot = robot
         self._recording = recording
         self.light_time = light_time or LightTime()

@@ -23,8 +23,9 @@ from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
-from footfall.session.loop_pieces import Pieces, newest_dem
+from footfall.session.loop_pieces import Pieces
 from footfall.session.loop_settings import LoopSettings
+from footfall.session.loop_ways import newest_dem
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
 
@@ -82,7 +83,9 @@ class WalkLoop:
         told = {"state": self.state, "outcome": self.outcome, "act": self.act, "reason": self.reason}
         so_far = {"part": self.part, "waits_for": self.waits_for, "foot_moves": self.foot_moves}
         limits = {"limits": fields_of(self._settings.way_on), "farthest": self._settings.farthest}
-        return {"goal": goal, **told, **so_far, "decided": dict(self.decided), **limits}
+        ways = self._pieces.ways
+        chosen = {"choose_by": self._settings.choose_by, "planners": dict(ways.planners), "chosen": ways.latest_told}
+        return {"goal": goal, **told, **so_far, "decided": dict(self.decided), **limits, **chosen}
 
     def hold(self, who: Identity = LOCAL) -> None:
         """Nothing more is begun; a row that is out is carried out. Raises CommandRefused where another has the conn."""

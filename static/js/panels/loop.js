@@ -57,7 +57,7 @@ const begin = () => attempt(async () => {
   if (!$("loop-form").reportValidity()) return;
   const limits = Object.fromEntries(LIMITS.map((name) => [name, Number($(`loop-${name}`).value)]));
   const { seed, forbidden } = walkSettings(); // a pinned place is one of the walk that it was pinned in
-  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value), route: $("loop-route").checked ? {} : null }, once());
+  await post("/sessions/current/walk-loop", { goal: goalMeant(), limits, walk: { seed, forbidden }, farthest: Number($("loop-farthest").value), route: $("loop-route").checked ? {} : null, choose_by: $("loop-choose_by").value }, once());
   await refresh();
 });
 
@@ -72,6 +72,7 @@ function draw({ summary, frame }) {
   const [className, textContent] = loop ? loopTold(loop) : ["", ""];
   if ($("loop-now").textContent !== textContent) Object.assign($("loop-now"), { className, textContent });
   $("loop-part").textContent = loop ? underWay(loop) : "";
+  $("loop-way").textContent = loop?.chosen ? texts.wayTold(loop.chosen) : "";
   $("loop-far").textContent = loop ? howFar(loop, frame?.T_site_base) : "";
 }
 
@@ -80,7 +81,7 @@ function openWith(loop) {
   opened = true;
   if (!loop) return;
   $("panel-loop").open = true;
-  for (const [name, value] of Object.entries({ ...loop.limits, farthest: loop.farthest })) $(`loop-${name}`).value = value;
+  for (const [name, value] of Object.entries({ ...loop.limits, farthest: loop.farthest, choose_by: loop.choose_by })) $(`loop-${name}`).value = value;
 }
 
 const underWay = ({ part, waits_for: waits }) => [part && `${part}.`, waits && texts.waitsFor(waits)].filter(Boolean).join(" ");

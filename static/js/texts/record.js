@@ -3,6 +3,7 @@
 import { age, fixed } from "../figures.js";
 import { inWords, madeOf } from "./kinds.js";
 import { leg, row } from "./shared.js";
+import { wayTold } from "./walk.js";
 
 // States of a command as operators call them; the record's own words are those of the rover link.
 export const COMMAND_WORDS = { sent: "released", received: "acknowledged", refused: "failed", unsent: "not sent" };
@@ -40,6 +41,7 @@ export const DONE = {
   terrain_loaded: () => "loaded terrain", terrain_undone: () => "took back a change of the terrain",
   what_if_ended: () => "ended the what-if", state_frozen: ({ made_so: so }) => (so === undefined ? "froze the rover's state" : "ended the what-if: the rover stands there now"), note: ({ text }) => `noted: ${text}`,
   run_started: () => "began to send commands", run_held: () => "held the commands", run_resumed: () => "went on sending", run_aborted: () => "aborted the commands",
+  way_chosen: (chosen) => `walks to a goal: ${wayTold(chosen)}`,
   walk_decided: ({ act, reason }) => `walks to a goal: ${act}: ${reason}`,
   session_renamed: ({ name }) => `called the session ${alone(name)}`,
   conn_changed: ({ act }) => `conn: ${act}`, stop_requested: () => "asked for a stop",

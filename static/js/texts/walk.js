@@ -1,6 +1,6 @@
 // Walks: to a goal, by routes, gaits, on a tether, by itself; their foot moves.
 
-import { fixed, metres, newtons, percent, place, signed } from "../figures.js";
+import { fixed, metres, newtons, percent, place, seconds, signed } from "../figures.js";
 import { ofWalkers } from "./kinds.js";
 
 // -- goal ------------------------------------------------------------------------------------------
@@ -124,3 +124,12 @@ export const loopEnded = (outcome, reason) => `By itself to the goal: ${outcome}
 export const farFrom = (left) => `${metres(left, 2)} from`;
 export const onTheWayTo = "On the way to";
 export const loopTold = (left, { x, y }, moves, looks, plans) => `${left} ${place([x, y], 2)}; foot moves ${moves}, looks ${looks}, plans ${plans}`;
+
+const WAYS = { wave: "a wave", walk: "the walk planner" };
+
+// How a piece is gone, what it costs, and which check refused a gait before.
+export function wayTold({ action, found: isFound, foot_moves: moves, motion, refused }) {
+  const no = refused ? `No ${refused.gait}: ${refused.reason}. ` : "";
+  const cost = isFound ? `${moves} foot moves, ${seconds(motion, 0)} of motion` : "none is found";
+  return `${no}This piece by ${WAYS[action] ?? action}: ${cost}.`;
+}

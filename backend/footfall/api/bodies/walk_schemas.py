@@ -1,6 +1,6 @@
 """What requests for walks may contain, and what answers hold; as strict as those of ``schemas``."""
 
-from typing import Annotated, TypedDict
+from typing import Annotated, Literal, TypedDict
 
 from annotated_types import Len
 from pydantic import Field
@@ -77,11 +77,14 @@ class WalkLoopOrder(Strictly):
     limits: by which it is decided whether to go on; walk: how walks are planned; terrain: how maps are made of images,
     by default merged into the map there is. pairs: cameras that are asked for images, null: all. farthest: how far
     ahead a walk is planned at once [m]. route: how the route is planned that it follows, anew before each walk, {} for
-    what is usual; null: it goes straight on.
+    what is usual; null: it goes straight on. choose_by: how each piece is gone: `planner`, the walk planner always;
+    `gaits`, a wave where all of its checks hold, else the walk planner; `table`, as the learned table has it that the
+    server was started with.
     """
 
     model_config = _examples(
-        {"goal": {"x": 5.0, "y": 1.0}}, {"goal": {"x": 5.0, "y": 1.0}, "limits": {"look_every": 3}}
+        {"goal": {"x": 5.0, "y": 1.0}},
+        {"goal": {"x": 5.0, "y": 1.0}, "limits": {"look_every": 3}, "choose_by": "gaits"},
     )
     goal: WalkGoalModel
     limits: WayOnSettingsModel | None = None  # type: ignore[valid-type]
@@ -90,6 +93,7 @@ class WalkLoopOrder(Strictly):
     pairs: Annotated[list[Name], Len(1, 64)] | None = None
     farthest: Annotated[Number, Field(gt=0.0, le=50.0)] = 3.0
     route: RouteSettingsModel | None = None  # type: ignore[valid-type]
+    choose_by: Literal["planner", "gaits", "table"] = "planner"
 
 
 class WalkingAnswer(TypedDict):

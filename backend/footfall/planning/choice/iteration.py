@@ -10,8 +10,8 @@ from footfall.balance.support import support_polygon
 from footfall.core.polygon import area
 from footfall.planning.choice.actions import WALK
 from footfall.planning.choice.reward import Came
+from footfall.planning.choice.seconds import seconds_of
 from footfall.planning.choice.settings import ChoiceSettings
-from footfall.planning.execution.pace import durations
 from footfall.planning.gait.plan import plan_gait
 from footfall.planning.gait.problem import GaitPlan
 from footfall.planning.stance.after import state_after
@@ -74,9 +74,8 @@ def iterate(
         return Iteration(Came(refused=True, mishap=mishap), None, state, result.reason, timed_out)
     after = state_after(robot, dem, state, plan.waypoints[-1], plan.Ts_site_base[-1], plan.digest)
     nearer = np.hypot(*(goal - state.T_site_base[:2, 3])) - np.hypot(*(goal - after.T_site_base[:2, 3]))
-    moves = len(plan.groups)
-    took = float(durations(robot, plan.waypoints, plan.phases, settings.speed).sum()) + settings.pause * moves
-    return Iteration(Came(float(nearer), support_of(plan), took, moves), plan, after)
+    came = Came(float(nearer), support_of(plan), seconds_of(robot, plan, settings), len(plan.groups))
+    return Iteration(came, plan, after)
 
 
 def mishap_of(check_name: str) -> str:

@@ -54,7 +54,13 @@ class GaitPolicy(Value):
 
     def choose(self, features: Features) -> str:
         """The action to take: one of ACTIONS."""
-        return self.actions[int(self.choices[self.settings.space.index(features)])]
+        return self.best_of(features, self.actions)
+
+    def best_of(self, features: Features, among: Sequence[str]) -> str:
+        """The best of some actions, the first of equals; the walk planner where none of them was ever tried."""
+        values = self.action_values[self.settings.space.index(features)]
+        own = [values[self.actions.index(action)] for action in among]
+        return among[int(np.argmax(own))] if np.isfinite(own).any() else WALK
 
 
 def learned(seen: Sequence[Seen], settings: ChoiceSettings, robot: str, seeds: int) -> GaitPolicy:

@@ -363,6 +363,7 @@ _FOLDS: dict[str, Callable[[SessionState, Event, Payload], SessionState]] = {
     "plan_chosen": _plan_chosen,
     "job_failed": _unchanged,
     "walk_decided": _unchanged,
+    "way_chosen": _unchanged,
     "sequence_undone": _undone,
     "sequence_redone": _redone,
     "choice_undone": partial(_changed, undone),
