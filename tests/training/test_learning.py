@@ -12,6 +12,7 @@ from scipy.stats import binomtest, bootstrap
 
 from footfall.core.errors import InvalidInput
 from footfall.planning.choice.actions import ACTIONS, TRIPOD, WALK, WAVE
+from footfall.planning.choice.mdp import Seen
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.reward import Came, RewardWeights, reward
 from footfall.planning.choice.settings import ChoiceSettings
@@ -162,7 +163,9 @@ def test_figures_and_verdicts_say_what_was_won():
     won = verdicts({**same, choosers.LEARNED: better}, SETTINGS)
     assert all(said.endswith("learning gives more") for said in won)
     lost = verdicts({**same, choosers.THRESHOLD: better}, SETTINGS)
-    assert [said.endswith("learning gives less") for said in lost] == [False, False, False, True]
+    others = [name for name in choosers.NAMES if name != choosers.LEARNED]
+    less = [name for name, said in zip(others, lost, strict=True) if said.endswith("learning gives less")]
+    assert less == [choosers.THRESHOLD]
 
 
 def replace_last(route: Route) -> Route:
@@ -181,8 +184,26 @@ def test_rules_that_are_compared_with():
     rule = choosers.chooser(choosers.THRESHOLD, None)
     assert [rule(Features(one)) for one in (0.0, 0.1, 0.9)] == [WALK, WAVE, TRIPOD]
     assert rule(Features(0.9, refused=True)) == WALK
-    with pytest.raises(ValueError, match="needs a policy"):
-        choosers.chooser(choosers.LEARNED, None)
+    holds = choosers.chooser(choosers.HOLDS, None)
+    assert [holds(Features(one, refused=refused)) for one in (0.0, 0.9) for refused in (False, True)] == [
+        WAVE,
+        WALK,
+        WAVE,
+        WALK,
+    ]
+    for name in (choosers.LEARNED, choosers.LEARNED_COMMANDED):
+        with pytest.raises(ValueError, match="needs a policy"):
+            choosers.chooser(name, None)
+
+
+def test_of_a_table_what_is_commanded_is_its_best_that_moves_one_foot_at_a_time():
+    worth = {TRIPOD: 1.0, WAVE: 0.0, WALK: -1.0}
+    states = range(SETTINGS.space.size)
+    seen = [Seen(one, ACTIONS.index(name), reward, one) for one in states for name, reward in worth.items()]
+    policy = learned(seen, SETTINGS, "0" * 32, 1)
+    choose = choosers.chooser(choosers.LEARNED_COMMANDED, policy)
+    assert policy.choose(Features(0.9)) == TRIPOD
+    assert (choose(Features(0.9)), choose(Features(0.9, refused=True))) == (WAVE, WALK)
 
 
 @pytest.mark.parametrize("seed", range(len(FAMILIES)))
