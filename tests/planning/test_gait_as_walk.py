@@ -7,10 +7,16 @@ import pytest
 
 import footfall
 from footfall.core.errors import InvalidInput
+from footfall.core.frames import apply
+from footfall.planning.compliance.rover import CompliantRover
+from footfall.planning.execution.settings import ExecutionSettings
 from footfall.planning.gait.as_walk import SHARED, plan_wave, wave_like
 from footfall.planning.gait.problem import TRIPOD, WAVE, GaitSettings
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import Place, WalkGoal, WalkSettings
+from footfall.planning.walk_execution.plan import plan_walk_execution
+from footfall.planning.walk_execution.unpressed import unpressed
+from footfall.robot.kinematics import wheel_centers
 from footfall.session.jobs.requests import WalkRequest
 from tests.support.chassis_ground import wavy
 
@@ -26,16 +32,19 @@ def place(athlete):
 
 @pytest.fixture(scope="module")
 def wave(athlete, place):
-    found = plan_wave(athlete, *place, GOAL, WIDE, WalkSettings())
+    dem, state = place
+    found = plan_wave(athlete, dem, state, GOAL, WIDE, WalkSettings())
     assert found.status is Status.FOUND, found.reason
     return found.plan
 
 
 def test_it_is_the_gait_and_moves_one_foot_at_a_time(athlete, place, wave):
     """Second method: the gait planned by itself, with its settings written out."""
-    gait = footfall.plan_gait(athlete, *place, GOAL, settings=GaitSettings(WAVE, 0.6))
-    np.testing.assert_array_equal(wave.waypoints, gait.plan.waypoints)
-    assert [(leg,) for leg in wave.legs] == list(gait.plan.groups)
+    dem, state = place
+    gait = footfall.plan_gait(athlete, dem, state, GOAL, settings=GaitSettings(WAVE, 0.6)).plan
+    assert gait is not None
+    np.testing.assert_array_equal(wave.waypoints, gait.waypoints)
+    assert [(leg,) for leg in wave.legs] == list(gait.groups)
     np.testing.assert_allclose(wave.Ts_site_base[-1, :2, 3], (GOAL.x, GOAL.y), atol=1e-6)
 
 
@@ -60,11 +69,14 @@ def test_it_keeps_to_the_settings_of_the_walk():
 
 
 def test_a_margin_that_it_lacks_refuses_it_with_the_check_and_the_size(athlete, place, wave):
+    dem, state = place
     least = float(wave.margins.min())
-    found = plan_wave(athlete, *place, GOAL, WIDE, WalkSettings(least_margin=least + 0.05))
+    found = plan_wave(athlete, dem, state, GOAL, WIDE, WalkSettings(least_margin=least + 0.05))
     assert (found.status, found.plan) == (Status.NO_PATH, None)
     [blocked] = found.blocked
     assert blocked.check_name.startswith("balance")
+    assert blocked.lacks is not None
+    assert blocked.move is not None
     assert 0.0 < blocked.lacks <= 0.05 + 1e-6
     assert blocked.unit == "m"
     assert f"step {blocked.move + 1}" in found.reason
@@ -72,10 +84,11 @@ def test_a_margin_that_it_lacks_refuses_it_with_the_check_and_the_size(athlete, 
 
 @pytest.mark.parametrize("others", [False, True])
 def test_a_footfall_on_a_forbidden_place_refuses_it_but_not_one_of_another_leg(athlete, place, wave, others):
+    dem, state = place
     leg = wave.legs[0]
     x, y = wave.stances[1].contacts[leg, :2]
     barred = Place(x + 0.06, y, 0.1, leg=(leg + 1) % 6 if others else leg)
-    found = plan_wave(athlete, *place, GOAL, WIDE, WalkSettings(forbidden=(barred,)))
+    found = plan_wave(athlete, dem, state, GOAL, WIDE, WalkSettings(forbidden=(barred,)))
     if others:
         assert found.plan is not None
         return
@@ -95,7 +108,8 @@ def test_a_footfall_on_a_forbidden_place_refuses_it_but_not_one_of_another_leg(a
     ids=["support", "pinned", "payload"],
 )
 def test_what_no_gait_heeds_is_said_and_nothing_is_planned(athlete, place, settings, named):
-    found = plan_wave(athlete, *place, GOAL, WIDE, settings)
+    dem, state = place
+    found = plan_wave(athlete, dem, state, GOAL, WIDE, settings)
     assert (found.plan, found.partial, found.blocked) == (None, None, ())
     assert named in found.reason
 
@@ -105,3 +119,24 @@ def test_a_request_for_a_walk_in_a_gait_is_for_a_wave():
     assert replace(asked, gait=None).digest == asked.digest != replace(asked, gait=WIDE).digest
     with pytest.raises(InvalidInput, match="one foot at a time"):
         replace(asked, gait=GaitSettings(TRIPOD))
+
+
+def test_a_rover_that_gives_way_carries_it_out_like_any_walk(athlete):
+    """The first two foot moves, the pose held; feet end where the wave has them."""
+    dem = wavy()
+    standing = footfall.stand(athlete, dem)
+    rover = CompliantRover(athlete, dem)
+    rest = rover.let_down(standing.posture, standing.T_site_base)
+    state = rover.state(rest)
+    wave = plan_wave(athlete, dem, unpressed(athlete, state), GOAL, WIDE, WalkSettings()).plan
+    assert wave is not None
+    settings = ExecutionSettings(mode="pose_held")
+    found = plan_walk_execution(athlete, dem, state, wave, settings, rest.commanded, count=2)
+    assert found.status is Status.FOUND, found.reason
+    assert all(check.holds for check in found.checks)
+    assert found.execution is not None
+    steps = [one.step for one in found.execution.moves if one.step is not None]
+    assert [step.leg for step in steps] == list(wave.legs[:2])
+    for step, stance in zip(steps, wave.stances[1:], strict=False):
+        hubs = apply(step.Ts_site_base[-1], wheel_centers(athlete, step.predicted[-1]))
+        np.testing.assert_allclose(hubs[step.leg], stance.Ts_site_wheel[step.leg, :3, 3], atol=0.06)
