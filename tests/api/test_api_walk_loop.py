@@ -1,11 +1,15 @@
 """A walk in a closed loop over REST: begun, watched, held and ended; what it decides is told as events."""
 
+from typing import get_args
+
 import pytest
 
+from footfall.api.bodies.walk_schemas import WalkLoopOrder
 from footfall.core.errors import InvalidBundle
 from footfall.io.artifacts import encode
 from footfall.planning.choice.actions import ACTIONS, WALK
 from footfall.planning.choice.mdp import Seen
+from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.choice.policy import learned
 from footfall.planning.choice.settings import ChoiceSettings
 from footfall.planning.stance.stand import stand
@@ -81,6 +85,10 @@ def test_it_looks_first_is_held_goes_on_and_is_ended(client, asked):
     ended = client.get(LOOP).json()
     assert (ended["outcome"], ended["decided"]) == ("cancelled", {"look": 1})
     problem(client.post(f"{LOOP}/resume"), 409, "conflict")
+
+
+def test_every_chooser_can_be_asked_for():
+    assert get_args(WalkLoopOrder.model_fields["choose_by"].annotation) == tuple(CHOOSERS)
 
 
 def test_a_learned_table_chooses_where_the_server_has_one(server, client, asked):

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from playwright.sync_api import Page, Request, expect
 
 from footfall.core.value import fields_of
+from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.walk_execution.decision import WayOnSettings
 from tests.browser.test_console_access import violations
 from tests.support.page_steps import held, keep_pressed
@@ -34,6 +35,9 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
 
     def begins(one: Request) -> bool:
         return one.method == "POST" and one.url.endswith("/walk-loop")
+
+    ways = page.locator("#loop-choose_by option").evaluate_all("all => all.map((one) => one.value)")
+    assert ways == list(CHOOSERS)
 
     with page.expect_request(begins, timeout=BOUND_MS) as asked:
         keep_pressed(page, "#loop-begin")
@@ -109,3 +113,14 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     expect(page.locator("#next-loop")).to_be_hidden()
     until(lambda: held(served)["gate"]["state"] == "idle", "the end of the run")
     look("cancelled")
+
+
+def test_why_a_wave_was_refused_is_told_with_what_is_gone_in_its_place(page: Page, served: Running) -> None:
+    """As an answer has it; the rover goes by waves in tests/session."""
+    refused = {"gait": "wave", "reason": "step 5 (leg 5) fails wrist of leg 0 by 0.0458 rad"}
+    chosen = {"action": "walk", "found": True, "foot_moves": 3, "motion": 120.4, "refused": refused}
+    told = page.evaluate("async (chosen) => (await import('/js/texts/walk.js')).wayTold(chosen)", chosen)
+    assert told == (
+        "No wave: step 5 (leg 5) fails wrist of leg 0 by 0.0458 rad. This piece by the walk planner: 3 foot moves, "
+        "120 s of motion."
+    )

@@ -11,12 +11,13 @@ from footfall.planning.walk_execution.decision import SoFar
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import RouteRequest
 from footfall.session.loop_settings import LoopSettings
-from footfall.session.loop_ways import WaysOn, newest_dem
+from footfall.session.loop_ways import WaysOn
 from footfall.session.products.kinds import ROUTE
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
     from footfall.session.live import LiveSession
+    from footfall.terrain.dem import Dem
 
 
 class Pieces:
@@ -66,3 +67,12 @@ class Pieces:
             return self._route
         self._route = found if found.plan is not None else self._route
         return found
+
+
+def newest_dem(live: "LiveSession") -> "Dem | None":
+    """The ground as it is known now; None where none is."""
+    from footfall.terrain.dem import Dem
+
+    digest = live.state.dem
+    found = None if digest is None else live.get(digest)
+    return found if isinstance(found, Dem) else None

@@ -22,7 +22,6 @@ from footfall.telemetry.state import RobotState
 if TYPE_CHECKING:
     from footfall.planning.choice.ground import Ground
     from footfall.session.live import LiveSession
-    from footfall.terrain.dem import Dem
 
 AGAIN = "the plan before could not be gone on with from here"
 
@@ -128,8 +127,9 @@ class WaysOn:
     def _seen(self, goal: WalkGoal) -> Features:
         """What the table chooses by: the ground to the end of the piece."""
         from footfall.planning.choice.ground import features_at, ground_of
+        from footfall.terrain.dem import Dem
 
-        dem = present(newest_dem(self._live), "there is no terrain any more")
+        dem = self._live.typed(Dem, present(self._live.state.dem, "there is no terrain any more"))
         if self._ground is None or self._ground[0] != dem.digest:
             self._ground = dem.digest, ground_of(self._live.robot, dem)
         return features_at(self._ground[1], self._at_rest().T_site_base, np.array([goal.x, goal.y]), self._current)
@@ -154,12 +154,3 @@ def _refused(found: WalkResult) -> GaitRefused:
     step = None if one.move is None else one.move + 1
     lacks = one.lacks if one.lacks is not None and isfinite(one.lacks) else None
     return GaitRefused(WAVE, found.reason, step, one.leg, one.check_name, lacks, one.unit)
-
-
-def newest_dem(live: "LiveSession") -> "Dem | None":
-    """The ground as it is known now; None where none is."""
-    from footfall.terrain.dem import Dem
-
-    digest = live.state.dem
-    found = None if digest is None else live.get(digest)
-    return found if isinstance(found, Dem) else None

@@ -23,9 +23,8 @@ from footfall.session.access.identity import LOCAL, Identity
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
-from footfall.session.loop_pieces import Pieces
+from footfall.session.loop_pieces import Pieces, newest_dem
 from footfall.session.loop_settings import LoopSettings
-from footfall.session.loop_ways import newest_dem
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
 
