@@ -13,7 +13,7 @@ from footfall.core.value import Provenance
 from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.choices import choices_along
+from footfall.planning.walk.choices import way_ahead
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.plan import plan_walk
@@ -79,11 +79,11 @@ def test_a_stage_lies_on_the_way_and_every_leg_reaches_known_ground_there(athlet
     assert (found.goal is GOAL) == (not found.short)
     assert not arrived(found.goal, stood.T_site_base)
     through = np.array([here, here + on])
-    choices = choices_along(athlete, dark, stood, through, 0.0, found.settings)
-    assert choices is not None
-    assert choices.counts[-1].min() >= 1
+    ahead = way_ahead(athlete, dark, stood, through, found.settings)
+    assert ahead is not None
+    assert ahead.choices(found.settings.seed)[-1].min() >= 1
     T = np.eye(4)
-    pose_of(choices.way.vectors[-1], T[:3])
+    pose_of(ahead.way.vectors[-1], T[:3])
     grid = np.stack(np.meshgrid(np.arange(-1.0, 5.0, 0.2), np.arange(-3.5, 3.5, 0.2)), axis=-1).reshape(-1, 2)
     places = grid[unknown_away(dark, grid) > athlete.wheel_radius]
     assert all(reached(athlete, dark, T, leg, places) for leg in athlete.legs)
@@ -111,6 +111,13 @@ def test_a_foot_that_comes_to_no_footfall_ahead_by_moves_not_too_long_keeps_the_
     assert isinstance(free, Stage)
     assert isinstance(kept, str)
     assert "leg 0 has no footfalls" in kept
+    # ground that is forbidden to that leg alone keeps it back as well, and no other leg's does
+    own = replace(AS_FOUND, forbidden=(replace(caught.forbidden[0], leg=0),))
+    others = replace(AS_FOUND, forbidden=(replace(caught.forbidden[0], leg=3),))
+    assert stage(athlete, ground, stood, GOAL, 2.0, own) == kept
+    stepping = stage(athlete, ground, stood, GOAL, 2.0, others)
+    assert isinstance(stepping, Stage)
+    assert stepping.goal.digest == free.goal.digest
     result = plan_walk(athlete, ground, stood, WalkGoal(1.5, 0.0), settings=caught)
     assert result.status is Status.GOAL_INVALID
     assert "leg 0 has no footfall" in result.reason
@@ -124,9 +131,9 @@ def test_the_seed_that_leads_farthest_is_taken_where_ground_is_lacking_and_the_f
     through = np.array([stood.T_site_base[:2, 3], (goal.x, goal.y)])
     far = {}
     for seed in range(5, 5 + SEEDS):
-        one = choices_along(athlete, dark, stood, through, 0.0, replace(AS_FOUND, seed=seed))
+        one = way_ahead(athlete, dark, stood, through, AS_FOUND)
         assert one is not None
-        far[seed] = float(one.way.vectors[(one.counts >= 2).all(axis=1), 0].max())
+        far[seed] = float(one.way.vectors[(one.choices(seed) >= 2).all(axis=1), 0].max())
     found = stage(athlete, dark, stood, goal, 5.0, replace(AS_FOUND, seed=5))
     assert isinstance(found, Stage)
     assert found.goal.x == pytest.approx(max(far.values()), abs=1e-9)

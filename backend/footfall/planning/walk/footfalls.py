@@ -57,7 +57,7 @@ def footfalls(robot: Robot, dem: Dem, low: Array, high: Array, settings: WalkSet
 
 def standable(robot: Robot, dem: Dem, xy: Array, settings: WalkSettings) -> tuple[Array, Array, NDArray[np.int64]]:
     """Contacts and normals (k, 3) of those of places (n, 2) where a wheel may stand upright, and their rows (k,)."""
-    rows = np.flatnonzero((unknown_away(dem, xy) > robot.wheel_radius) & ~_forbidden(xy, settings.forbidden))
+    rows = np.flatnonzero((unknown_away(dem, xy) > robot.wheel_radius) & ~forbidden_to(None, xy, settings.forbidden))
     xy = xy[rows]
     contacts = np.column_stack([xy, height_at(dem, xy[:, 0], xy[:, 1])])
     normals = normal_at(dem, xy[:, 0], xy[:, 1], robot.wheel_radius)
@@ -100,11 +100,11 @@ def unknown_away(dem: Dem, xy: Array) -> Array:
     return np.maximum(out, 0.0)
 
 
-def _forbidden(xy: Array, places: tuple[Place, ...]) -> NDArray[np.bool_]:
-    """Whether places (n, 2) are forbidden to every leg."""
+def forbidden_to(leg: int | None, xy: Array, places: tuple[Place, ...]) -> NDArray[np.bool_]:
+    """Whether places (n, 2) are forbidden to a leg alone; None: to every leg."""
     out = np.zeros(len(xy), bool)
     for place in places:
-        if place.leg is None:
+        if place.leg == leg:
             out |= np.hypot(xy[:, 0] - place.x, xy[:, 1] - place.y) <= place.radius
     return out
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.problem import Stance, WalkSettings
 from footfall.planning.walk.spans_kernel import poses_of, spans
@@ -46,6 +46,15 @@ def reaches(world: World, way: Guide, places: Footfalls) -> tuple[Reach, ...]:
         wheels = wheel_pose_for_contact(world.robot, places.contacts, places.normals, headings, np.eye(4))
         found.append(_reach(world, way, leg, wheels, np.zeros(len(wheels), np.int64)))
     return tuple(found)
+
+
+def steps_onto(leg: int, reach: Reach, places: Footfalls, foot: Array, settings: WalkSettings) -> NDArray[np.int64]:
+    """Numbers of the footfalls that a leg may ever stand on, whose foot stands at ``foot`` (2,): it reaches them, they
+    are not forbidden to it, and its foot comes there by moves that are not too long.
+    """
+    xy = places.contacts[:, :2]
+    rows = np.flatnonzero(np.isfinite(reach.low) & ~forbidden_to(leg, xy, settings.forbidden))
+    return rows[come_to(xy[rows], foot, settings.longest)]
 
 
 def come_to(xy: Array, begin: Array, longest: float) -> NDArray[np.bool_]:

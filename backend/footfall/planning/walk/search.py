@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.step.watch import Watch
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
-from footfall.planning.walk.footfalls import Footfalls
+from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.guide import Guide
 from footfall.planning.walk.legs_kernel import pose_of
-from footfall.planning.walk.problem import Place, Stance, WalkGoal
-from footfall.planning.walk.reach import come_to, reach_of, reaches
+from footfall.planning.walk.problem import Stance, WalkGoal
+from footfall.planning.walk.reach import reach_of, reaches, steps_onto
 from footfall.planning.walk.transition_kernel import find_pose, vector_of
 from footfall.planning.walk.world import World
 
@@ -129,7 +129,8 @@ class Search:
         self._stuck: Counter[tuple[int, int]] = Counter()
         self._number = 0
         self._reaches = reaches(self.world, self.guide, self.places)
-        self._barred = [self._barred_to(leg) for leg in self.world.robot.legs]
+        xy = self.places.contacts[:, :2]
+        self._barred = [forbidden_to(leg, xy, settings.forbidden) for leg in self.world.robot.legs]
         low, high = reach_of(self.world, self.guide, self.start.stance)
         unheld = np.full(len(low), -1, np.int64)
         left = float(self._left(low[None], high[None])[0])
@@ -165,10 +166,8 @@ class Search:
         Without it no stance ends the search, whatever is tried.
         """
         end, worst = self.guide.length, None
-        xy, longest = self.places.contacts[:, :2], self.world.settings.longest
         for leg, reach in enumerate(self._reaches):
-            free = np.flatnonzero(np.isfinite(reach.low) & ~self._barred[leg])
-            free = free[come_to(xy[free], self.start.stance.contacts[leg, :2], longest)]
+            free = steps_onto(leg, reach, self.places, self.start.stance.contacts[leg, :2], self.world.settings)
             low = np.append(reach.low[free], self.nearest.low[leg])
             high = np.append(reach.high[free], self.nearest.high[leg])
             left = end - float(high.max())
@@ -262,14 +261,6 @@ class Search:
                 waits = (reached, leg, int(rows[i]), float(begin[i]), float(end[i]))
                 heapq.heappush(self._open, _Open(float(priority[i]), self._number, *waits))
 
-    def _barred_to(self, leg: int) -> NDArray[np.bool_]:
-        """Which places are forbidden to a leg."""
-        out = np.zeros(len(self.places.contacts), bool)
-        for place in self.world.settings.forbidden:
-            if place.leg == leg:
-                out |= _inside(self.places.contacts, place)
-        return out
-
     def _closed(self, reached: Reached) -> BodyWay | None:
         """The chassis' way to the goal over a stance, where there is one."""
         end = self.guide.length
@@ -319,10 +310,6 @@ class Search:
 def _ends(low: Array, high: Array, end: float) -> NDArray[np.bool_]:
     """Which spans are so near the end of the guide that the chassis is tried to get there."""
     return (low <= end + CLOSE) & (high >= end - CLOSE)
-
-
-def _inside(contacts: Array, place: Place) -> NDArray[np.bool_]:
-    return np.hypot(contacts[:, 0] - place.x, contacts[:, 1] - place.y) <= place.radius
 
 
 def _angle(angle: float) -> float:

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.core.frames import heading
 from footfall.planning.route.problem import RouteResult
-from footfall.planning.walk.choices import Choices, choices_along
+from footfall.planning.walk.choices import WayAhead, way_ahead
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -102,8 +101,11 @@ def _farthest(
 ) -> Stage | str:
     """As :func:`stage`, on a way (n, 2) that begins where the chassis is."""
     best: Stage | str = ""
+    on_way = _on_way(robot, dem, state, way, goal, farthest, settings)
+    if on_way is None:
+        return UNKNOWN
     for seed in range(settings.seed, settings.seed + SEEDS):
-        found = _on_way(robot, dem, state, way, goal, farthest, replace(settings, seed=seed))
+        found = on_way.farthest(seed)
         if isinstance(found, str):
             best = best or found
         elif not isinstance(best, Stage) or found.left < best.left - _SAME:
@@ -113,41 +115,59 @@ def _farthest(
     return best
 
 
+@dataclass(frozen=True, eq=False)
+class _OnWay:
+    """A way on which the farthest place is looked for. known: (n,) whether the ground at each pose of it is.
+
+    leads_there: whether it ends at the goal. planned: how much of the way is planned at once [m].
+    """
+
+    ahead: WayAhead
+    known: NDArray[np.bool_]
+    goal: WalkGoal
+    leads_there: bool
+    planned: float
+
+    def farthest(self, seed: int) -> Stage | str:
+        """The place with footfalls of one seed; or why there is none."""
+        goal, way = self.goal, self.ahead.way
+        settings = replace(self.ahead.world.settings, seed=seed)
+        counts, xy = self.ahead.choices(seed), way.vectors[:, :2]
+        at_end = f"{self.planned:g} m are planned at once"
+        if self.leads_there and self.known[-1]:
+            last = counts[-1] if goal.yaw is None else self.ahead.turned(goal.yaw).choices(seed)[-1]
+            if last.all():
+                return Stage(goal, settings)
+            at_end = f"with the heading of the goal, {_lacks(xy[-1], last, 1)}"
+        within = min(goal.within, self.planned / 2.0)
+        on = np.hypot(*(xy - xy[0]).T) > within + _SAME
+        for choice in (CHOICE, 1):
+            fit = np.flatnonzero(on & self.known & (counts >= choice).all(axis=1))
+            if len(fit):
+                last = int(fit[-1])
+                x, y = (float(at) for at in xy[last])
+                why = at_end if last == len(xy) - 1 else _lacks(xy[last + 1], counts[last + 1], choice)
+                place = replace(goal, x=x, y=y, yaw=None, within=within)
+                left = way.length - float(way.ways[last])
+                return Stage(place, settings, f"it goes first to ({x:z.2f}, {y:z.2f}): {why}", left)
+        if not on.any():
+            return UNKNOWN
+        first = int(np.flatnonzero(on)[0])
+        return _lacks(xy[first], counts[first], 1)
+
+
 def _on_way(
     robot: Robot, dem: Dem, state: RobotState, way: Array, goal: WalkGoal, farthest: float, settings: WalkSettings
-) -> Stage | str:
-    """The same with the one seed of the settings."""
-    T_site_base = state.T_site_base
-    facing = heading(T_site_base)
+) -> _OnWay | None:
+    """What is looked at of a way (n, 2); None where no ground at all is known."""
     west, south, east, north = dem.geometry.bounds
-    ahead = _first_of(way, min(farthest, float(np.hypot(east - west, north - south))))
-    leads_there = np.allclose(ahead[-1], (goal.x, goal.y), rtol=0.0, atol=_SAME)
-    found = choices_along(robot, dem, state, ahead, facing, settings)
-    if found is None:
-        return UNKNOWN
-    xy = found.way.vectors[:, :2]
-    known = np.isfinite(height_at(dem, xy[:, 0], xy[:, 1]))
-    at_end = f"{farthest:g} m are planned at once"
-    if leads_there and known[-1]:
-        turned = None if goal.yaw is None else choices_along(robot, dem, state, ahead, goal.yaw, settings)
-        turned = turned or found
-        if turned.counts[-1].all():
-            return Stage(goal, settings)
-        at_end = f"with the heading of the goal, {_lacks(turned, -1, 1)}"
-    within = min(goal.within, farthest / 2.0)
-    on = np.hypot(*(xy - way[0]).T) > within + _SAME
-    for choice in (CHOICE, 1):
-        fit = np.flatnonzero(on & known & (found.counts >= choice).all(axis=1))
-        if len(fit):
-            last = int(fit[-1])
-            x, y = (float(at) for at in xy[last])
-            why = at_end if last == len(xy) - 1 else _lacks(found, last + 1, choice)
-            place = replace(goal, x=x, y=y, yaw=None, within=within)
-            left = found.way.length - float(found.way.ways[last])
-            return Stage(place, settings, f"it goes first to ({x:z.2f}, {y:z.2f}): {why}", left)
-    if not on.any():
-        return UNKNOWN
-    return _lacks(found, int(np.flatnonzero(on)[0]), 1)
+    through = _first_of(way, min(farthest, float(np.hypot(east - west, north - south))))
+    ahead = way_ahead(robot, dem, state, through, settings)
+    if ahead is None:
+        return None
+    leads_there = bool(np.allclose(through[-1], (goal.x, goal.y), rtol=0.0, atol=_SAME))
+    known = np.isfinite(height_at(dem, *ahead.way.vectors[:, :2].T))
+    return _OnWay(ahead, known, goal, leads_there, farthest)
 
 
 def _first_of(way: Array, metres: float) -> Array:
@@ -159,11 +179,11 @@ def _first_of(way: Array, metres: float) -> Array:
     return np.vstack([way[along < metres], end])
 
 
-def _lacks(found: Choices, at: int, choice: int) -> str:
-    """What keeps the rover from stopping at a place of the way, by its number."""
-    x, y = found.way.vectors[at, :2]
-    leg = int(np.argmin(found.counts[at]))
-    count = int(found.counts[at, leg])
+def _lacks(place: Array, counts: NDArray[np.int64], choice: int) -> str:
+    """What keeps the rover from stopping at a place (2,) of the way, where legs have so many footfalls (legs,)."""
+    x, y = place
+    leg = int(np.argmin(counts))
+    count = int(counts[leg])
     if count >= choice:
         return f"the ground at ({x:z.2f}, {y:z.2f}) is unknown"
     footfalls = f"{count or 'no'} footfall{'' if count == 1 else 's'}"
