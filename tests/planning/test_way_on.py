@@ -11,6 +11,7 @@ from shapely.geometry import MultiPoint, Point, Polygon
 from footfall.balance.settings import BalanceSettings
 from footfall.core.frames import apply, rotation, transform
 from footfall.core.value import Provenance
+from footfall.maps.standing import STANDING_GAP
 from footfall.planning.stance.stand import stand
 from footfall.planning.walk.excerpt import parts_count, start_of
 from footfall.planning.walk.footfalls import footfalls
@@ -135,6 +136,31 @@ def test_a_walk_is_kept_on_ground_that_hardly_moved_and_on_no_other(walk, ground
         assert f"{abs(by):.3f} m {'above' if by > 0 else 'below'}" in lies_off
 
 
+def raised_under(dem, place, by):
+    """Raised within 0.15 m of a place (2,)."""
+    grid = dem.geometry
+    rows, cols = np.mgrid[: grid.rows, : grid.cols]
+    near = np.hypot(grid.x0 + grid.resolution * cols - place[0], grid.y0 + grid.resolution * rows - place[1]) < 0.15
+    heights = dem.heights + np.where(near, np.float32(by), np.float32(0.0))
+    return replace(dem, heights=heights.astype(np.float32))
+
+
+def test_a_foot_that_stands_since_the_walk_began_is_asked_no_more_than_where_a_walk_begins(walk, ground):
+    """Another walk from there would stand on the same place; one where the walk has put it is asked for more."""
+    leg = walk.legs[-1]
+    put = walk.legs.index(leg) + 1
+    where = {number: walk.stances[number].contacts[leg] for number in (0, put)}
+    between, beyond = 0.5 * (GROUND_MOVED + STANDING_GAP), STANDING_GAP + 0.01
+    for number, by, holds in ((0, between, True), (0, beyond, False), (put, between, False)):
+        later = [walk.stances[at + 1].contacts[walk.legs[at]] for at in range(number, walk.foot_moves)]
+        others = np.vstack([np.delete(walk.stances[number].contacts, leg, axis=0), *later])
+        assert np.hypot(*(others - where[number])[:, :2].T).min() > 0.15
+        lies_off = moved_ground(raised_under(ground, where[number][:2], by), walk, number)
+        assert (lies_off == "") == holds, lies_off
+        if not holds:
+            assert f"m above where leg {leg} stands in the walk" in lies_off
+
+
 def test_a_walk_planned_on_the_ground_as_it_is_known_goes_on_whatever_it_is_off_the_feet_that_stand(
     decides, ground, walk
 ):
@@ -149,11 +175,7 @@ def test_a_walk_planned_on_the_ground_as_it_is_known_goes_on_whatever_it_is_off_
 def test_ground_that_moved_under_one_later_footfall_makes_a_new_plan(decides, ground, walk):
     last = walk.foot_moves - 1
     x, y = walk.stances[-1].contacts[walk.legs[last], :2]
-    grid = ground.geometry
-    rows, cols = np.mgrid[: grid.rows, : grid.cols]
-    near = np.hypot(grid.x0 + grid.resolution * cols - x, grid.y0 + grid.resolution * rows - y) < 0.15
-    heights = ground.heights + np.where(near, np.float32(0.06), np.float32(0.0))
-    found = decides(0, dem=replace(ground, heights=heights.astype(np.float32)))
+    found = decides(0, dem=raised_under(ground, (x, y), 0.06))
     assert found.act is Act.REPLAN
     assert f"0.060 m above where foot move {walk.foot_moves} puts its foot" in found.reason
 

@@ -7,6 +7,7 @@ footfalls where those still lie on the ground.
 import numpy as np
 from numpy.typing import NDArray
 
+from footfall.maps.standing import STANDING_GAP
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.problem import WalkPlan, part_told
 from footfall.robot.model import Robot
@@ -16,7 +17,7 @@ from footfall.terrain.ground.surface import height_at
 Array = NDArray[np.float64]
 
 GROUND_MOVED = 0.03
-"""A footfall may be so far above or below the ground as it is known now [m]: what a wheel may cut in."""
+"""A footfall of the walk may be so far above or below the ground as it is known now [m]: what a wheel may cut in."""
 
 
 def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int) -> str:
@@ -39,19 +40,22 @@ def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int
 def moved_ground(dem: Dem, walk: WalkPlan, first: int) -> str:
     """Which foot that stands before foot move ``first``, or is put down later, is not on the ground as known now.
 
-    Nothing where all are. One on ground that is not known any more is asked when its turn comes.
+    Nothing where all are. One on ground that is not known any more is asked when its turn comes. A foot that stands
+    since the walk began would stand so in every other walk from here: of it no more is asked than where a walk begins.
     """
     numbers = range(first, walk.foot_moves)
     stands = walk.stances[first].contacts
     put = [walk.stances[number + 1].contacts[walk.legs[number]] for number in numbers]
     contacts = np.vstack([stands, *put])
+    most = np.full(len(contacts), GROUND_MOVED)
+    most[: len(stands)][[leg not in walk.legs[:first] for leg in range(len(stands))]] = STANDING_GAP
     off = height_at(dem, contacts[:, 0], contacts[:, 1]) - contacts[:, 2]
     off = np.where(np.isfinite(off), off, 0.0)
-    worst = int(np.argmax(np.abs(off)))
-    if abs(off[worst]) <= GROUND_MOVED:
+    worst = int(np.argmax(np.abs(off) - most))
+    if abs(off[worst]) <= most[worst]:
         return ""
     side = "above" if off[worst] > 0 else "below"
     later = worst - len(stands)
     whose = f"leg {worst} stands" if later < 0 else f"{part_told(numbers[later], walk.foot_moves)} puts its foot"
     size = f"{abs(off[worst]):z.3f} m {side} where {whose} in the walk"
-    return f"the ground is {size}, at most {GROUND_MOVED:g} m are accepted"
+    return f"the ground is {size}, at most {most[worst]:g} m are accepted"
