@@ -4,16 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from footfall.core.frames import heading
-from footfall.maps.standing import contacts
 from footfall.planning.step.ground import Nearby
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import Guide, guide
 from footfall.planning.walk.plan import BESIDE
-from footfall.planning.walk.problem import WalkSettings
-from footfall.planning.walk.reach import Reach, reaches, steps_onto
+from footfall.planning.walk.problem import Stance, WalkSettings
+from footfall.planning.walk.reach import Reach, reach_of, reaches, steps_onto
+from footfall.planning.walk.start import stance_of
 from footfall.planning.walk.world import World
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -22,20 +25,24 @@ from footfall.terrain.ground.unseen import without_holes_between
 
 Array = NDArray[np.float64]
 
+APART = 0.1
+"""Spans of two footfalls may miss each other by so much [m], and a foot still goes from one to the other: the chassis
+need not be on the guide. Of eight walks that were found none needed more than 0."""
+
 
 @dataclass(frozen=True, eq=False)
 class WayAhead:
     """A way of the chassis over ground, whatever the seed is that footfalls are drawn with.
 
-    way: the poses of the chassis that are looked at. through: (n, 2) that it leads through [m]; feet: (legs, 2) where
-    they stand now; facing: of the chassis now [rad].
+    way: the poses of the chassis that are looked at. through: (n, 2) that it leads through [m]; begin: how the rover
+    stands now; facing: of the chassis now [rad].
     """
 
     world: World
     dem: Dem
     way: Guide
     through: Array
-    feet: Array
+    begin: Stance
     facing: float
 
     def turned(self, yaw: float) -> "WayAhead":
@@ -45,17 +52,24 @@ class WayAhead:
         ease = footprint(world.robot, world.settings.height)
         return replace(self, way=guide(world.ground.dem, begin, end, ease, self.through))
 
-    def choices(self, seed: int) -> NDArray[np.int64]:
+    def choices(self, seed: int, apart: float = APART) -> NDArray[np.int64]:
         """Footfalls that each leg reaches from each pose of the way, (n, legs).
 
-        They are those that a walk with this seed would be planned with, and that the foot comes to.
+        They are those that a walk with this seed would be planned with, and that the foot comes to from where it
+        stands: the chassis stays while a leg swings, so from one to the next only where it reaches both from one part
+        of the way, or from parts that are at most ``apart`` [m] of each other.
         """
         settings = replace(self.world.settings, seed=seed)
         low, high = _corners(self.through)
         places = footfalls(self.world.robot, self.dem, low, high, settings)
+        begin_low, begin_high = reach_of(self.world, self.way, self.begin)
         counts = []
-        for leg, (reach, foot) in enumerate(zip(reaches(self.world, self.way, places), self.feet, strict=True)):
+        for leg, reach in enumerate(reaches(self.world, self.way, places)):
+            foot = self.begin.contacts[leg, :2]
             own = steps_onto(leg, reach, places, foot, settings)
+            xy = np.vstack([foot, places.contacts[own, :2]])
+            low, high = np.append(begin_low[leg], reach.low[own]), np.append(begin_high[leg], reach.high[own])
+            own = own[joined(xy, low, high, settings.longest, apart)[1:]]
             counts.append(_counts(reach, own, self.way.ways))
         return np.column_stack(counts)
 
@@ -72,8 +86,20 @@ def way_ahead(robot: Robot, dem: Dem, state: RobotState, through: Array, setting
     facing = heading(T_site_base)
     ease = footprint(robot, settings.height)
     way = guide(whole.dem, np.append(through[0], facing), np.append(through[-1], facing), ease, through)
-    feet = contacts(robot, dem, state.posture, T_site_base, robot.legs).points[:, :2]
-    return WayAhead(world, dem, way, through, feet, facing)
+    begin = stance_of(robot, dem, np.array(state.posture), np.array(T_site_base))
+    return WayAhead(world, dem, way, through, begin, facing)
+
+
+def joined(xy: Array, low: Array, high: Array, longest: float, apart: float) -> NDArray[np.bool_]:
+    """Which places (n, 2) with spans low … high (n,) a foot comes to from the first of them, itself included.
+
+    It goes ``longest`` [m] at most at a time, between places whose spans miss each other by ``apart`` [m] at most.
+    """
+    one, other = KDTree(xy).query_pairs(longest, output_type="ndarray").T
+    near = np.maximum(low[one], low[other]) - np.minimum(high[one], high[other]) <= apart
+    one, other = one[near], other[near]
+    _, part = connected_components(coo_array((np.ones(len(one)), (one, other)), shape=(len(xy), len(xy))))
+    return part == part[0]
 
 
 def _corners(through: Array) -> tuple[Array, Array]:

@@ -33,10 +33,15 @@ def start_of(robot: Robot, dem: Dem, state: RobotState) -> At | str:
     up = [str(leg) for leg in robot.legs if leg not in down]
     if up:
         return f"a walk begins with all wheels on the ground; those of legs {', '.join(up)} are not; {ADVICE}"
+    return At(stance_of(robot, dem, q, T_site_base), T_site_base, q)
+
+
+def stance_of(robot: Robot, dem: Dem, q: Array, T_site_base: Array) -> Stance:
+    """The stance of a posture (legs × 6,) [rad] and pose (4, 4), all of whose wheels are taken to be down."""
     feet = contacts(robot, dem, q, T_site_base, robot.legs)
     Ts_site_wheel = np.array([T_site_base @ wheel_pose(robot, q, leg) for leg in robot.legs])
     branches = np.array([branch_of(robot, leg, q[6 * leg : 6 * leg + 6]) for leg in robot.legs], np.int64)
-    return At(Stance(feet.points, feet.normals, Ts_site_wheel, branches), T_site_base, q)
+    return Stance(feet.points, feet.normals, Ts_site_wheel, branches)
 
 
 def overloaded(robot: Robot, start: At, settings: WalkSettings) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.route.problem import RouteResult
-from footfall.planning.walk.choices import WayAhead, way_ahead
+from footfall.planning.walk.choices import APART, WayAhead, way_ahead
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState
@@ -104,14 +104,18 @@ def _farthest(
     on_way = _on_way(robot, dem, state, way, goal, farthest, settings)
     if on_way is None:
         return UNKNOWN
-    for seed in range(settings.seed, settings.seed + SEEDS):
-        found = on_way.farthest(seed)
-        if isinstance(found, str):
-            best = best or found
-        elif not isinstance(best, Stage) or found.left < best.left - _SAME:
-            best = found
-        if isinstance(best, Stage) and best.left <= _SAME:
-            break
+    # where no foot gets on along the way, the chassis may still get on beside it
+    for apart in (APART, np.inf):
+        for seed in range(settings.seed, settings.seed + SEEDS):
+            found = on_way.farthest(seed, apart)
+            if isinstance(found, str):
+                best = best or found
+            elif not isinstance(best, Stage) or found.left < best.left - _SAME:
+                best = found
+            if isinstance(best, Stage) and best.left <= _SAME:
+                return best
+        if isinstance(best, Stage):
+            return best
     return best
 
 
@@ -128,14 +132,14 @@ class _OnWay:
     leads_there: bool
     planned: float
 
-    def farthest(self, seed: int) -> Stage | str:
-        """The place with footfalls of one seed; or why there is none."""
+    def farthest(self, seed: int, apart: float) -> Stage | str:
+        """The place with footfalls of one seed; or why there is none. apart: as of :meth:`.WayAhead.choices`."""
         goal, way = self.goal, self.ahead.way
         settings = replace(self.ahead.world.settings, seed=seed)
-        counts, xy = self.ahead.choices(seed), way.vectors[:, :2]
+        counts, xy = self.ahead.choices(seed, apart), way.vectors[:, :2]
         at_end = f"{self.planned:g} m are planned at once"
         if self.leads_there and self.known[-1]:
-            last = counts[-1] if goal.yaw is None else self.ahead.turned(goal.yaw).choices(seed)[-1]
+            last = counts[-1] if goal.yaw is None else self.ahead.turned(goal.yaw).choices(seed, apart)[-1]
             if last.all():
                 return Stage(goal, settings)
             at_end = f"with the heading of the goal, {_lacks(xy[-1], last, 1)}"
