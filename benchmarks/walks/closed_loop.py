@@ -59,6 +59,8 @@ class LinkedRover:
         self._images = self._told = 0
         # telemetry is as old as the rover says, however slow the machine is
         live.rover.link._clock = lambda: PERIOD * self._told
+        # and a row is given up on after so long by the rover's clock
+        live.rover.commanding.gate._clock = live.rover.link._clock
         self._thread = threading.Thread(target=self._run, name="rover")
 
     def __enter__(self) -> Self:

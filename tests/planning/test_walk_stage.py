@@ -13,7 +13,7 @@ from footfall.core.value import Provenance
 from footfall.planning.route.problem import Route, RouteResult
 from footfall.planning.stance.stand import stand
 from footfall.planning.step.problem import Status
-from footfall.planning.walk.choices import APART, joined, way_ahead
+from footfall.planning.walk.choices import way_ahead
 from footfall.planning.walk.footfalls import unknown_away
 from footfall.planning.walk.legs_kernel import pose_of
 from footfall.planning.walk.plan import plan_walk
@@ -151,30 +151,6 @@ def test_a_foot_comes_to_the_places_that_a_graph_of_moves_joins_to_where_it_stan
     near = np.linalg.norm(xy[:, None] - xy[None], axis=2) <= longest
     _, part = connected_components(near)
     assert (come_to(xy[:-1], xy[-1], longest) == (part[:-1] == part[-1])).all()
-
-
-@settings(max_examples=40, derandomize=True, deadline=None)
-@given(
-    seed=st.integers(0, 1000),
-    count=st.integers(0, 60),
-    longest=st.floats(0.1, 3.0),
-    apart=st.sampled_from([0.0, APART]),
-)
-def test_a_foot_goes_on_between_places_that_it_reaches_from_one_part_of_the_way(seed, count, longest, apart):
-    """Second method: move after move, each place asked by itself."""
-    rng = np.random.default_rng(seed)
-    xy, low = rng.uniform(-4.0, 4.0, (count + 1, 2)), rng.uniform(0.0, 2.0, count + 1)
-    high = low + rng.uniform(0.0, 1.0, count + 1)
-    came, newest = {0}, [0]
-    while newest:
-        at = newest.pop()
-        for to in set(range(count + 1)) - came:
-            meets = max(low[at], low[to]) - min(high[at], high[to]) <= apart
-            if meets and np.hypot(*(xy[at] - xy[to])) <= longest:
-                came.add(to)
-                newest.append(to)
-    assert set(np.flatnonzero(joined(xy, low, high, longest, apart)).tolist()) == came
-    assert (joined(xy, low, high, longest, np.inf)[1:] == come_to(xy[1:], xy[0], longest)).all()
 
 
 def test_footfalls_that_a_leg_reaches_from_no_pose_from_which_it_reaches_where_it_stands_count_for_nothing(

@@ -4,12 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from footfall.core.frames import heading
 from footfall.planning.step.ground import Nearby
+from footfall.planning.walk.chains import APART, joined
 from footfall.planning.walk.footfalls import footfalls
 from footfall.planning.walk.footprint import footprint
 from footfall.planning.walk.guide import Guide, guide
@@ -24,10 +22,6 @@ from footfall.terrain.dem import Dem
 from footfall.terrain.ground.unseen import without_holes_between
 
 Array = NDArray[np.float64]
-
-APART = 0.1
-"""Spans of two footfalls may miss each other by so much [m], and a foot still goes from one to the other: the chassis
-need not be on the guide. Of eight walks that were found none needed more than 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +82,6 @@ def way_ahead(robot: Robot, dem: Dem, state: RobotState, through: Array, setting
     way = guide(whole.dem, np.append(through[0], facing), np.append(through[-1], facing), ease, through)
     begin = stance_of(robot, dem, np.array(state.posture), np.array(T_site_base))
     return WayAhead(world, dem, way, through, begin, facing)
-
-
-def joined(xy: Array, low: Array, high: Array, longest: float, apart: float) -> NDArray[np.bool_]:
-    """Which places (n, 2) with spans low … high (n,) a foot comes to from the first of them, itself included.
-
-    It goes ``longest`` [m] at most at a time, between places whose spans miss each other by ``apart`` [m] at most.
-    """
-    one, other = KDTree(xy).query_pairs(longest, output_type="ndarray").T
-    near = np.maximum(low[one], low[other]) - np.minimum(high[one], high[other]) <= apart
-    one, other = one[near], other[near]
-    _, part = connected_components(coo_array((np.ones(len(one)), (one, other)), shape=(len(xy), len(xy))))
-    return part == part[0]
 
 
 def _corners(through: Array) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from footfall.planning.scene.rover_kernel import wheel_cuts
 from footfall.planning.step.watch import Watch
+from footfall.planning.walk.chains import moves_left
 from footfall.planning.walk.foot_move import At, BodyWay, Fails, Moved, body_way, feet_of, foot_move, nobody
 from footfall.planning.walk.footfalls import Footfalls, forbidden_to
 from footfall.planning.walk.guide import Guide
@@ -133,7 +134,8 @@ class Search:
         self._barred = [forbidden_to(leg, xy, settings.forbidden) for leg in self.world.robot.legs]
         low, high = reach_of(self.world, self.guide, self.start.stance)
         unheld = np.full(len(low), -1, np.int64)
-        left = float(self._left(low[None], high[None])[0])
+        self._detours = [self._detours_of(leg, low[leg], high[leg]) for leg in self.world.robot.legs]
+        left = float(self._left(low[None], high[None], self._detours_at(unheld)[None])[0])
         self.nearest = Reached(self.start, 0.0, unheld, low, high, left)
 
     def run(self) -> tuple[Reached, BodyWay] | None:
@@ -203,7 +205,7 @@ class Search:
         pins = before.pins | {pin} if pin >= 0 else before.pins
         low, high = before.low.copy(), before.high.copy()
         low[leg], high[leg] = self._reaches[leg].low[place], self._reaches[leg].high[place]
-        left = float(self._left(low[None], high[None])[0])
+        left = float(self._left(low[None], high[None], self._detours_at(under)[None])[0])
         cost = before.cost + 1.0 + _way_cost(moved) + float(self.places.costs[place])
         return Reached(moved.to, cost, under, low, high, left, before, moved, pins)
 
@@ -227,10 +229,35 @@ class Search:
                 self.failures["a wheel cuts into the ground", leg, float(x), float(y)] += 1
         return not self._barred[leg][place]
 
-    def _left(self, low: Array, high: Array) -> Array:
-        """What is left to do over stances with spans (n, legs), (n,)."""
+    def _detours_of(self, leg: int, low: float, high: float) -> Array:
+        """What a leg has left of the way from each footfall, and last from where it stands, with that span, by the foot
+        moves that lead to the end at least, (n + 1,) [m].
+
+        A foot may have to go aside, or back, before it gets on: by spans alone a search comes to where there is no way
+        on, and tries all that the other feet can do. The first attempt goes by spans alone.
+        """
+        reach = self._reaches[leg]
+        out = np.zeros(len(reach.low) + 1)
+        if not self.attempt:
+            return out
+        xy = np.vstack([self.places.contacts[:, :2], self.start.stance.contacts[leg, :2]])
+        lows, highs = np.append(reach.low, low), np.append(reach.high, high)
+        rows = np.flatnonzero(np.isfinite(lows) & ~np.append(self._barred[leg], False))
+        xy, lows, highs = xy[rows], lows[rows], highs[rows]
+        moves = moves_left(_ends(lows, highs, self.guide.length), xy, lows, highs, self.world.settings.longest)
+        if np.isfinite(moves).any():
+            out[rows] = STRIDE * np.where(np.isfinite(moves), moves, moves[np.isfinite(moves)].max() + 1.0)
+        return out
+
+    def _detours_at(self, places: NDArray[np.int64]) -> Array:
+        """The same of the feet of a stance, by the places under them, (legs,) [m]."""
+        return np.array([detours[place] for detours, place in zip(self._detours, places, strict=True)])
+
+    def _left(self, low: Array, high: Array, detours: Array) -> Array:
+        """What is left to do over stances with spans and detours (n, legs), (n,)."""
         end = self.guide.length
         short = np.maximum(end - np.maximum(high, 0.0), 0.0) + np.maximum(np.minimum(low, 2.0 * end + 1.0) - end, 0.0)
+        short = np.maximum(short, detours)
         return (short.sum(axis=1) + BEHIND * short.max(axis=1)) / STRIDE
 
     def _expand(self, reached: Reached) -> None:
@@ -251,7 +278,9 @@ class Search:
             low[:, leg], high[:, leg] = reach.low[rows], reach.high[rows]
             pins = self.places.pinned[rows]
             bonus = np.array([pin >= 0 and pin not in reached.pins for pin in pins.tolist()], bool) * PINNED
-            priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high) - bonus
+            detours = np.tile(self._detours_at(reached.places), (len(rows), 1))
+            detours[:, leg] = self._detours[leg][rows]
+            priority = DONE * (reached.cost + 1.0) + LEFT * self._left(low, high, detours) - bonus
             priority += LACKING * np.clip(begin - end, 0.0, 1.0) + EASE * np.maximum(ENOUGH - reach.best[rows], 0.0)
             priority += self.places.costs[rows]
             priority += self._noise * self._rng.exponential(size=len(rows))

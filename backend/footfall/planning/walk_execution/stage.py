@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.route.problem import RouteResult
-from footfall.planning.walk.choices import APART, WayAhead, way_ahead
+from footfall.planning.walk.chains import APART
+from footfall.planning.walk.choices import WayAhead, way_ahead
 from footfall.planning.walk.problem import WalkGoal, WalkResult, WalkSettings
 from footfall.robot.model import Robot
 from footfall.telemetry.state import RobotState

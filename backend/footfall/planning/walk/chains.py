@@ -1,0 +1,42 @@
+"""Which footfalls a foot comes to from which, one foot move after the other.
+
+The chassis stays while a leg swings: a foot goes from one footfall to the next where its leg reaches both from one part
+of the guide, so where their spans have a part in common.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+
+Array = NDArray[np.float64]
+
+APART = 0.1
+"""Spans of two footfalls may miss each other by so much [m], and a foot still goes from one to the other: the chassis
+need not be on the guide. Of eight walks that were found none needed more than 0."""
+
+
+def joined(xy: Array, low: Array, high: Array, longest: float, apart: float) -> NDArray[np.bool_]:
+    """Which places (n, 2) with spans low … high (n,) a foot comes to from the first of them, itself included.
+
+    It goes ``longest`` [m] at most at a time, between places whose spans miss each other by ``apart`` [m] at most.
+    """
+    _, part = connected_components(_moves(xy, low, high, longest, apart), directed=False)
+    return part == part[0]
+
+
+def moves_left(ends: NDArray[np.bool_], xy: Array, low: Array, high: Array, longest: float) -> Array:
+    """How many foot moves lead from each of the places (n, 2) to one of ``ends``, at least, (n,); inf where none do."""
+    if not ends.any():
+        return np.full(len(xy), np.inf)
+    moves = _moves(xy, low, high, longest, APART)
+    return dijkstra(moves, directed=False, indices=np.flatnonzero(ends), unweighted=True, min_only=True)
+
+
+def _moves(xy: Array, low: Array, high: Array, longest: float, apart: float) -> csr_array:
+    """Pairs of places between which a foot goes at once."""
+    one, other = KDTree(xy).query_pairs(longest, output_type="ndarray").T
+    near = np.maximum(low[one], low[other]) - np.minimum(high[one], high[other]) <= apart
+    one, other = one[near], other[near]
+    return csr_array((np.ones(len(one)), (one, other)), shape=(len(xy), len(xy)))
