@@ -91,6 +91,26 @@ def test_the_first_foot_move_of_a_walk_that_ends_before_the_goal_says_why(decide
     assert decides(1, so_far=short).reason == f"the walk fits: foot move 2 of {walk.foot_moves} is next"
 
 
+def test_a_foot_that_comes_down_on_ground_of_memory_alone_is_told(decides, walk, ground):
+    """The newest images show the ground but where the first foot comes down; no other foot move says so."""
+    grid, there = ground.geometry, walk.stances[1].contacts[walk.legs[0]]
+    rows, cols = np.mgrid[: grid.rows, : grid.cols]
+    away = np.hypot(grid.x0 + grid.resolution * cols - there[0], grid.y0 + grid.resolution * rows - there[1])
+    ones = np.ones(grid.shape, np.uint8)
+
+    def dem(age):
+        layers = {"variance": ones.astype(np.float32), "count": ones.astype(np.uint16), "source": ones}
+        return replace(ground, time=1.7e9 - np.where(away < 0.1, age, 0.0), sources=("front",), **layers)
+
+    old = f"; leg {walk.legs[0]} comes down on ground last seen 300 s before the newest"
+    assert decides(0, dem=dem(300.0)).reason.endswith(old)
+    assert decides(0, dem=dem(5.0)).reason == f"the walk fits: foot move 1 of {walk.foot_moves} is next"
+    near = [np.hypot(*(walk.stances[at + 1].contacts[walk.legs[at]] - there)[:2]) for at in range(1, walk.foot_moves)]
+    far = 1 + int(np.argmax(near))
+    assert near[far - 1] > 0.6
+    assert "last seen" not in decides(far, dem=dem(300.0)).reason
+
+
 so_fars = st.builds(
     SoFar,
     moved=st.integers(0, 4),

@@ -38,7 +38,7 @@ def costed(
         costs += weights.roughness * roughness_under(dem, places, radius)
     remembers, at = (dem, places.contacts) if frame is None else (frame.dem, frame.to_site(places.contacts))
     if weights.age > 0:
-        costs += weights.age / HOUR * _most_under(remembers, ages(remembers), at, radius)
+        costs += weights.age / HOUR * oldest_under(remembers, at, radius)
     if weights.deviation > 0 and remembers.variance is not None:
         costs += weights.deviation * _most_under(remembers, np.sqrt(remembers.variance), at, radius)
     return replace(places, costs=costs)
@@ -57,6 +57,12 @@ def roughness_under(dem: Dem, places: Footfalls, radius: float) -> Array:
     columns = np.column_stack([dx, dy, np.ones(_UNDER)])
     off = z - z @ np.linalg.pinv(columns).T @ columns.T
     return normals[:, 2] * np.sqrt(np.square(off).mean(axis=1))
+
+
+def oldest_under(dem: Dem, places: Array, radius: float) -> Array:
+    """By how much the oldest ground within ``radius`` [m] of places (n, 3) was measured before the newest of the map,
+    (n,) [s]; 0 where nothing says."""
+    return _most_under(dem, ages(dem), places, radius)
 
 
 def _most_under(dem: Dem, layer: NDArray[np.float32], places: Array, radius: float) -> Array:

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from footfall.maps.standing import STANDING_GAP
 from footfall.planning.walk.footfalls import unknown_away
+from footfall.planning.walk.ground_cost import oldest_under
 from footfall.planning.walk.problem import WalkPlan, part_told
 from footfall.robot.model import Robot
 from footfall.terrain.dem import Dem
+from footfall.terrain.fusion.age import BANDS
 from footfall.terrain.ground.surface import height_at
 
 Array = NDArray[np.float64]
@@ -35,6 +37,20 @@ def unknown_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int
                 f"{leg} ({at[0]:z.2f}, {at[1]:z.2f}), within {robot.wheel_radius:g} m"
             )
     return ""
+
+
+def remembered_ground(robot: Robot, dem: Dem, walk: WalkPlan, first: int, last: int) -> str:
+    """Which foot of the foot moves ``first`` … ``last − 1`` comes down on the oldest ground, where that counts as
+    older; or nothing."""
+    numbers = range(first, min(last, walk.foot_moves))
+    if not numbers:
+        return ""
+    put = np.array([walk.stances[number + 1].contacts[walk.legs[number]] for number in numbers])
+    old = oldest_under(dem, put, robot.wheel_radius)
+    oldest = int(np.argmax(old))
+    if not old[oldest] >= BANDS[0]:
+        return ""
+    return f"leg {walk.legs[numbers[oldest]]} comes down on ground last seen {old[oldest]:z.0f} s before the newest"
 
 
 def moved_ground(dem: Dem, walk: WalkPlan, first: int) -> str:
