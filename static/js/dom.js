@@ -1,6 +1,6 @@
 // Small ways of building the page. Text goes in as text: nothing from rover, file or server is read as markup.
 
-export { age, fixed, signed } from "./figures.js";
+export { age, asTyped, fixed, signed } from "./figures.js";
 
 /** @type {(id: string) => any} whatever kind of element has that id */
 export const $ = (id) => document.getElementById(id);

@@ -1,14 +1,19 @@
 // Figures as the page writes them: digits, signs and ages, each in one way. No part of the page is needed.
 
-// A number for a text or a field, "–" where there is none. What rounds to nothing has no sign.
-export function fixed(value, digits = 3) {
+// A number as it is typed: for a field, an address, a style. "–" where there is none. What rounds to nothing has no sign.
+export function asTyped(value, digits = 3) {
   return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "") : "–";
 }
+
+// A number to be read: as typed, with a true minus sign.
+export const fixed = (value, digits = 3) => asTyped(value, digits).replace("-", "−");
+
+// A number with the digits that it has, up to six behind the point, as on an axis.
+export const bare = (value) => String(Number(asTyped(value, 6))).replace("-", "−");
 
 // A difference: with its sign either way, without one where it rounds to nothing.
 export function signed(value, digits = 3) {
   const told = fixed(value, digits);
-  if (told.startsWith("-")) return told.replace("-", "−");
   return Number(told) > 0 ? `+${told}` : told;
 }
 

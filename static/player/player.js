@@ -19,7 +19,7 @@ function row(...cells) {
 }
 
 const clock = (time) => new Date(time * 1000).toISOString().slice(0, 19).replace("T", " ");
-const fixed = (number, digits = 3) => (typeof number === "number" ? number.toFixed(digits) : "–");
+const fixed = (number, digits = 3) => (typeof number === "number" ? number.toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "−") : "–");
 
 $("name").textContent = story.name;
 $("about").textContent = `Recorded session of the rover ${story.robot}, ${story.events.length} events. Written by FootFall ${story.software}; nothing can be sent from here.`;

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import held, press
+from tests.support.page_steps import figure, held, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -48,7 +48,7 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
         suggested = client.post("/sessions/current/suggestions", json={"leg": 2}).json()["footfalls"]
     listed = console.locator("#suggestions li").all_inner_texts()
     for text, one in zip(listed, suggested, strict=True):
-        assert f"({one['x']:.2f}, {one['y']:.2f}) m" in text
+        assert f"({figure(one['x'], 2)}, {figure(one['y'], 2)}) m" in text
         assert one["reasons"][-1] in text
         assert one["apart"]["text"] in text
     assert len({one["apart"]["text"] for one in suggested}) == 5
@@ -74,11 +74,11 @@ def test_suggestions_and_two_layers_side_by_side(console: Page, quiet: Running, 
     console.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.3 * box["height"])
     read = console.locator("#map-read")
     expect(read).to_contain_text("slope")
-    told = re.search(r"\((-?[\d.]+), (-?[\d.]+)\) m", read.inner_text())
+    told = re.search(r"\(([−\d.]+), [−\d.]+\) m", read.inner_text())
     assert told is not None
     grid = about["geometry"]
     expected = grid["x0"] + grid["resolution"] * (0.4 * grid["cols"] - 0.5)
-    assert abs(float(told[1]) - expected) < 2 * grid["resolution"] + 0.01
+    assert abs(float(told[1].replace("−", "-")) - expected) < 2 * grid["resolution"] + 0.01
     look("side-by-side")
 
 
@@ -99,7 +99,7 @@ def test_a_what_if_is_marked_and_ends(page: Page, served: Running, look: Keep) -
     press(page, "Show what if")
     until(lambda: held(served)["what_if"], "the what-if")
     assert held(served)["what_if"]["dz"] == pytest.approx(-0.1)
-    expect(page.locator("#status-what-if")).to_contain_text("up -0.100 m")
+    expect(page.locator("#status-what-if")).to_contain_text("up −0.100 m")
     # colours follow the shifted chassis, not the rover
     until(lambda: held(served)["maps_current"].get("2"), "maps of the shifted chassis")
     with served.client() as client:

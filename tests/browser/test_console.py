@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.support.page_steps import held
+from tests.support.page_steps import figure, held
 from tests.support.server import Running
 from tests.support.spoken import current, say, say_at
 from tests.support.waiting import until
@@ -139,7 +139,7 @@ def test_plots_show_what_was_said_and_mark_what_is_stale(console: Page, quiet: R
     live = current(quiet)
     assert live.rover.frame is not None
     for i in range(3):
-        expect(listed.nth(i)).to_contain_text(f"{live.rover.frame.state.T_site_base[i, 3]:.3f}")
+        expect(listed.nth(i)).to_contain_text(figure(live.rover.frame.state.T_site_base[i, 3], 3))
     assert console.locator("#plot canvas").count() == 1
     expect(console.locator("#plot-note")).to_contain_text("Stale")
     expect(console.locator("#legs-note")).to_contain_text("Stale")

@@ -110,7 +110,7 @@ def test_a_step_is_planned_and_made_into_commands_without_a_pointer(
         console.keyboard.press("Tab")
     console.keyboard.press("Enter")  # Choose
     until(lambda: held(quiet)["footfall"]["x"] == -0.45, "the typed footfall")
-    expect(console.locator("#footfall-answer")).to_contain_text("-0.450")
+    expect(console.locator("#footfall-answer")).to_contain_text("−0.450")
     console.keyboard.press("p")
     until(lambda: held(quiet)["plan"]["digest"] != before["plan"]["digest"], "the plan")
     assert held(quiet)["plan"]["status"] == "found"

@@ -52,7 +52,7 @@ def test_measured_sag_is_told_beside_the_predicted(page: Page, served: Running, 
     for row, one in zip(rows.all(), compared["differences"], strict=True):
         digits = 0 if one["unit"] == "N" else 3
         numbers = [one[name] for name in ("predicted", "measured", "difference", "uncertainty")]
-        assert [float(cell) for cell in row.locator("td").all_inner_texts()[:4]] == pytest.approx(
+        assert [float(cell.replace("−", "-")) for cell in row.locator("td").all_inner_texts()[:4]] == pytest.approx(
             [round(number, digits) for number in numbers], abs=1.1 * 10**-digits
         )
         assert row.locator("td").last.inner_text() == "●"

@@ -16,7 +16,8 @@ SCRIPT = """
     const asked = JSON.parse(await new Response(process.stdin).text());
     console.log(JSON.stringify(asked.map(([name, ...given]) => made[name](...given))));
 """
-FIGURE = re.compile(r"-?\d+(\.\d+)?")
+FIGURE = re.compile(r"−?\d+(\.\d+)?")
+MINUS = "−"
 
 
 def answers(module: str, asked: list[list[Any]]) -> list[Any]:
@@ -42,18 +43,38 @@ numbers = st.lists(
 @settings(max_examples=3, deadline=None)
 @given(numbers)
 def test_what_rounds_to_nothing_has_no_sign_and_all_else_keeps_its_own(given):
-    fixed = answers("figures.js", [["fixed", *one] for one in given])
-    signed = answers("figures.js", [["signed", *one] for one in given])
-    for (value, digits), text, difference in zip(given, fixed, signed, strict=True):
+    fixed, signed, typed = (
+        answers("figures.js", [[name, *one] for one in given]) for name in ("fixed", "signed", "asTyped")
+    )
+    for (value, digits), text, difference, field in zip(given, fixed, signed, typed, strict=True):
         assert FIGURE.fullmatch(text), text
-        told = float(text)
+        told = float(field)
+        assert field == text.replace(MINUS, "-")
         assert abs(told - value) <= 0.5000001 * 10**-digits + 1e-9 * abs(value)
         if told == 0:
-            assert not text.startswith("-")
+            assert not text.startswith(MINUS)
             assert difference == text
         else:
             assert math.copysign(1, told) == math.copysign(1, value)
-            assert difference == ("−" if told < 0 else "+") + text.lstrip("-")
+            assert difference == (MINUS if told < 0 else "+") + text.lstrip(MINUS)
+
+
+@settings(max_examples=3, deadline=None)
+@given(st.lists(st.tuples(st.floats(-1e4, 1e4), st.integers(0, 3)), min_size=100, max_size=200))
+def test_every_figure_with_a_unit_has_a_true_minus_sign(given):
+    names = ("metres", "degrees", "percent", "radians", "seconds")
+    asked = [[name, *one] for one in given for name in names]
+    asked += [[name, value] for value, _ in given for name in ("millimetres", "newtons", "bare")]
+    asked += [["place", [value, -value], digits] for value, digits in given]
+    for text in answers("figures.js", asked):
+        assert "-" not in text
+        assert not re.search(rf"{MINUS}0(\.0+)?(?![\d.])", text), text
+
+
+def test_marks_of_an_axis_have_the_digits_that_they_have():
+    assert answers("figures.js", [["bare", one] for one in (-2.5, 0.1 + 0.2, -0.0, 40, -1e-12)]) == [
+        *("−2.5", "0.3", "0", "40", "0")
+    ]
 
 
 def test_what_is_no_number_has_no_figure():

@@ -16,7 +16,7 @@ from footfall.telemetry.images import ImagePair, Snapshot
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 from tests.browser.test_console_access import SMALL, violations
-from tests.support.page_steps import held
+from tests.support.page_steps import figure, held
 from tests.support.server import Running
 from tests.support.spoken import current, say
 from tests.support.waiting import until
@@ -81,7 +81,7 @@ def test_a_click_on_the_ground_in_an_image_chooses_the_footfall(console: Page, q
     assert (chosen["x"], chosen["y"]) == pytest.approx((-0.2, 2.2), abs=0.03)
     assert held(quiet)["footfall_answer"]["known"]
     assert dem.digest == held(quiet)["dem"]
-    expect(console.locator("#footfall-answer")).to_contain_text(f"{chosen['x']:.3f}")
+    expect(console.locator("#footfall-answer")).to_contain_text(figure(chosen["x"], 3))
     look("chosen")
 
     # while the goal of a walk is asked for, it is that which is set

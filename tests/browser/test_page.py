@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
 import footfall_ui.scene.drawing
-from tests.support.page_steps import held
+from tests.support.page_steps import figure, held
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -115,7 +115,7 @@ def test_the_first_step_of_the_readme(picked: list[Any], page: Page, served: Run
     gauge.click()
     assert np.hypot(clicked["x"] + 0.55, clicked["y"] - 1.65) < 0.1
     answer = held(served)["footfall_answer"]
-    expect(page.locator("#footfall-answer")).to_contain_text(f"{answer['x']:.3f}")
+    expect(page.locator("#footfall-answer")).to_contain_text(figure(answer["x"], 3))
     look("3-clicked")
     page.locator("#footfall-x").fill("-0.432")
     page.locator("#footfall-y").fill("1.794")

@@ -6,7 +6,7 @@ import re
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import held, made, press
+from tests.support.page_steps import figure, held, made, press
 from tests.support.server import Running
 from tests.support.spoken import current, say
 from tests.support.waiting import until
@@ -122,4 +122,4 @@ def test_what_rounds_to_nothing_has_no_sign(console: Page) -> None:
         numbers,
     )
     for digits, texts in zip((0, 2, 3), said, strict=True):
-        assert texts == [f"{number:z.{digits}f}" for number in numbers]
+        assert texts == [figure(number, digits) for number in numbers]

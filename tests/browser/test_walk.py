@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from footfall.planning.stance.stand import stand
 from tests.support.chassis_ground import wavy
-from tests.support.page_steps import held, press
+from tests.support.page_steps import figure, held, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -46,7 +46,7 @@ def test_a_walk_is_asked_for_and_told(console: Page, quiet: Running, look: Keep)
     expect(told.locator("ol li")).to_have_count(len(plan["legs"]))
     leg = plan["legs"][0]
     x, y, _ = plan["stances"][1]["contacts"][leg]
-    expect(told.locator("ol li").first).to_contain_text(f"leg {leg} to ({x:.2f}, {y:.2f}) m, margin ")
+    expect(told.locator("ol li").first).to_contain_text(f"leg {leg} to ({figure(x, 2)}, {figure(y, 2)}) m, margin ")
     least, most = min(plan["margins"]), max(plan["torques"])
     worst = told.locator("ol li span[title]:not([title=''])")
     expect(worst.filter(has_text=f"margin {least:.2f} m (least)")).to_have_count(1)

@@ -9,7 +9,7 @@ from footfall.core.value import fields_of
 from footfall.planning.choice.onward import CHOOSERS
 from footfall.planning.walk_execution.decision import WayOnSettings
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import held, keep_pressed
+from tests.support.page_steps import figure, held, keep_pressed
 from tests.support.server import Running
 from tests.support.waiting import BOUND_MS, until
 
@@ -52,7 +52,9 @@ def test_it_is_begun_held_let_go_on_and_cancelled(page: Page, served: Running, l
     expect(page.locator("#loop-now")).to_contain_text("Decided: go: the walk fits", timeout=BOUND_MS)
     expect(next_act).to_have_text("Hold the walk", timeout=BOUND_MS)
     at_which = re.compile(r"foot move \d+ of \d+: leg \d")
-    expect(page.locator("#next-about")).to_contain_text(f"By itself to ({goal['x']:.2f}, {goal['y']:.2f}) m: foot move")
+    expect(page.locator("#next-about")).to_contain_text(
+        f"By itself to ({figure(goal['x'], 2)}, {figure(goal['y'], 2)}) m: foot move"
+    )
     expect(page.locator("#loop-part")).to_have_text(at_which)
     expect(page.locator("#loop-way")).to_have_text(
         re.compile(r"^This piece by the walk planner: \d+ foot moves, \d+ s of motion\.$")

@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from footfall.planning.stance.stand import stand
 from tests.support.chassis_ground import wavy
-from tests.support.page_steps import held, press
+from tests.support.page_steps import figure, held, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -64,7 +64,7 @@ def test_a_walk_on_a_tether_is_asked_for_and_told(console: Page, quiet: Running,
     )
     moves = np.array(made["plan"]["moves"])
     out = float(np.diff(lengths)[moves[1:] == 0].sum())
-    expect(told.locator("ol li").first).to_contain_text(f", tether {'+' if out > 0 else ''}{out:.2f} m")
+    expect(told.locator("ol li").first).to_contain_text(f", tether {'+' if out > 0 else ''}{figure(out, 2)} m")
     expect(console.locator("#walk-doubt")).to_be_hidden()
     look("on-a-tether")
 

@@ -17,6 +17,11 @@ def held(served: Running, path: str = SESSION):
         return client.get(path).json()
 
 
+def figure(value: float, digits: int) -> str:
+    """A number as the page writes it to be read: with a true minus sign, without one where it rounds to nothing."""
+    return f"{value:z.{digits}f}".replace("-", "−")
+
+
 def press(page: Page, name: str) -> None:
     """Click the button of that name, which may say after a colon of what."""
     page.get_by_role("button", name=re.compile(rf"^{re.escape(name)}(:|$)")).click()

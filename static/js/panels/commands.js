@@ -3,7 +3,7 @@
 import { ROOT, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
 import { act } from "../acts.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { edit, redo, undo } from "../edits.js";
 import { answered, awaited } from "../planning.js";
 import { alive, changed, known, silent, subscribe } from "../store.js";
@@ -193,7 +193,7 @@ function toldTether({ tether_lengths: lengths }, row) {
 function tableRow(command, row, broken, state, tether) {
   const mine = broken.filter((rule) => rule.row === row);
   const duration = element("input", {
-    type: "number", min: "0", step: "any", value: fixed(command.duration), ariaLabel: texts.secondsOf(row + 1),
+    type: "number", min: "0", step: "any", value: asTyped(command.duration), ariaLabel: texts.secondsOf(row + 1),
     onchange: (event) => {
       const seconds = Number(event.target.value);
       event.target.blur();

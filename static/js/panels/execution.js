@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { get, once, post, request } from "../api.js";
 import { choices } from "../choices.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, asTyped, attempt, element, fixed } from "../dom.js";
 import { outOfDate } from "../fits.js";
 import { answered } from "../planning.js";
 import { changed, known, subscribe } from "../store.js";
@@ -218,7 +218,7 @@ const same = ({ was, now }) => Math.abs(now - was) < 1e-6 * was;
 
 const mayBeTaken = () => calibration !== null && !same(calibration);
 
-const rounded = (scale) => String(Number(fixed(scale, 4)));
+const rounded = (scale) => String(Number(asTyped(scale, 4)));
 
 // A scale that is typed stands above what is taken over: it goes, so that what is said counts. Undo brings back the old.
 const takeOver = () => attempt(async () => {

@@ -2,7 +2,7 @@
 
 import { act } from "../acts.js";
 import { chooseFootfall } from "../choosing.js";
-import { $, element, fixed } from "../dom.js";
+import { $, asTyped, element } from "../dom.js";
 import { reveal } from "../layout.js";
 import { subscribe } from "../store.js";
 import * as texts from "../texts/footfall.js";
@@ -29,8 +29,8 @@ function draw({ summary }) {
   }
   if (!$("footfall-form").contains(document.activeElement)) {
     // never write over what the operator is typing
-    $("footfall-x").value = fixed(answer.x);
-    $("footfall-y").value = fixed(answer.y);
+    $("footfall-x").value = asTyped(answer.x);
+    $("footfall-y").value = asTyped(answer.y);
   }
   $("footfall-answer").replaceChildren(
     element("p", {

@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { put } from "../api.js";
 import { followCursor } from "../cursor.js";
-import { $, attempt, fixed } from "../dom.js";
+import { $, asTyped, attempt } from "../dom.js";
 import { follows, notOwn } from "../following.js";
 import { endBeside, footMoveTold, waypointAt } from "../footmoves.js";
 import { momentAt, pace, played, rowAt, timeAt, travelOf, walkPlayed } from "../pace.js";
@@ -176,7 +176,7 @@ function read(moment) {
   const now = time ?? timeAt(way, moment);
   const row = rowAt(way, now);
   $("scrub-read").textContent = texts.atRow(share, way.names[row], row + 1, way.names.length);
-  if (document.activeElement !== $("scrub-time")) $("scrub-time").value = fixed(now, 1);
+  if (document.activeElement !== $("scrub-time")) $("scrub-time").value = asTyped(now, 1);
   $("scrub-whole").textContent = texts.ofWhole(way.seconds.at(-1));
 }
 

@@ -4,7 +4,7 @@
 import { act } from "../acts.js";
 import { PAGE, put } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, fixed } from "../dom.js";
+import { $, asTyped, attempt } from "../dom.js";
 import { follows } from "../following.js";
 import { heardFirst } from "../keys.js";
 import { reveal } from "../layout.js";
@@ -76,21 +76,21 @@ function goAhead() {
   const T = known.frame?.T_site_base;
   if (!T || $("walk-ahead").value === "") return;
   const toward = facing(T) + (Number($("walk-toward").value) * Math.PI) / 180;
-  $("walk-x").value = fixed(T[0][3] + Number($("walk-ahead").value) * Math.cos(toward));
-  $("walk-y").value = fixed(T[1][3] + Number($("walk-ahead").value) * Math.sin(toward));
+  $("walk-x").value = asTyped(T[0][3] + Number($("walk-ahead").value) * Math.cos(toward));
+  $("walk-y").value = asTyped(T[1][3] + Number($("walk-ahead").value) * Math.sin(toward));
 }
 
 const facing = (T) => Math.atan2(T[1][0], T[0][0]);
 
 // The place, and the way there from where the chassis is; without telemetry nobody knows that way.
 function write(x, y) {
-  $("walk-x").value = fixed(x);
-  $("walk-y").value = fixed(y);
+  $("walk-x").value = asTyped(x);
+  $("walk-y").value = asTyped(y);
   const T = known.frame?.T_site_base;
   const [east, north] = T ? [x - T[0][3], y - T[1][3]] : [0, 0];
   const turn = T ? Math.atan2(north, east) - facing(T) : 0;
-  $("walk-ahead").value = T ? fixed(Math.hypot(east, north), 2) : "";
-  $("walk-toward").value = fixed((Math.atan2(Math.sin(turn), Math.cos(turn)) * 180) / Math.PI, 0);
+  $("walk-ahead").value = T ? asTyped(Math.hypot(east, north), 2) : "";
+  $("walk-toward").value = asTyped((Math.atan2(Math.sin(turn), Math.cos(turn)) * 180) / Math.PI, 0);
 }
 
 function draw({ summary }) {

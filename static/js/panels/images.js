@@ -5,7 +5,7 @@ import { act } from "../acts.js";
 import { get } from "../api.js";
 import { choiceText, isTicked, tick } from "../cameras.js";
 import { chooseFootfall } from "../choosing.js";
-import { $, element, fixed, toast } from "../dom.js";
+import { $, asTyped, element, toast } from "../dom.js";
 import { clock } from "../events.js";
 import { cross, lines } from "../imagelines.js";
 import { isShown, reveal } from "../layout.js";
@@ -243,7 +243,7 @@ async function choose(place) {
     return;
   }
   const mine = ++asked;
-  const [u, v] = place.map((one, i) => fixed(Math.min([size().width, size().height][i] - 0.5, Math.max(-0.5, one)), 2));
+  const [u, v] = place.map((one, i) => asTyped(Math.min([size().width, size().height][i] - 0.5, Math.max(-0.5, one)), 2));
   try {
     const { point, reason } = await get(`/sessions/current/images/${encodeURIComponent(pair)}/${side()}/at?u=${u}&v=${v}&of=${list.snapshot}`);
     if (mine !== asked) return;

@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { ROOT, get } from "../api.js";
 import { chooseFootfall } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, asTyped, attempt, element } from "../dom.js";
 import { layerOptions, subscribeToLayers } from "../layers.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
@@ -154,7 +154,7 @@ function readOut(at) {
   waiting = setTimeout(async () => {
     const mine = ++asked;
     const [x, y] = at;
-    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${fixed(x, 4)}&y=${fixed(y, 4)}`));
+    const answer = await attempt(() => get(`/sessions/current/maps/${about.digest}/at?x=${asTyped(x, 4)}&y=${asTyped(y, 4)}`));
     if (answer && mine === asked) showPoint(answer);
   }, PATIENCE);
 }

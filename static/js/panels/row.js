@@ -1,7 +1,7 @@
 // One row of the commands, chosen in the list: its joints, its place, split in two, a pause before it, deleted.
 
 import { act } from "../acts.js";
-import { $, element, fixed } from "../dom.js";
+import { $, asTyped, element } from "../dom.js";
 import { edit } from "../edits.js";
 import { known, subscribe } from "../store.js";
 import * as texts from "../texts/commands.js";
@@ -69,7 +69,7 @@ function jointField(command, row, joint, angle) {
   const name = command.leg === null ? `${Math.floor(joint / 6)} ${shortName(names[whole])}` : shortName(names[whole]);
   return element("label", { textContent: `${name} `, title: texts.range(lower[whole], upper[whole]) },
     element("input", {
-      type: "number", step: "any", value: fixed(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1),
+      type: "number", step: "any", value: asTyped(angle, 4), ariaLabel: texts.jointOfRow(name, row + 1),
       onchange: (event) => {
         const number = Number(event.target.value);
         event.target.blur();

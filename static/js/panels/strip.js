@@ -1,7 +1,7 @@
 // A walk on one strip over the ghost's slider: its foot moves, the margin and the torque along it, and where each is worst.
 
 import { act } from "../acts.js";
-import { $, element, fixed } from "../dom.js";
+import { $, asTyped, element } from "../dom.js";
 import { along, footMoveTold, worstOf } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
 import { known, subscribe } from "../store.js";
@@ -44,7 +44,7 @@ function pointAt(moment) {
   $("strip-now").style.left = percent(moment);
 }
 
-const percent = (share) => `${fixed(100 * share)}%`;
+const percent = (share) => `${asTyped(100 * share)}%`;
 
 function show(plan) {
   const { moments, ends } = along(plan);

@@ -6,6 +6,7 @@ import { followCursor, moment, point } from "../cursor.js";
 import { $, element, fixed } from "../dom.js";
 import { earlier } from "../earlier.js";
 import { clock } from "../events.js";
+import { bare } from "../figures.js";
 import { isShown, reveal } from "../layout.js";
 import { channelsOf, heardFrom, since } from "../samples.js";
 import { known, subscribe } from "../store.js";
@@ -116,7 +117,7 @@ function build(quantity, channels) {
     width: Math.max(200, $("plot").clientWidth), height: HEIGHT, legend: { show: false },
     cursor: { drag: { x: false, y: false }, points: { show: false } },
     scales: { x: { time: true, auto: false }, y: { range: (_, low, high) => range(channels, low, high) } },
-    axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
+    axes: [{ ...axis, size: 28, space: 62, values: (_, times) => times.map(clock) }, { ...axis, size: 54, space: 22, values: (_, marks) => marks.map(bare), label: QUANTITIES[quantity].unit, labelSize: 16, labelFont: axis.font }],
     series: [{}, ...channels.map(({ name }, i) => ({ label: name, stroke: () => ink(LINES[i % LINES.length][0]), dash: LINES[i % LINES.length][1], width: 1.5 }))],
     hooks: { drawAxes: [shade, hatch], draw: [limits, cursor], ready: [(made) => made.over.addEventListener("click", () => point(made.posToVal(made.cursor.left, "x")))] },
   }, [[], ...channels.map(() => [])], $("plot"));

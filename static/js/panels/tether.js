@@ -1,7 +1,7 @@
 // Tether: what the rover hangs on in its walk, from fields, and what its drum does on the way, in words.
 
 import { act } from "../acts.js";
-import { $, fixed } from "../dom.js";
+import { $, asTyped } from "../dom.js";
 import { known } from "../store.js";
 import * as texts from "../texts/walk.js";
 
@@ -36,7 +36,7 @@ const notTaken = () => (Number.isFinite(known.summary?.footfall_answer?.z) ? "" 
 
 function takeFootfall() {
   const { x, y, z } = known.summary.footfall_answer;
-  for (const [axis, value] of [x, y, z].entries()) $(ANCHOR[axis]).value = fixed(value);
+  for (const [axis, value] of [x, y, z].entries()) $(ANCHOR[axis]).value = asTyped(value);
   $("panel-walk").open = true;
   $("walk-tether").open = true;
   $("tether-on").checked = true;

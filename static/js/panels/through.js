@@ -3,7 +3,7 @@
 
 import { act } from "../acts.js";
 import { get, put } from "../api.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, asTyped, attempt, element } from "../dom.js";
 import { changed, known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
 import * as texts from "../texts/footfall.js";
@@ -60,7 +60,7 @@ const change = (to) => attempt(() => {
 
 function row(point, i) {
   const fields = ["x", "y", "z"].map((name, axis) => {
-    const field = element("input", { type: "number", step: String(STEP), value: fixed(point[axis]) });
+    const field = element("input", { type: "number", step: String(STEP), value: asTyped(point[axis]) });
     field.setAttribute("aria-label", texts.axisOfPoint(name, i + 1));
     field.addEventListener("change", () => {
       if (field.value === "") return;

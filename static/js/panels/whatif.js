@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { get, once, post, put, request } from "../api.js";
 import { settled } from "../choosing.js";
-import { $, attempt, element, fixed } from "../dom.js";
+import { $, asTyped, attempt, element } from "../dom.js";
 import { reveal } from "../layout.js";
 import { known, subscribe } from "../store.js";
 import { refresh } from "../stream.js";
@@ -44,7 +44,7 @@ function toggle() {
 const shift = () => Object.fromEntries(FIELDS.map(([name, , unit]) => [name, Number($(`shift-${name}`).value) * unit]));
 
 function write(wanted) {
-  for (const [name, , unit] of FIELDS) $(`shift-${name}`).value = String(Number(fixed(wanted[name] / unit, 4)));
+  for (const [name, , unit] of FIELDS) $(`shift-${name}`).value = String(Number(asTyped(wanted[name] / unit, 4)));
 }
 
 async function show() {
