@@ -2,6 +2,7 @@
 
 import { known } from "./store.js";
 import * as texts from "./texts/page.js";
+import { readable } from "./words.js";
 
 export const ROOT = "/api/v1";
 
@@ -44,7 +45,7 @@ export async function request(method, path, body, headers = {}, patience = 0) {
   }
   if (response.status === 401) location.assign("/login.html?ended");
   const type = response.headers.get("Content-Type") || "";
-  const answer = type.includes("json") ? await response.json() : await response.blob();
+  const answer = type.includes("json") ? readable(await response.json()) : await response.blob();
   if (!response.ok) throw new Problem(response.status, answer instanceof Blob ? {} : answer);
   return { body: answer, response };
 }

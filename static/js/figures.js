@@ -11,6 +11,10 @@ export const fixed = (value, digits = 3) => asTyped(value, digits).replace("-", 
 // A number with the digits that it has, up to six behind the point, as on an axis.
 export const bare = (value) => String(Number(asTyped(value, 6))).replace("-", "−");
 
+// Words that were written elsewhere: a hyphen before a number becomes a true minus sign. One inside of a name, a date, a
+// range or an exponent stays. Before a number are blanks, brackets, commas and the like.
+export const withSigns = (text) => text.replace(/(?<=^|[\s([,;:±<>≤≥…])-(?=\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\.?[\w-]))/g, "−");
+
 // A difference: with its sign either way, without one where it rounds to nothing.
 export function signed(value, digits = 3) {
   const told = fixed(value, digits);

@@ -5,6 +5,7 @@ import { PAGE, ROOT, request } from "./api.js";
 import { toast } from "./dom.js";
 import { changed, known } from "./store.js";
 import * as texts from "./texts/page.js";
+import { readable } from "./words.js";
 
 const LOOK_PERIOD = 2000; // ms: what no event tells (the rover moved, the server hangs) shows after this long
 const PATIENCE = 5000; // ms
@@ -97,7 +98,7 @@ function listen() {
     setTimeout(listen, code === NO_ROOM ? 10 * RETRY : RETRY);
   });
   line.addEventListener("message", (message) => {
-    const { type, data } = JSON.parse(message.data);
+    const { type, data } = readable(JSON.parse(message.data));
     (take[type] ?? look)(data);
     // no more is sent than this page can show: what it shows is never old, however slow page or network are
     if (type === "telemetry") line.send(JSON.stringify({ heard: data.number }));

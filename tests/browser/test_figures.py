@@ -77,6 +77,55 @@ def test_marks_of_an_axis_have_the_digits_that_they_have():
     ]
 
 
+def test_words_from_elsewhere_have_true_minus_signs_and_names_dates_ranges_and_exponents_stay():
+    told = {
+        "leg 2 is -0.0123 rad off": "leg 2 is −0.0123 rad off",
+        "-3 m": "−3 m",
+        "at (-0.432, -1.794) m, by -5° and -20%.": "at (−0.432, −1.794) m, by −5° and −20%.",
+        "between -0.5…-0.3 rad: -1.": "between −0.5…−0.3 rad: −1.",
+        "off by -1.5e-9": "off by −1.5e-9",
+    }
+    kept = [
+        *("rows 3-5 of 2026-11-27", "pair_left-3", "conservative-support", "pair -3a of a-1.tif", "a - 5", "1e-9"),
+        *("/api/v1/maps?x=-0.4&y=-1", "-1.2.3", "-2026-11-27", "m-1", "--3", "- 3", "", "−3"),
+    ]
+    assert answers("figures.js", [["withSigns", one] for one in (*told, *kept)]) == [*told.values(), *kept]
+
+
+@given(st.lists(st.tuples(st.floats(-1e4, 1e4), st.integers(0, 4)), min_size=100, max_size=200))
+@settings(max_examples=3, deadline=None)
+def test_a_number_in_words_is_written_as_the_page_writes_it(given):
+    words = [f"off by {value:z.{digits}f} m, {value:z.{digits}f}." for value, digits in given]
+    signed = answers("figures.js", [["withSigns", one] for one in words])
+    assert signed == [one.replace("-", MINUS) for one in words]
+
+
+def test_only_words_of_an_answer_get_them():
+    numbers = [[-1.5, -2], [-3]]
+    answer = {
+        "reason": "off by -1 m",
+        "reasons": ["at -2 m", "none"],
+        "checks": [{"name": "a -1", "where": "row -1", "margin": -0.1}],
+        "left_out": {"pair -1": "seen from -3 m"},
+        "id": "-1",
+        "waypoints": numbers,
+        "mixed": ["-1", None, {"text": "-1 of -1"}],
+        "plan": None,
+    }
+    assert answers("words.js", [["readable", answer]]) == [
+        {
+            "reason": "off by −1 m",
+            "reasons": ["at −2 m", "none"],
+            "checks": [{"name": "a -1", "where": "row −1", "margin": -0.1}],
+            "left_out": {"pair -1": "seen from −3 m"},
+            "id": "-1",
+            "waypoints": numbers,
+            "mixed": ["-1", None, {"text": "−1 of −1"}],
+            "plan": None,
+        }
+    ]
+
+
 def test_what_is_no_number_has_no_figure():
     assert answers("figures.js", [["fixed", one] for one in (None, "1", True, [])]) == ["–"] * 4
 

@@ -9,7 +9,7 @@ from playwright.sync_api import Page, expect
 from footfall.session import commanding
 from footfall.session.gate import machine
 from tests.browser.test_console_access import violations
-from tests.support.page_steps import SESSION, held, press
+from tests.support.page_steps import SESSION, as_shown, held, press
 from tests.support.server import Running
 from tests.support.waiting import BOUND_MS
 
@@ -64,7 +64,7 @@ def test_what_was_refused_is_in_sight_with_its_reason(console: Page, quiet: Runn
     expect(button).to_have_text("Plan walk", timeout=BOUND_MS)
     button.click()
     expect(button).to_have_text("Choose another goal", timeout=BOUND_MS)
-    reason = held(quiet, f"{SESSION}/walks/current")["reason"]
+    reason = as_shown(held(quiet, f"{SESSION}/walks/current")["reason"])
     assert reason
     expect(console.locator("#verdict")).to_have_text(re.compile(rf"^No walk \([a-z ]+\): {re.escape(reason)}$"))
     expect(console.locator("#verdict")).to_have_class("no")

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
 import footfall_ui.scene.drawing
-from tests.support.page_steps import figure, held
+from tests.support.page_steps import as_shown, figure, held
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -201,7 +201,7 @@ def test_a_refused_footfall_says_why(console: Page, quiet: Running, look: Keep) 
     expect(console.locator("#footfall-answer")).to_contain_text("out of reach")
     console.get_by_role("button", name="Plan step", exact=True).click()
     expect(console.locator("#plan-answer")).to_contain_text("No plan")
-    reason = held(quiet)["plan"]["reason"]
+    reason = as_shown(held(quiet)["plan"]["reason"])
     assert "leg" in reason
     expect(console.locator("#plan-answer")).to_contain_text(reason)
     expect(console.locator("#job-said")).to_have_text(f"No plan: {reason}")
@@ -220,7 +220,7 @@ def test_an_edit_that_breaks_a_rule_is_marked_and_can_be_undone(page: Page, serv
     with served.client() as client:
         broken = [rule for rule in client.get("/sequences/current").json()["rules"] if not rule["holds"]]
     assert [rule["rule"] for rule in broken] == ["speed"]
-    expect(row).to_contain_text(broken[0]["text"])
+    expect(row).to_contain_text(as_shown(broken[0]["text"]))
     row.scroll_into_view_if_needed()
     look("failing")
     page.get_by_role("button", name="Undo", exact=True).click()

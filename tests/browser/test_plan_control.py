@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.page_steps import SESSION, held, press
+from tests.support.page_steps import SESSION, as_shown, held, press
 from tests.support.server import Running
 from tests.support.waiting import until
 
@@ -56,7 +56,7 @@ def test_planner_and_settings_are_those_of_the_server(console: Page, quiet: Runn
     assert result["status"] == "found", result["reason"]
     console.get_by_text("Why this plan", exact=True).click()
     expect(console.locator("#decisions li")).to_have_count(len(result["decisions"]))
-    assert console.locator("#decisions li").all_inner_texts() == [one["text"] for one in result["decisions"]]
+    assert console.locator("#decisions li").all_inner_texts() == [as_shown(one["text"]) for one in result["decisions"]]
     look("why")
     press(console, "As delivered")
     assert float(console.locator("#set-lift").input_value()) == asked["settings"]["lift"]
@@ -76,8 +76,8 @@ def test_alternatives_are_compared_and_chosen(console: Page, quiet: Running, loo
     expect(rows).to_have_count(4)
     listed = held(quiet, f"{SESSION}/plans")
     for row, one in zip(rows.all(), listed, strict=True):
-        expect(row).to_contain_text(one["text"])
-        expect(row).to_contain_text(f"{one['figures']['length']:.3f}" if one["figures"] else one["reason"])
+        expect(row).to_contain_text(as_shown(one["text"]))
+        expect(row).to_contain_text(f"{one['figures']['length']:.3f}" if one["figures"] else as_shown(one["reason"]))
     look("alternatives")
     higher = next(one for one in listed if one["kind"] == "higher_lift")
     assert higher["figures"], higher["reason"]

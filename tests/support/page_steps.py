@@ -22,6 +22,11 @@ def figure(value: float, digits: int) -> str:
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
+def as_shown(text: str) -> str:
+    """What the server says as the page shows it: numbers in it have true minus signs."""
+    return re.sub(r"(?<![\w./=-])-(?=\d)", "−", text)
+
+
 def press(page: Page, name: str) -> None:
     """Click the button of that name, which may say after a colon of what."""
     page.get_by_role("button", name=re.compile(rf"^{re.escape(name)}(:|$)")).click()
