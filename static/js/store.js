@@ -23,6 +23,9 @@ const SILENT_AFTER = 5; // seconds
 export const silent = () => (performance.now() - known.heardAt) / 1000;
 export const alive = () => known.connected && silent() < SILENT_AFTER;
 
+// How old a telemetry message is by now [s].
+export const telemetryAge = (frame) => frame.age_s + (performance.now() - frame.heardAt) / 1000;
+
 export function subscribe(listener) {
   listeners.push(listener);
 }

@@ -13,9 +13,11 @@ from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.planning.execution.rim import ground_known
 from footfall.robot.kinematics import wheel_centers
 from footfall.telemetry.state import RobotState, TelemetryFrame
-from tests.support.page_steps import SESSION, commanded, held, planned, press
+from tests.support.page_steps import SESSION, commanded, figure, held, planned, press
 from tests.support.sagging import stepped
 from tests.support.server import Running
+from tests.support.spoken import current
+from tests.support.swinging import Swinging
 from tests.support.waiting import until
 
 Keep = Callable[[str], None]
@@ -119,6 +121,30 @@ def test_clearance_is_shown_commanded_predicted_and_measured(console: Page, quie
     # nothing is told any more
     expect(note).to_contain_text("STALE")
     assert cells(console) == ["–"] * 4
+
+
+def test_the_least_clearances_of_a_run_outlast_the_page(console: Page, quiet: Running, look: Keep) -> None:
+    live = current(quiet)
+    swinging, run = Swinging(live), live.state.runs + 1
+    table = console.locator("#least-clearances")
+    swinging.begin(run)
+    swinging.send(run, swinging.row)
+    swinging.tell(1.0, lower=0.5)
+    swinging.tell(2.0)
+    until(lambda: held(quiet)["run"]["least_clearances"]["looks"] == 2, "the looks")
+    swinging.end(run)
+    least = held(quiet)["run"]["least_clearances"]["wheels"][0]
+    expect(table.locator("tbody tr")).to_have_count(1)
+    shown = table.inner_text()
+    assert "telemetry was looked at 2 times, at most every 0.2 s" in shown
+    cells = table.locator("tbody td").all_inner_texts()
+    measured = least["measured"]
+    assert cells[0] == f"{swinging.leg}"
+    assert cells[3].startswith(f"{figure(measured['clearance'], 3)} ± {figure(measured['uncertainty'], 3)}")
+    look("least")
+    console.reload()
+    expect(table.locator("tbody tr")).to_have_count(1)
+    assert table.inner_text() == shown
 
 
 def test_the_measured_stiffness_is_taken_over_and_undone(console: Page, quiet: Running, look: Keep) -> None:

@@ -1,5 +1,6 @@
 """Clearance as a session measures it from telemetry, against what was commanded and predicted."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +12,15 @@ from footfall.planning.compliance.predict import predict
 from footfall.planning.compliance.rover import CompliantRover
 from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.robot.kinematics import wheel_centers
+from footfall.session import least_clearances
 from footfall.session.clearance import clearances
 from footfall.session.jobs.local import InlineJobs
+from footfall.session.least_clearances import EVERY
 from footfall.session.registry import Sessions
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.generate import plane
+from tests.support.swinging import Swinging
+from tests.support.waiting import BOUND, until
 
 LEG = 2
 
@@ -143,3 +148,85 @@ def test_commands_that_take_the_rover_as_rigid_predict_what_they_command(driven,
     first = live.get(live.state.sequence).commands[0].leg
     found = driven.tell(told_by(athlete, plan.waypoints[at], plan.T_site_base, 0 * forces), plan.waypoints[at])
     assert [one.leg for one in found.wheels] == ([] if first is None else [first])
+
+
+@pytest.fixture
+def swinging(driven):
+    live = driven.live
+    live.sequences.make(live.state.plan, as_commanded=True)
+    return Swinging(live)
+
+
+def least(live, looks):
+    """What is told of the present run, once so many frames of a swing were looked at."""
+
+    def told():
+        found = live.commands.run["least_clearances"]
+        assert found["looks"] <= looks
+        return found["looks"] == looks and found
+
+    return until(told, f"{looks} looks")
+
+
+def test_the_least_of_a_run_is_of_its_swings_alone_and_is_kept_when_it_has_ended(driven, swinging):
+    live, row = driven.live, swinging.row
+    swinging.tell(1.0, lower=0.05)  # before it
+    swinging.begin(1)
+    swinging.tell(2.0, lower=0.05)  # nothing was sent yet
+    swinging.send(1, swinging.phases.index("lift"))
+    swinging.tell(3.0, lower=0.05)  # on its way up a wheel is near the ground whatever it does
+    swinging.send(1, row)
+    rims = [swinging.tell(4.0 + EVERY * i, lower) for i, lower in enumerate((0.0, 0.02, 0.01))]
+    swinging.tell(4.0 + 2.5 * EVERY, lower=0.05)  # nearer than EVERY to the one before
+    found = least(live, looks=3)
+    assert (found["every_s"], found["missed"]) == (EVERY, 0)
+    (wheel,) = found["wheels"]
+    assert wheel["leg"] == swinging.leg == LEG
+    assert wheel["measured"]["clearance"] == pytest.approx(min(rims), abs=1e-9)
+    assert wheel["commanded"] == wheel["predicted"] == pytest.approx(rims[0], abs=1e-6)
+    swinging.end(1)
+    swinging.tell(9.0, lower=0.05)
+    assert least(live, looks=3) == found
+
+    swinging.begin(2)
+    assert least(live, looks=0)["wheels"] == []
+    swinging.send(2, row)
+    rim = swinging.tell(2.0, lower=0.03)  # a clock that was set back keeps nothing from being looked at
+    (wheel,) = least(live, looks=1)["wheels"]
+    assert wheel["measured"]["clearance"] == pytest.approx(rim, abs=1e-9)
+
+
+def test_what_can_not_be_measured_is_counted_as_missed_and_logged(driven, swinging, monkeypatch, caplog):
+    live = driven.live
+    swinging.begin(1)
+    swinging.send(1, swinging.row)
+    swinging.tell(1.0)
+    found = least(live, looks=1)
+
+    def broken(*_):
+        raise OSError("the disk is gone")
+
+    monkeypatch.setattr("footfall.session.least_clearances.clearances_by", broken)
+    swinging.tell(2.0, lower=0.02)
+    until(lambda: live.commands.run["least_clearances"]["missed"] == 1, "the look that failed")
+    assert "the disk is gone" in caplog.text
+    assert least(live, looks=1) == found | {"missed": 1}
+
+
+def test_more_than_may_wait_are_missed_and_counted(driven, swinging, monkeypatch):
+    live, may = driven.live, threading.Event()
+    measure = least_clearances.clearances_by
+
+    def slow(*given):
+        assert may.wait(BOUND)
+        return measure(*given)
+
+    monkeypatch.setattr(least_clearances, "clearances_by", slow)
+    monkeypatch.setattr(least_clearances, "MOST_WAITING", 2)
+    swinging.begin(1)
+    swinging.send(1, swinging.row)
+    for i in range(5):
+        swinging.tell(float(i))
+    assert live.commands.run["least_clearances"]["missed"] == 3
+    may.set()
+    assert least(live, looks=2)["missed"] == 3

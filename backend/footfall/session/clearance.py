@@ -4,7 +4,7 @@ What computes it loads compiled code, so it loads when first asked.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -12,15 +12,16 @@ from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.sequence.commands import Sequence
 from footfall.sequence.settings import SequenceSettings
+from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
-from footfall.session.live import LiveSession
 from footfall.session.log.fold import SessionState
-from footfall.telemetry.state import RobotState
+from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
     from footfall.planning.execution.seen_clearance import SeenClearance
+    from footfall.session.live import LiveSession
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,26 @@ class WheelClearance:
             return False
         return self.predicted - self.seen.clearance > self.seen.uncertainty
 
+    def is_lower_than(self, other: "WheelClearance | None") -> bool:
+        """Whether it was measured to be lower, or ``other`` was not measured."""
+        if self.seen is None:
+            return False
+        return other is None or other.seen is None or self.seen.clearance < other.seen.clearance
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain JSON; ``measured`` is what was seen."""
+        seen = self.seen
+        parts = ("clearance", "uncertainty", "joints", "pose", "ground", "whole")
+        return {
+            "leg": self.leg,
+            "commanded": self.commanded,
+            "predicted": self.predicted,
+            "less": self.less,
+            "rigid": self.rigid,
+            "measured": None if seen is None else {name: getattr(seen, name) for name in parts},
+            "low": self.low,
+        }
+
 
 @dataclass(frozen=True)
 class Clearances:
@@ -55,27 +76,30 @@ class Clearances:
     wheels: tuple[WheelClearance, ...] = ()
 
 
-def clearances(live: LiveSession) -> Clearances:
-    """Of each wheel that bears nothing, by the latest telemetry; none where that is stale, or there is no terrain.
+def clearances(live: "LiveSession") -> Clearances:
+    """Of each wheel that bears nothing, by the latest telemetry; none where that is stale, or there is no terrain."""
+    frame, age = live.rover.frame, live.rover.telemetry_age
+    if frame is None or age is None:
+        return Clearances(None, "the rover has sent no telemetry yet")
+    if age > STALE_AFTER:
+        return Clearances(None, f"the latest telemetry is {age:z.1f} s old")
+    return clearances_by(live, live.state, frame)
+
+
+def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame) -> Clearances:
+    """The same by telemetry that came while the session was in ``state``; none where there was no terrain.
 
     A rover that reports no wheel forces has the leg in the air that the row on its way moves.
     """
     from footfall.maps.steadiness import bearing
 
-    state, frame, age = live.state, live.rover.frame, live.rover.telemetry_age
-    if frame is None or age is None:
-        return Clearances(None, "the rover has sent no telemetry yet")
-    if age > STALE_AFTER:
-        return Clearances(None, f"the latest telemetry is {age:z.1f} s old")
     if state.dem is None:
         return Clearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
     dem = cast(Dem, live.get(state.dem))
     stands = on_map(frame.state, dem)
     standing = bearing(live.robot, stands)
     flying = [leg for leg in live.robot.legs if leg not in standing]
-    row = _row_on_its_way(state)
-    sequence = None if state.run is None or not live.has(state.run.sequence) else live.get(state.run.sequence)
-    sequence = sequence if isinstance(sequence, Sequence) and sequence.commands else None
+    row, sequence = row_on_its_way(state), sequence_of_run(live, state)
     if not stands.wheel_forces.any() and sequence is not None and row is not None:
         moved = sequence.commands[row].leg
         flying = [] if moved is None else [moved]
@@ -87,7 +111,7 @@ def clearances(live: LiveSession) -> Clearances:
 
 
 def _of_wheel(
-    live: LiveSession,
+    live: SessionCore,
     dem: Dem,
     state: RobotState,
     set_points: np.ndarray,
@@ -125,7 +149,7 @@ def _of_wheel(
 
 
 def _on_row(
-    live: LiveSession, dem: Dem, sequence: Sequence, row: int, set_points: np.ndarray, leg: int
+    live: SessionCore, dem: Dem, sequence: Sequence, row: int, set_points: np.ndarray, leg: int
 ) -> float | None:
     """Predicted clearance of a wheel for set points on the way of a row, along which it goes straight; else None."""
     from footfall.planning.execution.seen_clearance import along, clearance_of
@@ -143,13 +167,19 @@ def _on_row(
     return (1.0 - found[1]) * ends[0] + found[1] * ends[1]
 
 
-def _row_on_its_way(state: SessionState) -> int | None:
+def sequence_of_run(live: SessionCore, state: SessionState) -> Sequence | None:
+    """What the latest run carries out, where that is stored."""
+    sequence = None if state.run is None or not live.has(state.run.sequence) else live.get(state.run.sequence)
+    return sequence if isinstance(sequence, Sequence) and sequence.commands else None
+
+
+def row_on_its_way(state: SessionState) -> int | None:
     """The latest row of the present run that was sent; None where nothing was, or the run has ended."""
     rows = [one.row for one in state.commands if one.run == state.runs]
     return None if state.run is None or state.run.state == "ended" or not rows else rows[-1]
 
 
-def _execution_behind(live: LiveSession, sequence: Sequence) -> Execution | None:
+def _execution_behind(live: SessionCore, sequence: Sequence) -> Execution | None:
     """The execution that a sequence goes back to, through all of its edits."""
     made = live.state.products.get(live.state.before_edits(sequence.digest))
     digest = None if made is None else made.parents.get("execution")

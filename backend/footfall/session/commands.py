@@ -18,6 +18,7 @@ from footfall.session.core import SessionCore
 from footfall.session.gate.checks import Facts
 from footfall.session.gate.runs import command_id
 from footfall.session.jobs.requests import WalkRequest
+from footfall.session.least_clearances import LeastClearances
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
 from footfall.session.products.compared import UpToDate
@@ -38,9 +39,11 @@ class Commands:
         executions: Executions,
         sequences: Sequences,
         outcomes: Outcomes,
+        least_clearances: LeastClearances,
     ) -> None:
         self._core, self._rover, self._fits = core, rover, fits
         self._executions, self._sequences, self._outcomes = executions, sequences, outcomes
+        self._least_clearances = least_clearances
 
     @property
     def gate(self) -> dict[str, Any]:
@@ -117,7 +120,7 @@ class Commands:
     @property
     def run(self) -> dict[str, Any] | None:
         """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when;
-        compared: what came of it, see :meth:`.Outcomes.latest`.
+        compared: what came of it, see :meth:`.Outcomes.latest`; least_clearances: see :meth:`.LeastClearances.of`.
 
         State of a row: "queued", as its command's record says, or "unsent" where the run ended before it. A run that
         has ended is told so also while the log can't be written.
@@ -139,7 +142,8 @@ class Commands:
                 told = {"state": "queued", "reason": "", "times": queued}
             rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
         told = {name: item for name, item in fields_of(run).items() if name != "mark"}
-        return {**told, "rows": rows, "compared": self._outcomes.latest()}
+        came_of_it = {"compared": self._outcomes.latest(), "least_clearances": self._least_clearances.of(run.number)}
+        return {**told, "rows": rows, **came_of_it}
 
     def end_of_run(self, number: int | None) -> tuple[str, str] | None:
         """Outcome of a run, and the reason; None while it goes on, and of one that never began."""

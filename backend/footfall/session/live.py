@@ -24,6 +24,7 @@ from footfall.session.choosing.hand import Hand
 from footfall.session.commands import Commands
 from footfall.session.core import SessionCore
 from footfall.session.jobs.pool import JobPool
+from footfall.session.least_clearances import LeastClearances
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.executions import Executions
@@ -74,10 +75,14 @@ class LiveSession(SessionCore):
         self.executions = Executions(self, self.rover, self.plans)
         self.sequences = Sequences(self, self.stances, self.executions)
         self.outcomes = Outcomes(self, self.sequences)
-        self.commands = Commands(self, self.rover, self.fits, self.executions, self.sequences, self.outcomes)
+        self.least_clearances = LeastClearances(self)
+        self.commands = Commands(
+            self, self.rover, self.fits, self.executions, self.sequences, self.outcomes, self.least_clearances
+        )
         self.review = Review(self, self.choices, self.rover, self.fits, self.sequences)
         self.walks = Walks(self, self.rover, self.fits, self.stances, self.executions)
         self.rover.follow(self.outcomes.look)
+        self.rover.follow(self.least_clearances.look)
         self.rover.follow(self._tell_what_fits)
 
     def summary(self) -> dict[str, Any]:
@@ -102,6 +107,7 @@ class LiveSession(SessionCore):
         if self._walk_loop is not None:
             self._walk_loop.close()
         self.rover.close()
+        self.least_clearances.close()
         self.journal.close()
 
     def _tell_what_fits(self, frame: TelemetryFrame) -> None:

@@ -2,9 +2,8 @@
 
 import { get } from "../api.js";
 import { $, element, fixed } from "../dom.js";
-import { known, subscribe } from "../store.js";
+import { known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/sag.js";
-import { telemetryAge } from "./status.js";
 
 const STALE_AFTER = 2; // s
 const PERIOD = 500; // ms between two questions
@@ -47,24 +46,10 @@ function look(summary, frame) {
   if (asking || document.hidden || now === about || performance.now() - askedAt < PERIOD) return;
   [asking, askedAt, about] = [true, performance.now(), now];
   get("/sessions/current/clearance")
-    .then((found) => { [answer, answeredAt] = [found, performance.now()]; remember(found.wheels, summary); })
+    .then((found) => { [answer, answeredAt] = [found, performance.now()]; })
     .catch(() => { answer = null; about = ""; }) // unknown is shown, and it is asked again
     .finally(() => { asking = false; draw(known); });
 }
-
-let [lowest, lowestOf] = [new Map(), 0]; // leg → its wheel where it cleared the ground least; of a run
-
-// On its way up and down a wheel comes near the ground whatever it does: only the swing tells something.
-function remember(wheels, { gate, run }) {
-  if (gate.state !== "sending" || known.sequence?.digest !== run?.sequence) return;
-  if (lowestOf !== run.number) [lowest, lowestOf] = [new Map(), run.number];
-  const { phase, leg } = known.sequence.commands[gate.row ?? 0];
-  const swinging = phase === "swing" && wheels.find((one) => one.leg === leg && one.measured);
-  if (swinging && !(lowest.get(leg)?.measured.clearance <= swinging.measured.clearance)) lowest.set(leg, swinging);
-}
-
-// Rows of the wheels that swung in a run, each where this page saw it lowest, as it was commanded, predicted and measured.
-export const lowestOfRun = (number) => (number === lowestOf ? [...lowest.values()] : []).sort((a, b) => a.leg - b.leg).map(row);
 
 function show(wheels, note) {
   const rows = wheels.length ? wheels.map(row) : [["–", "–", "–", "–"].map((text) => element("td", { textContent: text }))];
@@ -73,7 +58,8 @@ function show(wheels, note) {
   if ($("clearances-note").textContent !== told) $("clearances-note").textContent = told; // read aloud once
 }
 
-function row({ leg, commanded, predicted, less, rigid, measured, low }) {
+/** The cells of a wheel's row: how much it clears the ground by, commanded, predicted and measured. */
+export function row({ leg, commanded, predicted, less, rigid, measured, low }) {
   const softer = rigid ? texts.asRigid : less === null ? "" : texts.ifSofter(less);
   return [
     element("td", { textContent: leg }),

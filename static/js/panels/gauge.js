@@ -6,10 +6,9 @@ import { get, put } from "../api.js";
 import { $, attempt, element } from "../dom.js";
 import { footMoveTold } from "../footmoves.js";
 import { walkPlayed } from "../pace.js";
-import { known, subscribe } from "../store.js";
+import { known, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/ghost.js";
 import * as shared from "../texts/shared.js";
-import { telemetryAge } from "./status.js";
 
 const KEPT_AS = "footfall.outline";
 const { OUTLINES, ROWS } = texts;

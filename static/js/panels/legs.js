@@ -3,10 +3,9 @@
 import { element, fixed, $ } from "../dom.js";
 import { percent } from "../figures.js";
 import { isShown } from "../layout.js";
-import { known, subscribe } from "../store.js";
+import { known, subscribe, telemetryAge } from "../store.js";
 import * as shared from "../texts/shared.js";
 import * as texts from "../texts/telemetry.js";
-import { telemetryAge } from "./status.js";
 
 const MOVES = 0.002; // rad between two frames; more is no noise of a sensor
 const HIGH = 0.8; // share of a torque limit from which on it is marked

@@ -3,7 +3,7 @@
 import { $, element, fixed } from "../dom.js";
 import { subscribe } from "../store.js";
 import * as texts from "../texts/sag.js";
-import { lowestOfRun } from "./clearances.js";
+import { row as wheelRow } from "./clearances.js";
 
 export function start() {
   subscribe(draw);
@@ -33,9 +33,14 @@ function draw({ summary }) {
     ...[...new Set(worse.map((one) => one.advice))].map((advice) => element("li", { textContent: texts.advice(advice) })));
   $("outcome-table").hidden = differences.length === 0;
   $("outcome-table").tBodies[0].replaceChildren(...differences.map(row));
-  const lowest = lowestOfRun(summary.run.number);
-  $("least-clearances").hidden = lowest.length === 0;
-  $("least-clearances").tBodies[0].replaceChildren(...lowest.map((cells) => element("tr", {}, ...cells)));
+  drawLeast(summary.run.least_clearances);
+}
+
+// Each wheel where the server measured it lowest while it swung in the run, and by how many looks at telemetry.
+function drawLeast({ every_s: every, looks, missed, wheels }) {
+  $("least-clearances").hidden = wheels.length === 0;
+  $("least-clearances").caption.textContent = texts.leastClearances(looks, every, missed);
+  $("least-clearances").tBodies[0].replaceChildren(...wheels.map((wheel) => element("tr", {}, ...wheelRow(wheel))));
 }
 
 function row({ quantity, leg, unit, predicted, measured, difference, uncertainty, verdict }) {

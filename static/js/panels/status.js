@@ -5,7 +5,7 @@ import { post } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
 import { askToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
-import { alive, known, silent, subscribe } from "../store.js";
+import { alive, known, silent, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/link.js";
 import * as shared from "../texts/shared.js";
 import { verdictOf } from "./outcome.js";
@@ -135,10 +135,6 @@ function steadyMode({ gate }, { mode }) {
 }
 
 const isFresh = (summary, frame) => summary.link.connected && telemetryAge(frame) <= STALE_AFTER;
-
-export function telemetryAge(frame) {
-  return frame.age_s + (performance.now() - frame.heardAt) / 1000;
-}
 
 function drawMatch(summary, frame) {
   const match = summary.plan_matches_rover;

@@ -73,6 +73,8 @@ export const notCompared = "carried out, not compared";
 export const differs = "carried out, not as predicted";
 export const asCommanded = "carried out as commanded";
 export const asPredicted = "carried out as predicted";
+export const leastClearances = (looks, every, missed) => `Least clearance of each wheel while it swung [m]; telemetry was looked at ${looks} time${looks === 1 ? "" : "s"}, `
+  + `at most every ${seconds(every)}${missed ? `, and ${missed} time${missed === 1 ? "" : "s"} missed` : ""}`;
 export const runTold = (number, reason) => `Run ${number}: ${reason}.`;
 export const difference = (text) => `${text}.`;
 export const advice = (text) => `Do: ${text}.`;

@@ -1,5 +1,7 @@
 """Executions: what a rover that sags is commanded for a planned step, as a job, and what is expected of it."""
 
+from typing import cast
+
 from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
@@ -9,14 +11,13 @@ from footfall.api.bodies.sequence_answers import (
     ClearancesAnswer,
     ExecutionAnswer,
     ExecutionFigures,
-    MeasuredAnswer,
     WheelAnswer,
 )
 from footfall.api.execution_orders import settings_of_order
 from footfall.api.routes.jobs import accepted
 from footfall.api.routing import Routes
 from footfall.planning.execution.problem import Execution, ExecutionResult
-from footfall.session.clearance import WheelClearance, clearances
+from footfall.session.clearance import clearances
 from footfall.session.products.sag import Calibration, MeasuredSag
 
 router = Routes(tags=["executions"])
@@ -66,29 +67,10 @@ def take_over(live: OneSession, order: TakeOver) -> Calibration:
 def read_clearance(live: OneSession) -> ClearancesAnswer:
     """By how much the wheels in the air clear the ground now: commanded, predicted, and measured by telemetry."""
     found = clearances(live)
-    return {"time": found.time, "reason": found.reason, "wheels": [_wheel(one) for one in found.wheels]}
-
-
-def _wheel(found: WheelClearance) -> WheelAnswer:
-    seen = found.seen
-    measured: MeasuredAnswer | None = None
-    if seen is not None:
-        measured = {
-            "clearance": seen.clearance,
-            "uncertainty": seen.uncertainty,
-            "joints": seen.joints,
-            "pose": seen.pose,
-            "ground": seen.ground,
-            "whole": seen.whole,
-        }
     return {
-        "leg": found.leg,
-        "commanded": found.commanded,
-        "predicted": found.predicted,
-        "less": found.less,
-        "rigid": found.rigid,
-        "measured": measured,
-        "low": found.low,
+        "time": found.time,
+        "reason": found.reason,
+        "wheels": cast(list[WheelAnswer], [one.as_dict() for one in found.wheels]),
     }
 
 

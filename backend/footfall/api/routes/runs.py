@@ -7,6 +7,7 @@ from fastapi import Path
 from footfall.api.access import OneSession
 from footfall.api.acting import Actor
 from footfall.api.bodies.answers import DigestText
+from footfall.api.bodies.sequence_answers import WheelAnswer
 from footfall.api.routing import Routes
 from footfall.core.errors import NotFound
 from footfall.session.live import LiveSession
@@ -66,6 +67,20 @@ class ComparedAnswer(TypedDict):
     differences: list[DifferenceAnswer]
 
 
+class LeastClearancesAnswer(TypedDict):
+    """Each wheel that swung in a run where it was measured lowest, by telemetry that came while the run went.
+
+    every_s: telemetry nearer than this to what was looked at before is left out [s, rover clock]. looks: at so many
+    frames, with the wheel in the air or not; missed: so many more that there was no time for, or that could not be
+    measured. It is kept until the session is closed or the next run begins.
+    """
+
+    every_s: float
+    looks: int
+    missed: int
+    wheels: list[WheelAnswer]
+
+
 class RunAnswer(TypedDict):
     """The latest run. state: going, held, aborting or ended; mode: whole, or steps where it waits after every row."""
 
@@ -80,6 +95,7 @@ class RunAnswer(TypedDict):
     queued: float
     ended: float | None
     compared: ComparedAnswer
+    least_clearances: LeastClearancesAnswer
 
 
 @router.get("/sessions/{session}/run", name="read")
