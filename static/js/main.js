@@ -3,7 +3,7 @@
 import { loadAnew } from "./anew.js";
 import { get } from "./api.js";
 import { startController } from "./controller.js";
-import { toast } from "./dom.js";
+import { $, toast } from "./dom.js";
 import { startEvents } from "./events.js";
 import { listenForKeys } from "./keys.js";
 import { loadLayers } from "./layers.js";
@@ -81,16 +81,19 @@ async function startOrRetry() {
   try {
     await start();
   } catch (error) {
-    toast(texts.tryingAgain(error.message));
     // where nothing answers, the browser's own page would come in place of this one: there is no stop on that
     do {
+      if ($("toast").hidden) toast(texts.tryingAgain(error.message));
       await new Promise((done) => setTimeout(done, RETRY));
-    } while (!(await isServed()));
+    } while (!(await isServed()) || (await isWithoutSession()));
     loadAnew();
   }
 }
 
 const isServed = () => fetch(location.href).then((answer) => answer.ok, () => false);
+
+// Then there is nothing to show, and a page that is loaded again and again keeps no word of it.
+const isWithoutSession = () => get("/sessions/current").then(() => false, (error) => error.status === 404);
 
 const RETRY = 2000; // ms
 

@@ -1,7 +1,7 @@
 // The page's own line for stop requests. A browser opens six requests to one server at a time, and a stop must not wait
 // behind them; WebSockets don't count among those. What the line can't bring goes as an ordinary request.
 
-import { PAGE, ROOT, request } from "./api.js";
+import { PAGE, Problem, ROOT, request } from "./api.js";
 import * as texts from "./texts/link.js";
 import * as shared from "./texts/shared.js";
 
@@ -21,6 +21,10 @@ export function keepLineOpen() {
   });
 }
 
+// The server answers so where it has no session open: no rover is connected to it.
+const NOTHING_TO_STOP = 409;
+export const isNothingToStop = (error) => error.status === NOTHING_TO_STOP;
+
 // One stop request; throws where the server has not confirmed it within `patience` ms.
 export async function askToStop(patience) {
   if (line?.readyState !== WebSocket.OPEN) return request("POST", "/stop", {}, {}, patience);
@@ -31,6 +35,7 @@ export async function askToStop(patience) {
     setTimeout(() => resolve({ fault: shared.notAnswering }), patience);
   });
   if (!answer.fault) return answer;
+  if (answer.kind === "conflict") throw new Problem(NOTHING_TO_STOP, { detail: answer.fault });
   if (line === socket) line = null; // the next request takes the other way
   socket.close();
   throw new Error(answer.fault);

@@ -1,5 +1,6 @@
 """Ctrl+. and Escape twice ask for a stop from wherever the keyboard is, and never die unheard with the focus."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,7 +8,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from footfall.planning.walk.problem import WalkGoal
 from tests.browser.conftest import opened
+from tests.browser.pictures import OUTPUTS
 from tests.support.browsers import Browsers
 from tests.support.page_steps import held
 from tests.support.server import Running, running_server
@@ -321,6 +324,50 @@ def test_at_any_zoom_of_the_browser(bare: Page, quiet: Running, percent: int) ->
         stops(bare, quiet, "escape")
     finally:
         bare.set_viewport_size({"width": 1280, "height": 720})
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_while_the_rover_walks_by_itself_the_walk_ends(bare: Page, quiet: Running, way: str) -> None:
+    live, heard = current(quiet), []
+    live.rover.connected(heard.append)
+    try:
+        loop = live.walk_to(WalkGoal(1.0, 0.0))  # it waits for telemetry, which this rover never sends
+        expect(bare.locator("#loop-now")).to_contain_text("it begins")
+        for key in WAYS[way]:
+            bare.keyboard.press(key)
+        until(lambda: loop.state == "ended", "the end of the walk")
+        assert (loop.outcome, loop.reason) == ("stopped", "the rover was stopped")
+        assert any(json.loads(one)["type"] == "stop" for one in heard)
+        expect(bare.locator("#stop-state")).to_have_text("Stop sent, NOT YET ACKNOWLEDGED by the rover.")
+    finally:
+        live.rover.disconnected()
+    expect(bare.locator("#stop-state")).to_contain_text("NO ROVER IS CONNECTED: it is told when it connects")
+
+
+@pytest.mark.parametrize("line", [True, False], ids=["on the line", "as a request"])
+def test_without_a_session_it_is_said_that_nothing_was_sent_and_a_session_that_opens_is_not_stopped(
+    chromiums: Browsers, tmp_path: Path, line: bool
+) -> None:
+    context = chromiums(False).new_context(viewport={"width": 1280, "height": 720})
+    page = context.new_page()
+    if not line:
+        page.route_web_socket("**/stop/line", lambda socket: socket.close())
+    state = page.locator("#stop-state")
+    with running_server(tmp_path) as running:
+        page.goto(f"{running.url}/?scene=off")
+        expect(page.locator("#toast")).to_contain_text("no session is open")
+        for keys in WAYS.values():
+            page.evaluate("() => { document.getElementById('stop-state').textContent = ''; }")
+            for key in keys:
+                page.keyboard.press(key)
+            expect(state).to_contain_text("NO STOP WAS SENT: no session was open")
+        page.screenshot(path=OUTPUTS / f"stop-without-a-session-{line}.png")
+        live = running.sessions.create("opened later")
+        page.get_by_text("opened later", exact=True).wait_for()
+        assert not live.commands.gate["stopped"]
+        assert not page.evaluate("sessionStorage.getItem('footfall-stop')")
+        stops(page, running, "ctrl")
+    context.close()
 
 
 # -- pages that can't stop -------------------------------------------------------------------

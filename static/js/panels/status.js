@@ -3,7 +3,7 @@
 import { act } from "../acts.js";
 import { post } from "../api.js";
 import { $, attempt, toast } from "../dom.js";
-import { askToStop, keepLineOpen } from "../stopline.js";
+import { askToStop, isNothingToStop, keepLineOpen } from "../stopline.js";
 import { stopIsConfirmed, stopIsUnconfirmed, stopIsWished } from "../stopwish.js";
 import { alive, known, silent, subscribe, telemetryAge } from "../store.js";
 import * as texts from "../texts/link.js";
@@ -16,7 +16,7 @@ const STALE_AFTER = 2; // seconds; the command gate refuses beyond this too
 const STOP_PATIENCE = 3000; // ms
 const STOP_AGAIN = 500; // ms
 
-let sent = ""; // "", or "sending", "failed": a stop request of this page that the summary does not show yet
+let sent = ""; // "", or "sending", "failed", "nothing": a stop request of this page that the summary does not show yet
 let asking = false;
 let wished = 0; // how often a stop was asked for here
 let confirmed = 0; // how many of these the server has answered
@@ -36,6 +36,11 @@ export async function stop() {
       await askToStop(STOP_PATIENCE);
       confirmed = meant;
     } catch (error) {
+      if (isNothingToStop(error)) {
+        sent = "nothing";
+        confirmed = meant;
+        continue;
+      }
       if (sent !== "failed") toast(texts.notConfirmed(error.message));
       sent = "failed";
       draw();
@@ -180,6 +185,7 @@ function wayOf(summary) {
 const STOP_TEXT = {
   sending: texts.stopSending,
   failed: texts.stopFailed,
+  nothing: texts.nothingToStop,
 };
 
 function drawStop(summary, frame) {

@@ -46,6 +46,7 @@ export const noStop = "No stop is in force.";
 export const notConfirmed = (why) => `The stop request is not confirmed: ${why} Use another way to stop the rover.`;
 export const stopSending = "Stop request is being sent…";
 export const stopFailed = "STOP NOT CONFIRMED: no answer, still asking. Use another way to stop the rover.";
+export const nothingToStop = "NO STOP WAS SENT: no session was open, and no rover linked. Use another way.";
 export const standsStopped = "The rover is STOPPED; clear the stop to move it.";
 export const noSafetyStop = "Stop request. Not a safety-rated stop.";
 export const acknowledgedBefore = ", acknowledged by the rover";

@@ -28,7 +28,7 @@ export const theme = (name) => `Theme: ${name}`;
 export const answered = (status) => `The server answered ${status}.`;
 export const arrivalUnknown = " Whether the request arrived is not known.";
 export const notAnswering = (doubt) => `The server does not answer.${doubt}`;
-export const tryingAgain = (why) => `${why} Trying again.`;
+export const tryingAgain = (why) => `Trying again: ${why}`;
 export const roverSays = "the rover says: ";
 export const linkFault = (who, reason) => `Rover link: ${who}${reason}`;
 export const recordSays = (text) => `Record: ${text}`;

@@ -60,7 +60,7 @@ async def _at_hand(request: Request) -> bytes:
 
 @router.websocket("/stop/line")
 async def stop_line(socket: WebSocket) -> None:
-    """Every message, text or binary, is a stop order, and is answered with the gate, or with a ``fault``.
+    """Every message, text or binary, is a stop order, and is answered with the gate, or with a ``fault`` of a ``kind``.
 
     One that is too large stops as well, and ends the line. A browser opens few requests to one server at a time; a stop
     must not wait behind those that hang.
@@ -73,7 +73,7 @@ async def stop_line(socket: WebSocket) -> None:
             try:
                 answer = await _stopped(sessions, order, who)
             except FootFallError as err:
-                answer = {"fault": err.message}
+                answer = {"fault": err.message, "kind": err.kind}
             await socket.send_json(jsonable(answer))
             if len(order) > MAX_LINE_MESSAGE:
                 await socket.close(TOO_BIG, f"a stop order has at most {MAX_LINE_MESSAGE} bytes")
