@@ -33,10 +33,17 @@ def test_a_session_that_is_not_the_current_one_is_renamed_without_taking_the_rov
         ("two\nlines", "character 4 of the name (U+000A)"),
     ],
 )
-def test_a_name_that_is_none_is_refused_with_why(client, name, why):
-    before = client.get("/sessions/current").json()
-    answer = client.patch("/sessions/current", json={"name": name})
-    assert answer.status_code == 422
-    assert why in answer.json()["detail"]
+def test_a_name_that_is_none_is_refused_with_why_of_new_sessions_and_of_old_ones(client, name, why):
+    before, listed = client.get("/sessions/current").json(), client.get("/sessions").json()["sessions"]
+    renamed = client.patch("/sessions/current", json={"name": name})
+    begun = client.post("/sessions", json={"name": name})
+    assert renamed.status_code == begun.status_code == 422
+    assert why in renamed.json()["detail"]
+    assert begun.json()["detail"] == renamed.json()["detail"]
     after = client.get("/sessions/current").json()
-    assert (after["name"], after["events"]) == (before["name"], before["events"])
+    assert (after["id"], after["name"], after["events"]) == (before["id"], before["name"], before["events"])
+    assert len(client.get("/sessions").json()["sessions"]) == len(listed)
+
+
+def test_a_session_begins_with_the_longest_name_without_the_blanks_around_it(client):
+    assert client.post("/sessions", json={"name": f" {'n' * 80} "}).json()["name"] == "n" * 80

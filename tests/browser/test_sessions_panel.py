@@ -22,7 +22,10 @@ def test_a_session_is_begun_under_its_name_and_its_events_are_counted(
     console.keyboard.press("9")
     press(console, "Begin")
     expect(console.locator("#new-session-name")).to_be_focused()  # a session without a name is none
-    console.keyboard.type("morning drive")
+    console.keyboard.type("morning drive" + "e" * 68)
+    console.keyboard.press("Enter")
+    expect(console.locator("#toast")).to_contain_text("leave out 1")
+    console.locator("#new-session-name").fill("morning drive")
     console.keyboard.press("Enter")
     expect(console.locator("#status-session")).to_have_text("morning drive")
     expect(console.locator("#sessions tbody tr")).to_have_count(2)

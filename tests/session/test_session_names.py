@@ -46,6 +46,17 @@ def test_a_session_can_not_be_left_without_a_name(blank):
         session_name(blank)
 
 
+@pytest.mark.parametrize("name", [" ", "n" * (LONGEST + 1), "up\u202edown"])
+def test_no_session_begins_under_a_name_that_is_none(work, name):
+    with Sessions(work, InlineJobs()) as sessions:
+        with pytest.raises(InvalidInput) as refused:
+            sessions.create(name)
+        with pytest.raises(InvalidInput) as by_rule:
+            session_name(name)
+        assert refused.value.message == by_rule.value.message
+        assert sessions.list() == []
+
+
 def test_a_name_survives_a_restart_and_goes_along_in_bundles(work, tmp_path):
     with Sessions(work, InlineJobs()) as sessions:
         one, other = sessions.create("alike"), sessions.create("alike")

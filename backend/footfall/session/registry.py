@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from footfall.core.errors import Conflict, FootFallError, InvalidBundle, InvalidInput, NotFound
+from footfall.core.errors import Conflict, FootFallError, InvalidBundle, NotFound
 from footfall.core.value import SOFTWARE_VERSION
 from footfall.io.bundles import FORMAT, SESSION, VERSION, read_bundle
 from footfall.resources import sample_sessions_folder
@@ -21,6 +21,7 @@ from footfall.session.jobs.pool import JobPool
 from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
 from footfall.session.live import LiveSession
 from footfall.session.looked import Looked
+from footfall.session.naming import session_name
 from footfall.session.pixels import PixelBudget
 from footfall.session.reading import Read, read_here
 from footfall.session.rover.light_time import LightTime
@@ -104,8 +105,7 @@ class Sessions:
         from footfall.io.robot_files import load_robot
         from footfall.robot.model import Robot
 
-        if not 0 < len(name.strip()) <= 200:
-            raise InvalidInput("a session needs a name of 1 to 200 characters", length=len(name))
+        name = session_name(name)
         robot = self._robot if robot is None else robot
         built = robot if isinstance(robot, Robot) else load_robot(os.fspath(robot))
         with self._guard:
@@ -116,7 +116,7 @@ class Sessions:
                 "format": FORMAT,
                 "version": VERSION,
                 "id": session_id,
-                "name": name.strip(),
+                "name": name,
                 "created": time.time(),
                 "robot": {"name": built.name, "digest": built.digest},
                 "software": SOFTWARE_VERSION,
@@ -125,7 +125,7 @@ class Sessions:
             try:
                 store.put(built.description)
                 live = LiveSession(store, self.jobs, self._recording, self.light_time)
-                live.begin(name.strip(), built.digest, built.name)
+                live.begin(name, built.digest, built.name)
             except BaseException:
                 store.close()
                 remove_session(store.folder)

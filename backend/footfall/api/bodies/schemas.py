@@ -28,6 +28,8 @@ Vector3 = Annotated[list[Number], Len(3, 3)]
 Matrix4 = Annotated[list[Annotated[list[Number], Len(4, 4)]], Len(4, 4)]
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
+SessionName = Annotated[str, Field(max_length=LONGEST_TEXT, description="1 to 80 printable characters")]
+"""Longer ones come as far as ``session_name``, which says by how much."""
 Leg = Annotated[int, Field(ge=0, le=63), FromNumber]
 
 
@@ -63,15 +65,15 @@ class NewSession(Strictly):
 
     model_config = _examples({"sample": "rock-step"}, {"name": "morning drive"})
     sample: Name | None = None
-    name: Name | None = None
+    name: SessionName | None = None
     session: Name | None = None
 
 
 class SessionRenamed(Strictly):
-    """What a session is called from now on: 1 to 80 printable characters."""
+    """What a session is called from now on."""
 
     model_config = _examples({"name": "rock step, second try"})
-    name: Text
+    name: SessionName
 
 
 class StateReport(Strictly):
