@@ -280,25 +280,6 @@ def test_only_what_the_rover_covers_from_what_changed_is_computed_again(athlete,
     assert newer.relief[200, 200] == 1.0
 
 
-def test_a_route_on_a_newer_map_looks_at_what_changed_and_is_that_of_a_map_looked_at_whole(athlete, monkeypatch):
-    heights = np.zeros((400, 400))
-    state, goal = footfall.stand(athlete, ground(heights), x=6.0, y=6.0), (110.0, 100.0)
-    asked = replace(ASKED, cost="feasible")
-    footfall.plan_route(athlete, ground(heights), state, goal, asked)
-    heights[60:80, 60:80] = 2.5
-    computed = []
-    layers = feasible._layers
-    monkeypatch.setattr(feasible, "_layers", lambda p, g, *rest: computed.append(g.size) or layers(p, g, *rest))
-    found = footfall.plan_route(athlete, ground(heights), state, goal, asked)
-    assert 0 < sum(computed) < 0.2 * heights.size
-    feasible._latest.clear()
-    assert footfall.plan_route(athlete, ground(heights), state, goal, asked).digest == found.digest
-    # where nearly all changed, parts with all around them would be more than the whole
-    del computed[:]
-    footfall.plan_route(athlete, ground(heights + np.indices(heights.shape)[0] % 3), state, goal, asked)
-    assert sum(computed) == heights.size
-
-
 def test_unknown_and_old_ground_cost_more(athlete, places):
     middle, flat = SIZE // 2, np.zeros((SIZE, SIZE))
     hole = flat.copy()

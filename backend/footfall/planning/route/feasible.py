@@ -10,6 +10,7 @@ Systems Engineering, 1990).
 
 import math
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,6 @@ RELIEF = 1.0
 """What a metre costs more where relief is the legs' whole stroke."""
 KNOWN = 255
 """Trust in a cell that was just seen; half as much in one seen ``fades`` earlier, 0 in an unknown one."""
-MOST_KEPT = 1 << 22
-"""Cells of a map of which feasible traversability is kept for the next route: some 100 MB."""
 _TILE = 64
 """Side of the parts of a map that are computed anew [cells]."""
 
@@ -95,6 +94,12 @@ class FeasibleGround(Value):
         climb = 1.0 + RELIEF * self.relief[free].astype(np.float64) / self.stroke
         costs[free] = climb * LEGS / legs[free] / self.trust[free]
         return costs
+
+
+class LookForFootfalls(Protocol):
+    """What makes feasible traversability of a map: ``feasible_ground``, or what knows that of an earlier one."""
+
+    def __call__(self, robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, /) -> FeasibleGround: ...
 
 
 def feasible_ground(
@@ -144,23 +149,6 @@ def updated(robot: Robot, dem: Dem, before: FeasibleGround, progress: Progress =
             layer[..., south:north, west:east] = part[here]
         progress(done / len(strips), "footfalls looked for again")
     return _told(layers, places, geometry, ground, trusted, dem, robot, settings)
-
-
-_latest: dict[tuple[str, str], FeasibleGround] = {}
-"""By robot and settings: of the map that a route was last looked for on in this process."""
-
-
-def feasible_ground_again(
-    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress = no_progress
-) -> FeasibleGround:
-    """As ``feasible_ground``, to the digest; only what changed since it was last asked, where that is little."""
-    key = (robot.digest, settings.digest)
-    before = _latest.get(key)
-    found = feasible_ground(robot, dem, settings, progress) if before is None else updated(robot, dem, before, progress)
-    _latest.clear()
-    if found.forbidden.size <= MOST_KEPT:
-        _latest[key] = found
-    return found
 
 
 def feasible_cost_grid(found: FeasibleGround) -> CostGrid:

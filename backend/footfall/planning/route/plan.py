@@ -13,7 +13,13 @@ from footfall.core.progress import Progress, no_progress, part
 from footfall.core.value import Provenance
 from footfall.planning.route.coarse import cheapest_way
 from footfall.planning.route.cost import cost_grid, marked_off
-from footfall.planning.route.feasible import FORBIDDEN, FeasibleGround, feasible_cost_grid, feasible_ground_again
+from footfall.planning.route.feasible import (
+    FORBIDDEN,
+    FeasibleGround,
+    LookForFootfalls,
+    feasible_cost_grid,
+    feasible_ground,
+)
 from footfall.planning.route.headings import Faced, faced, pieces
 from footfall.planning.route.problem import CostGrid, Route, RouteResult, RouteSettings
 from footfall.planning.route.turns import way_with_turns
@@ -32,15 +38,17 @@ def plan_route(
     goal: tuple[float, float],
     settings: RouteSettings | None = None,
     progress: Progress = no_progress,
+    look: LookForFootfalls = feasible_ground,
 ) -> RouteResult:
     """Plan the cheapest way of the chassis from where it is to ``goal``, x and y [m] in site.
 
     What it costs over a cell is that at the cheapest heading. Where turning costs, the way found so gets its cheapest
     headings; searched ``together``, it is another way where that is cheaper with its turns. Which footfalls are taken
     is not said: see ``plan_walk``.
-    progress: may raise Cancelled. Returns a result; where there is no way it says why. Raises InvalidInput where goal
-    or settings make no sense, the state is of another robot, the robot is one that others described or has no posture
-    "stand", or feasible traversability is asked for a robot that does not have six legs evenly around.
+    look: asked where the cost is "feasible". progress: may raise Cancelled. Returns a result; where there is no way it
+    says why. Raises InvalidInput where goal or settings make no sense, the state is of another robot, the robot is one
+    that others described or has no posture "stand", or feasible traversability is asked for a robot that does not have
+    six legs evenly around.
     """
     if isinstance(robot, LeggedRobot):
         known = ", ".join(robot.postures) or "none"
@@ -73,7 +81,7 @@ def plan_route(
     if not np.isfinite(height_at(dem, *there)):
         reason = f"the ground at the goal ({there[0]:g}, {there[1]:g}) is unknown; take images that show it"
         return no(Status.UNKNOWN_GROUND, reason)
-    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5))
+    grid, why, ground = _costs(robot, dem, settings, part(progress, 0.0, 0.5), look)
     free = np.isfinite(grid.costs)
     if not free.any():
         return no(Status.NO_PATH, f"no ground of the map is good enough to walk on; {_TRY}")
@@ -146,13 +154,13 @@ _TRY = "take images of what is not known, allow worse ground, or choose another 
 
 
 def _costs(
-    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress
+    robot: Robot, dem: Dem, settings: RouteSettings, progress: Progress, look: LookForFootfalls
 ) -> tuple[CostGrid, Callable[[tuple[float, float]], str], FeasibleGround | None]:
     """The grid that routes are looked for on, what forbids a place x, y [m] of it in words, and costs by heading."""
     if settings.cost != "feasible":
         costs = cost_grid(robot, dem, settings, progress)
         return costs, lambda place: _why(dem, settings, costs, place), None
-    found = feasible_ground_again(robot, dem, settings, progress)
+    found = look(robot, dem, settings, progress)
     grid = feasible_cost_grid(found)
     return grid, lambda place: FORBIDDEN[int(found.forbidden[_cell(grid, place)])], found
 

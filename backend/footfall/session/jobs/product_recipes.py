@@ -189,9 +189,10 @@ def gait(parents: Mapping[str, Any], settings: GaitRequest, progress: Progress) 
 def route(parents: Mapping[str, Any], settings: RouteRequest, progress: Progress) -> Value:
     """robot, dem, state; RouteRequest → RouteResult."""
     from footfall.planning.route.plan import plan_route
+    from footfall.session.jobs.latest_ground import LATEST_GROUND
 
     robot, dem, state = (parents[name] for name in ("robot", "dem", "state"))
-    return plan_route(robot, dem, state, settings.goal, settings.settings, progress)
+    return plan_route(robot, dem, state, settings.goal, settings.settings, progress, LATEST_GROUND.look)
 
 
 def sequence(parents: Mapping[str, Any], settings: None, progress: Progress) -> Value:
