@@ -2,8 +2,9 @@
 
 import ast
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,31 @@ def test_each_library_has_one_owner(library: str) -> None:
 def test_modules_stay_small() -> None:
     long = {str(p.relative_to(ROOT)): n for p in sources() if (n := len(p.read_text().splitlines())) > MAX_LINES}
     assert not long
+
+
+def modules() -> dict[str, Path]:
+    """Every module by the name that it is imported under."""
+    roots = {path: ROOT if BACKEND not in path.parents else BACKEND.parent for path in sources()}
+    named = {path: ".".join(path.relative_to(root).with_suffix("").parts) for path, root in roots.items()}
+    return {name.removesuffix(".__init__"): path for path, name in named.items()}
+
+
+def uses(path: Path, known: Iterable[str]) -> set[str]:
+    """Modules of ours that the file imports, at any depth, those for types alone too."""
+    found: set[str] = set()
+    for part in ast.walk(ast.parse(path.read_text())):
+        if isinstance(part, ast.Import):
+            found |= {alias.name for alias in part.names}
+        elif isinstance(part, ast.ImportFrom) and part.module and part.level == 0:
+            deeper = {f"{part.module}.{alias.name}" for alias in part.names}
+            found |= {name if name in known else part.module for name in deeper}
+    return found & set(known)
+
+
+def test_no_module_comes_back_to_itself_not_even_for_a_type() -> None:
+    known = modules()
+    order = TopologicalSorter({name: uses(path, known) - {name} for name, path in known.items()})
+    order.prepare()  # raises CycleError, which names the circle
 
 
 def test_modules_are_named_for_what_they_are() -> None:

@@ -42,7 +42,7 @@ class Driven:
     def tell(self, state, commanded):
         self.live.rover.take_telemetry(TelemetryFrame(self.count, state, commanded))
         self.count += 1
-        return clearances(self.live)
+        return clearances(self.live, self.live.rover)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def told_by(robot, posture, T_site_base, forces):
 
 
 def test_nothing_is_said_without_telemetry_ground_or_a_wheel_in_the_air(driven, athlete, dem, rest):
-    found = clearances(driven.live)
+    found = clearances(driven.live, driven.live.rover)
     assert (found.time, found.wheels) == (None, ())
     assert "no telemetry" in found.reason
     state = CompliantRover(athlete, dem).state(rest)
@@ -85,7 +85,7 @@ def test_nothing_is_said_without_telemetry_ground_or_a_wheel_in_the_air(driven, 
     found = driven.tell(replace(state, wheel_forces=0 * state.wheel_forces), rest.commanded)
     assert found.wheels == ()
     driven.live.rover.take_telemetry(TelemetryFrame(9, state, rest.commanded), at=-1000.0)
-    found = clearances(driven.live)
+    found = clearances(driven.live, driven.live.rover)
     assert (found.time, found.wheels) == (None, ())
     assert "s old" in found.reason
 

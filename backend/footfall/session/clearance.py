@@ -4,7 +4,7 @@ What computes it loads compiled code, so it loads when first asked.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,13 +15,13 @@ from footfall.sequence.settings import SequenceSettings
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SessionState
+from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
     from footfall.planning.execution.seen_clearance import SeenClearance
-    from footfall.session.live import LiveSession
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,9 @@ class Clearances:
     wheels: tuple[WheelClearance, ...] = ()
 
 
-def clearances(live: "LiveSession") -> Clearances:
+def clearances(live: SessionCore, rover: LinkedRover) -> Clearances:
     """Of each wheel that bears nothing, by the latest telemetry; none where that is stale, or there is no terrain."""
-    frame, age = live.rover.frame, live.rover.telemetry_age
+    frame, age = rover.frame, rover.telemetry_age
     if frame is None or age is None:
         return Clearances(None, "the rover has sent no telemetry yet")
     if age > STALE_AFTER:
@@ -95,7 +95,7 @@ def clearances_by(live: SessionCore, state: SessionState, frame: TelemetryFrame)
 
     if state.dem is None:
         return Clearances(None, "there is no terrain yet, so nothing is known of what is under the wheels")
-    dem = cast(Dem, live.get(state.dem))
+    dem = live.typed(Dem, state.dem)
     stands = on_map(frame.state, dem)
     standing = bearing(live.robot, stands)
     flying = [leg for leg in live.robot.legs if leg not in standing]
@@ -183,4 +183,4 @@ def _execution_behind(live: SessionCore, sequence: Sequence) -> Execution | None
     """The execution that a sequence goes back to, through all of its edits."""
     made = live.state.products.get(live.state.before_edits(sequence.digest))
     digest = None if made is None else made.parents.get("execution")
-    return None if digest is None else cast(ExecutionResult, live.get(digest)).execution
+    return None if digest is None else live.typed(ExecutionResult, digest).execution

@@ -1,7 +1,7 @@
 """What all parts of a session share: its log, values, jobs and files, under one lock."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
@@ -65,7 +65,9 @@ class SessionCore:
     @property
     def description(self) -> "RobotDescription":
         """The robot description that the session was made with."""
-        return cast("RobotDescription", self.get(self.robot_digest))
+        from footfall.robot.description import RobotDescription
+
+        return self.typed(RobotDescription, self.robot_digest)
 
     @property
     def robot(self) -> "Robot":

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from footfall.planning.route.problem import RouteResult, RouteSettings
 from footfall.planning.step.problem import Status
@@ -16,7 +16,7 @@ from footfall.session.products.kinds import ROUTE
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
-    from footfall.session.live import LiveSession
+    from footfall.session.parts import SessionParts
     from footfall.terrain.dem import Dem
 
 
@@ -29,7 +29,7 @@ class Pieces:
 
     def __init__(
         self,
-        live: "LiveSession",
+        live: "SessionParts",
         goal: WalkGoal,
         settings: LoopSettings,
         finish: Callable[[Job, str], str],
@@ -62,14 +62,14 @@ class Pieces:
     def _routed(self, place: tuple[float, float]) -> RouteResult:
         """The route to a place on the newest map, or the one before where none begins so near to blocked ground."""
         request = RouteRequest(place, self._settings.route or RouteSettings())
-        found = cast(RouteResult, self._live.get(self._finish(self._live.stances.ask(ROUTE, request), "a route")))
+        found = self._live.typed(RouteResult, self._finish(self._live.stances.ask(ROUTE, request), "a route"))
         if found.status is Status.START_INVALID and self._route is not None:
             return self._route
         self._route = found if found.plan is not None else self._route
         return found
 
 
-def newest_dem(live: "LiveSession") -> "Dem | None":
+def newest_dem(live: "SessionParts") -> "Dem | None":
     """The ground as it is known now; None where none is."""
     from footfall.terrain.dem import Dem
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
     from footfall.planning.choice.ground import Ground
-    from footfall.session.live import LiveSession
+    from footfall.session.parts import SessionParts
 
 AGAIN = "the plan before could not be gone on with from here"
 
@@ -74,7 +74,7 @@ class WaysOn:
 
     def __init__(
         self,
-        live: "LiveSession",
+        live: "SessionParts",
         settings: LoopSettings,
         finish: Callable[[Job, str], str],
         at_rest: Callable[[], RobotState],
@@ -122,7 +122,7 @@ class WaysOn:
         self.planners[action] += 1
         gait = replace(self._choice.gaits, gait=WAVE) if action == WAVE else None
         walk = self._finish(self._live.walks.plan(goal, asked, gait=gait), "the walk that is planned")
-        return walk, cast(WalkResult, self._live.get(walk))
+        return walk, self._live.typed(WalkResult, walk)
 
     def _seen(self, goal: WalkGoal) -> Features:
         """What the table chooses by: the ground to the end of the piece."""

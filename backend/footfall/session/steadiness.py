@@ -4,7 +4,7 @@ What judges it loads compiled code, so it loads when first asked.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,10 +59,13 @@ def judged(live: LiveSession) -> Judged:
     from footfall.robot.kinematics import center_of_mass
 
     state, frame = live.state, live.rover.frame
-    if frame is None and state.state is None:
+    dem = None if state.dem is None else live.typed(Dem, state.dem)
+    if frame is not None:
+        stands = on_map(frame.state, dem)
+    elif state.state is not None:
+        stands = live.typed(RobotState, state.state)
+    else:
         raise NotFound("the rover has sent no telemetry yet, and there is no state to plan from")
-    dem = None if state.dem is None else cast(Dem, live.get(state.dem))
-    stands = on_map(frame.state, dem) if frame else cast(RobotState, live.get(cast(str, state.state)))
     balance = friction_of(live)
     robot = live.robot
     support = support_of(robot, dem, stands.posture, stands.T_site_base, bearing(robot, stands), balance)
@@ -91,7 +94,7 @@ def along(live: LiveSession, digest: str) -> Along:
         raise Conflict("it names no terrain, so nobody knows what the wheels stand on", digest=digest)
     settings = motion.provenance.settings
     balance = balance_of(motion)
-    course = course_of(live.robot, cast(Dem, live.get(made_on)), motion, balance)
+    course = course_of(live.robot, live.typed(Dem, made_on), motion, balance)
     least = float(getattr(settings, "least_margin", 0.0))
     conservative = getattr(settings, "conservative", False) or getattr(settings, "support", "") == "required"
     return Along(motion, course, balance.friction, least, bool(conservative))

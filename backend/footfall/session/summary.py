@@ -1,21 +1,19 @@
 """A session as plain JSON, for a page that opens."""
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
+from footfall.session.parts import SessionParts
 from footfall.session.products.kinds import KINDS
 from footfall.session.products.snapshot_age import latest_look
 from footfall.terrain.dem import Dem
 
-if TYPE_CHECKING:
-    from footfall.session.live import LiveSession
 
-
-def summary(session: "LiveSession") -> dict[str, Any]:
+def summary(session: SessionParts) -> dict[str, Any]:
     """Everything about a session but the content of its values, which are named by digest."""
     state, up_to_date, choices = session.state, session.fits.up_to_date(), session.choices.now
     return {
@@ -30,7 +28,7 @@ def summary(session: "LiveSession") -> dict[str, Any]:
         **{kind.name: state.newest(kind) for kind in KINDS.values() if kind.is_answer},
         "snapshot": state.snapshot,
         "pairs": _pairs(session),
-        "look": latest_look(session),
+        "look": latest_look(session, session.rover),
         "dem": state.dem,
         "terrain": _terrain(session),
         "can_undo_terrain": bool(state.terrain_history),
@@ -78,28 +76,29 @@ def summary(session: "LiveSession") -> dict[str, Any]:
     }
 
 
-def _what_if(session: "LiveSession") -> dict[str, Any] | None:
+def _what_if(session: SessionParts) -> dict[str, Any] | None:
     """The shift that the planning state has against how the rover stands; None where that is what it is."""
     if session.state.what_if is None or session.state.state is None:
         return None
-    shifted = cast(PredictedState, session.get(session.state.state))
-    return fields_of(cast(BodyShift, shifted.provenance.settings or BodyShift()))
+    shifted = session.typed(PredictedState, session.state.state)
+    shift = shifted.provenance.settings
+    return fields_of(shift if isinstance(shift, BodyShift) else BodyShift())
 
 
-def _after(session: "LiveSession") -> str | None:
+def _after(session: SessionParts) -> str | None:
     """The plan or sequence from whose end it is planned; None where that is not so."""
     if session.state.what_if is None or session.state.state is None:
         return None
-    return cast(PredictedState, session.get(session.state.state)).provenance.parents.get("after")
+    return session.typed(PredictedState, session.state.state).provenance.parents.get("after")
 
 
-def _ends(session: "LiveSession") -> dict[str, Any]:
+def _ends(session: SessionParts) -> dict[str, Any]:
     """What it would be gone on from, and what it is planned from the end of; None: nothing."""
     told = {"go_on": session.plans.planned_end(), "after": _after(session)}
     return {name: None if digest is None else session.plans.end_told(digest) for name, digest in told.items()}
 
 
-def _pairs(session: "LiveSession") -> list[str]:
+def _pairs(session: SessionParts) -> list[str]:
     """Names of the pairs of the present snapshot."""
     for event in reversed(session.events()):
         if event.type == "snapshot_taken":
@@ -107,12 +106,12 @@ def _pairs(session: "LiveSession") -> list[str]:
     return []
 
 
-def _terrain(session: "LiveSession") -> dict[str, Any] | None:
+def _terrain(session: SessionParts) -> dict[str, Any] | None:
     """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
     digest = session.state.dem
     if digest is None:
         return None
-    dem = cast(Dem, session.get(digest))
+    dem = session.typed(Dem, digest)
     made = next(event.time for event in reversed(session.events()) if event.payload.get("digest") == digest)
     geometry = dem.geometry
     return {
@@ -127,7 +126,7 @@ def _terrain(session: "LiveSession") -> dict[str, Any] | None:
     }
 
 
-def _footfall_answer(session: "LiveSession") -> dict[str, Any] | None:
+def _footfall_answer(session: SessionParts) -> dict[str, Any] | None:
     """What terrain and maps say now of the chosen footfall."""
     chosen = session.choices.now.footfall
     return None if chosen is None or session.state.dem is None else session.maps.footfall_answer(chosen)

@@ -25,11 +25,11 @@ from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
 from footfall.session.loop_pieces import Pieces, newest_dem
 from footfall.session.loop_settings import LoopSettings
+from footfall.session.parts import SessionParts
 from footfall.session.storage.interface import StoreRefused
 from footfall.session.walking import name_of
 
 if TYPE_CHECKING:
-    from footfall.session.live import LiveSession
     from footfall.terrain.fusion.on_map import OnMap
 
 log = logging.getLogger(__name__)
@@ -46,14 +46,14 @@ MAY_BE_REPLANNED = ("rules", "start", "set-points", "pose", "terrain", "load")
 
 
 class WalkLoop:
-    """One walk to a goal. Every method may be called from any thread; made by :meth:`LiveSession.walk_to`.
+    """One walk to a goal. Every method may be called from any thread; made by :meth:`.LiveSession.walk_to`.
 
     state: "going", "held" or "ended"; outcome: of one that has ended: "arrived", "stopped" or "cancelled"; act, reason:
     what was decided last, and why. part: of the walk that is planned, which is next or under way; waits_for: what has
     to come before it does anything else. foot_moves: parts of walks that were carried out.
     """
 
-    def __init__(self, live: "LiveSession", goal: WalkGoal, settings: LoopSettings, who: Identity = LOCAL) -> None:
+    def __init__(self, live: SessionParts, goal: WalkGoal, settings: LoopSettings, who: Identity = LOCAL) -> None:
         self._live, self.goal, self._settings, self._who = live, goal, settings, who
         self.state, self.outcome, self.act, self.reason = "going", "", "", ""
         self.part, self.waits_for = "", ""

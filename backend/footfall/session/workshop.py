@@ -1,7 +1,7 @@
 """Products of a session: each is asked for by the digests of its parents, made by a job, stored and logged."""
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, InvalidInput
 from footfall.core.value import Value, stored_name
@@ -77,9 +77,9 @@ class Workshop:
                 digest = self._store.put_bytes(product, about["format"])
             else:
                 digest = self._shelf.put(product)
-            if isinstance(product, Dem) and "snapshot" in values:
+            snapshot = values.get("snapshot")
+            if isinstance(product, Dem) and isinstance(snapshot, Snapshot):
                 # where the snapshot was taken, on this map: what is planned from
-                snapshot = cast(Snapshot, values["snapshot"])
                 payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
             if isinstance(product, Dem) and product.left_out:
                 payload["left_out"] = dict(product.left_out)

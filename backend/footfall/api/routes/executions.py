@@ -66,7 +66,7 @@ def take_over(live: OneSession, order: TakeOver) -> Calibration:
 @router.get("/sessions/{session}/clearance")
 def read_clearance(live: OneSession) -> ClearancesAnswer:
     """By how much the wheels in the air clear the ground now: commanded, predicted, and measured by telemetry."""
-    found = clearances(live)
+    found = clearances(live, live.rover)
     return {
         "time": found.time,
         "reason": found.reason,

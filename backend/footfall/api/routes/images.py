@@ -72,7 +72,7 @@ def list_images(live: OneSession) -> SnapshotAnswer:
         "snapshot": snapshot.digest,
         "pairs": [_about(live, pair) for pair in snapshot.pairs],
         "taken": taken_at(live, snapshot),
-        "since": cast(SinceThen, moved_since(live, snapshot.state)),
+        "since": cast(SinceThen, moved_since(live, live.rover, snapshot.state)),
         "left_out": dict(snapshot.left_out),
     }
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
-from typing import Annotated, Literal, TypedDict, cast
+from typing import Annotated, Literal, TypedDict
 
 import numpy as np
 from fastapi import Query, Request, Response
@@ -153,7 +153,7 @@ def _blend(live: LiveSession, read: Read, file: Uploaded, beside: list[Uploaded]
 @router.post("/sessions/{session}/terrains/undo")
 def undo(live: OneSession) -> TerrainAnswer:
     """Go back to the terrain before the present one."""
-    return about_terrain(cast(Dem, live.get(live.terrains.undo())))
+    return about_terrain(live.typed(Dem, live.terrains.undo()))
 
 
 @router.post("/sessions/{session}/terrains/clear", status_code=201)
@@ -161,7 +161,7 @@ def clear(live: OneSession, order: ClearTerrain, response: Response) -> TerrainA
     """Make a disc or a polygon of the terrain unknown; the result becomes the session's terrain."""
     digest = live.terrains.clear(order.area())
     response.headers["Location"] = session_path(live, "terrains", digest)
-    return about_terrain(cast(Dem, live.get(digest)))
+    return about_terrain(live.typed(Dem, digest))
 
 
 @router.get(

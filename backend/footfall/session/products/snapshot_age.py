@@ -1,33 +1,32 @@
 """Whether images still show where the rover is: when they came, and whether it has moved since."""
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 import numpy as np
 
+from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.up_to_date import SENT, difference
+from footfall.session.rover.linked import LinkedRover
 from footfall.telemetry.images import Snapshot
 from footfall.telemetry.state import RobotState
 
-if TYPE_CHECKING:
-    from footfall.session.live import LiveSession
 
-
-def taken_at(live: "LiveSession", snapshot: Snapshot) -> float | None:
+def taken_at(core: SessionCore, snapshot: Snapshot) -> float | None:
     """When a snapshot reached the server [s since 1970]; None where it never came as one."""
     return next(
         (
             event.time
-            for event in reversed(live.events())
+            for event in reversed(core.events())
             if event.type == "snapshot_taken" and event.payload.get("digest") == snapshot.digest
         ),
         None,
     )
 
 
-def moved_since(live: "LiveSession", then: RobotState) -> dict[str, Any]:
+def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> dict[str, Any]:
     """``moved``: whether the rover stands otherwise than then, None where that is not known; ``reason``."""
-    frame, age = live.rover.frame, live.rover.link.age
+    frame, age = rover.frame, rover.link.age
     unknown = ""
     if frame is None or age is None:
         unknown = "the rover has sent no telemetry yet"
@@ -36,7 +35,7 @@ def moved_since(live: "LiveSession", then: RobotState) -> dict[str, Any]:
     if unknown or frame is None:
         return {"moved": None, "reason": unknown}
     now = frame.state
-    found = difference(then.posture, then.T_site_base, now, live.description.joint_names)
+    found = difference(then.posture, then.T_site_base, now, core.description.joint_names)
     what = found.beyond(*SENT)
     told = {
         "": "",
@@ -46,11 +45,11 @@ def moved_since(live: "LiveSession", then: RobotState) -> dict[str, Any]:
     return {"moved": bool(what), "reason": told[what]}
 
 
-def latest_look(live: "LiveSession") -> dict[str, Any] | None:
+def latest_look(core: SessionCore, rover: LinkedRover) -> dict[str, Any] | None:
     """Of the newest images: ``taken``, when they reached the server [s since 1970], and :func:`moved_since` then; None
     before the first.
     """
-    for event in reversed(live.events()):
+    for event in reversed(core.events()):
         if event.type == "snapshot_taken":
-            return {"taken": event.time, **moved_since(live, cast(RobotState, live.get(event.payload["state"])))}
+            return {"taken": event.time, **moved_since(core, rover, core.typed(RobotState, event.payload["state"]))}
     return None
