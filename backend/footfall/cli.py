@@ -200,7 +200,7 @@ def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
     from footfall.session.replay.page_story import page_story
 
     recorded = Recorded(source)
-    content = encode(jsonable(page_story(recorded.events, recorded.value, recorded.robot())))
+    content = encode(jsonable(page_story(recorded.events, recorded.typed, recorded.robot())))
     if out is not None:
         out.write_bytes(content)
     if as_json:

@@ -49,9 +49,9 @@ class Recorded:
             raise InvalidBundle(f"{ARTIFACTS}/{file} of {self.name} is a {type(value).__name__}, not its {what}")
         return value
 
-    def value(self, digest: str) -> Value:
-        """Any value of the session."""
-        return self.get(digest, Value, "value")
+    def typed(self, kind: type[_V], digest: str) -> _V:
+        """A value of the session that is a ``kind``. Raises InvalidBundle."""
+        return self.get(digest, kind, kind.__name__)
 
     def robot(self) -> Robot:
         """The robot that the session is about."""

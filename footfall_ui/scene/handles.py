@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from footfall.core.frames import quat_wxyz, rotation_from_quat_wxyz, transform
 from footfall.planning.stance.body_shift import BodyShift
+from footfall.session.answers.choices import What
 from footfall.session.choosing.hand import Held
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
@@ -36,7 +37,7 @@ NEAR = 1e-6
 class Drag:
     """Where a handle was dragged to. over: whether it was let go; client: number of viser's page."""
 
-    what: str
+    what: What
     index: int
     T_site_handle: Array
     over: bool
@@ -57,7 +58,7 @@ def pose_of(held: Held, dem: Dem, T_site_base: Array) -> Array:
     return transform(translation=(x, y, z if np.isfinite(z) else 0.0))
 
 
-def place_of(what: str, T_site_handle: Array, T_site_base: Array) -> tuple[float, ...]:
+def place_of(what: What, T_site_handle: Array, T_site_base: Array) -> tuple[float, ...]:
     """Inverse of :func:`pose_of`, as ``hold`` takes it. Raises InvalidInput where a chassis is dragged too far."""
     if what == "chassis":
         return tuple(BodyShift.between(T_site_base, T_site_handle).vector.tolist())

@@ -1,11 +1,12 @@
 """What drawings read of a session: its products as values, how the rover stands, what the ghost plays."""
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from footfall.core.value import Value
 from footfall.planning.gait.problem import GaitResult
 from footfall.planning.step.problem import Footfall, PlanResult
 from footfall.planning.walk.problem import WalkResult
+from footfall.session.answers.choices import FootfallAnswer
 from footfall.session.live import LiveSession
 from footfall.session.products.kinds import GAIT, WALK
 from footfall.telemetry.state import RobotState
@@ -47,7 +48,7 @@ def walk_here(live: LiveSession) -> WalkResult | GaitResult | None:
     return None
 
 
-def accepted(live: LiveSession, chosen: Footfall, answer: dict[str, Any]) -> bool | None:
+def accepted(live: LiveSession, chosen: Footfall, answer: FootfallAnswer) -> bool | None:
     """What the plan for this footfall says; without one, what the maps say."""
     if live.state.plan is not None:
         result = read(live, live.state.plan, PlanResult)

@@ -9,13 +9,14 @@ from footfall.api.access import BASE
 from footfall.api.assemble import assemble
 from footfall.api.auth.roles import declared, needed
 from footfall.api.bodies import answer_models
-from footfall.api.bodies.answers import SessionAnswer, UpToDateAnswer
 from footfall.api.bodies.schemas import WhatIfOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.kinds import SERVED, Asked, folder_of
 from footfall.api.routes import products
 from footfall.planning.stance.body_shift import BodyShift
 from footfall.session.access.identity import Role
+from footfall.session.answers.fits import UpToDateAnswer
+from footfall.session.answers.sessions import SessionAnswer
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.jobs.product_recipes import PRODUCTS
 from footfall.session.products.kinds import GROUND, KINDS, Kind

@@ -149,7 +149,7 @@ def test_whatever_value_an_event_names_it_is_refused_or_told_and_compared(sessio
     except InvalidBundle:
         return
     live.summary()
-    page_story(live.events(), live.get, live.robot)
+    page_story(live.events(), live.typed, live.robot)
     side_by_side(live, session)
     if live.commands.gate["stopped"]:
         live.commands.clear_stop()

@@ -21,7 +21,7 @@ def story_after(rock, *happened):
     events = list(rock.events)
     for type, payload in happened:
         events.append(next_event(events[-1], events[-1].time + 1.0, type, payload))
-    return page_story(events, rock.value, rock.robot())
+    return page_story(events, rock.typed, rock.robot())
 
 
 def sent(sequence, run, *ends):

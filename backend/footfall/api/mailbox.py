@@ -6,6 +6,7 @@ import time
 from collections import deque
 from typing import Any
 
+from footfall.api.bodies.answers import Listener
 from footfall.session.access.identity import LOCAL, Identity
 
 LONGEST_BACKLOG = 5000
@@ -79,7 +80,7 @@ class Mailbox:
                     pass
         self._wake()
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Listener:
         """Plain JSON. waiting: messages; behind_s: since when the first of them waits."""
         with self._lock:
             waiting = len(self._queue) + (self._telemetry is not None)

@@ -13,6 +13,7 @@ from fastapi.sse import ServerSentEvent
 
 from footfall.api.access import OneSession
 from footfall.api.acting import Actor
+from footfall.api.bodies.answers import Listener
 from footfall.api.bodies.jsonable import dumps
 from footfall.api.door.limits import MOST_LISTENERS, MOST_OF_ONE
 from footfall.api.mailbox import Mailbox
@@ -94,7 +95,7 @@ class Streams:
         with self._lock:
             return self._dropped + sum(mailbox.dropped for mailbox in self._open)
 
-    def listeners(self, session: str | None = None) -> list[dict[str, Any]]:
+    def listeners(self, session: str | None = None) -> list[Listener]:
         """Who listens to a session (None: to any), oldest first."""
         with self._lock:
             found = [mailbox for mailbox in self._open if session in (None, mailbox.session)]

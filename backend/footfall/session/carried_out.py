@@ -1,9 +1,9 @@
 """Which commands the rover has carried out to their last row, and what of the planned is left to make commands of."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 from footfall.planning.step.problem import Status
+from footfall.session.answers.plans import ToCommand
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
 from footfall.session.products.kinds import COMMANDED, EXECUTION, KINDS, PLAN
@@ -30,7 +30,7 @@ def moved_by(state: SessionState, sequence: str) -> set[str]:
 
 def to_command(
     state: SessionState, events: Iterable[Event], finished: Mapping[str, float], found: Callable[[str], bool]
-) -> dict[str, Any] | None:
+) -> ToCommand | None:
     """What commands are to be made of: the planned step, its execution or the move of the chassis that came last, of
     those that can be carried out and were not; None where there is none.
 

@@ -4,7 +4,7 @@ What computes it loads compiled code, so it loads when first asked.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from footfall.planning.compliance.settings import ComplianceSettings
 from footfall.planning.execution.problem import Execution, ExecutionResult
 from footfall.sequence.commands import Sequence
 from footfall.sequence.settings import SequenceSettings
+from footfall.session.answers.commands import MeasuredAnswer, WheelAnswer
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.log.fold import SessionState
@@ -52,17 +53,25 @@ class WheelClearance:
             return False
         return other is None or other.seen is None or self.seen.clearance < other.seen.clearance
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> WheelAnswer:
         """As plain JSON; ``measured`` is what was seen."""
-        seen = self.seen
-        parts = ("clearance", "uncertainty", "joints", "pose", "ground", "whole")
+        seen, measured = self.seen, None
+        if seen is not None:
+            measured = MeasuredAnswer(
+                clearance=seen.clearance,
+                uncertainty=seen.uncertainty,
+                joints=seen.joints,
+                pose=seen.pose,
+                ground=seen.ground,
+                whole=seen.whole,
+            )
         return {
             "leg": self.leg,
             "commanded": self.commanded,
             "predicted": self.predicted,
             "less": self.less,
             "rigid": self.rigid,
-            "measured": None if seen is None else {name: getattr(seen, name) for name in parts},
+            "measured": measured,
             "low": self.low,
         }
 

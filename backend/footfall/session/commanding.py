@@ -8,12 +8,13 @@ log with who, from where and under which number of the conn.
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
 from footfall.core.errors import Conflict
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import Identity
+from footfall.session.answers.commands import ActedBy, ArmedAnswer, ConnAnswer, RunEnded, SentAnswer
 from footfall.session.gate.between import Between
 from footfall.session.gate.checks import STALE_AFTER, Facts, require_fit, require_fit_to_go_on
 from footfall.session.gate.gate import Gate
@@ -34,7 +35,7 @@ WATCH_PERIOD = 0.1
 class Record(Protocol):
     """Writes one event; raises OSError where the disk can't take it."""
 
-    def __call__(self, type: str, payload: dict[str, Any]) -> object: ...
+    def __call__(self, type: str, payload: Mapping[str, object]) -> object: ...
 
 
 class Commanding:
@@ -74,12 +75,12 @@ class Commanding:
         self._heard = Heard()
         self._between: Between | None = None
         self._closing = threading.Event()
-        self.latest_end: tuple[float, dict[str, Any]] | None = None
+        self.latest_end: tuple[float, RunEnded] | None = None
         """When the latest run ended [s since 1970] and how, as its record says, whether or not that is written."""
 
     # -- the conn ------------------------------------------------------------------------------
 
-    def conn(self, act: str, who: Identity) -> dict[str, Any]:
+    def conn(self, act: str, who: Identity) -> ConnAnswer:
         """See :meth:`footfall.session.commands.Commands.conn_act`."""
         if act == "heartbeat":
             self.gate.act(act, who)
@@ -98,7 +99,7 @@ class Commanding:
 
     def arm(
         self, digest: str, sequence: Sequence, facts: Facts, joint_names: tuple[str, ...], who: Identity
-    ) -> dict[str, Any]:
+    ) -> ArmedAnswer:
         """See :meth:`footfall.session.commands.Commands.arm`."""
         with self._audited("arm", who, sequence=digest):
             self.gate.admit(who)
@@ -116,7 +117,7 @@ class Commanding:
         who: Identity,
         step_by_step: bool = False,
         facts_later: Callable[[], Facts] | None = None,
-    ) -> dict[str, Any]:
+    ) -> SentAnswer:
         """See :meth:`footfall.session.commands.Commands.send`. facts_later: as ``facts``, asked in the run."""
         with self._audited("send", who):
             require_fit(sequence, facts, joint_names)
@@ -168,7 +169,7 @@ class Commanding:
         if not self._heard.is_news(command_id, known, state) and not ends:
             self._link.said_again()
             return
-        payload: dict[str, Any] = {"id": command_id, "reason": reason}
+        payload: dict[str, object] = {"id": command_id, "reason": reason}
         frame = self._link.frame
         if state == "done" and run is not None and run.sequence.at_rest is not None and frame is not None:
             # how far it gave way by then tells how stiff it is
@@ -348,11 +349,11 @@ class Commanding:
                 self._ask()
 
     def _record_ended(self, run: Run, outcome: str, reason: str) -> None:
-        ended = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": run.unsent}
+        ended: RunEnded = {"run": run.number, "outcome": outcome, "reason": reason, "unsent": run.unsent}
         self.latest_end = time.time(), ended
         self._record_anyway("run_ended", {**ended, "epoch": self.gate.epoch})
 
-    def _by(self, who: Identity) -> dict[str, Any]:
+    def _by(self, who: Identity) -> ActedBy:
         return {"by": who.as_dict(), "conn": self.gate.conn_number}
 
     @contextlib.contextmanager

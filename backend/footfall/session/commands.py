@@ -4,15 +4,14 @@
 """
 
 import time
-from typing import Any
 
 import numpy as np
 
 from footfall.balance.settings import BalanceSettings
 from footfall.core.errors import CommandRefused
-from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.answers.commands import ArmedAnswer, ConnAnswer, GateAnswer, RowAnswer, RunAnswer, SentAnswer
 from footfall.session.carried_out import carried_out
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import Facts
@@ -21,6 +20,7 @@ from footfall.session.jobs.requests import WalkRequest
 from footfall.session.least_clearances import LeastClearances
 from footfall.session.log.event import next_event
 from footfall.session.log.fold import SessionState, fold
+from footfall.session.log.fold_commands import CommandRecord, RunRecord
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.executions import Executions
 from footfall.session.products.outcomes import Outcomes
@@ -46,12 +46,12 @@ class Commands:
         self._least_clearances = least_clearances
 
     @property
-    def gate(self) -> dict[str, Any]:
+    def gate(self) -> GateAnswer:
         """The command gate, as plain JSON."""
         return self._rover.commanding.gate.as_dict()
 
     @property
-    def conn(self) -> dict[str, Any]:
+    def conn(self) -> ConnAnswer:
         """Who holds the conn, for how long, and who asks for it, as plain JSON."""
         return self._rover.commanding.gate.conn()
 
@@ -59,14 +59,14 @@ class Commands:
         """Whether ``who``, as that page or program, holds the conn."""
         return self._rover.commanding.gate.holds_conn(who)
 
-    def conn_act(self, act: str, who: Identity = LOCAL) -> dict[str, Any]:
+    def conn_act(self, act: str, who: Identity = LOCAL) -> ConnAnswer:
         """Take, release, request, grant, deny or renew ("heartbeat") the conn; who holds it then.
 
         Raises CommandRefused where it is another's, or the role does not allow it.
         """
         return self._rover.commanding.conn(act, who)
 
-    def arm(self, sequence_digest: str | None = None, who: Identity = LOCAL) -> dict[str, Any]:
+    def arm(self, sequence_digest: str | None = None, who: Identity = LOCAL) -> ArmedAnswer:
         """Check that a sequence may be sent now; the token of the answer sends it once, for a short time.
 
         Takes the conn where nobody holds it. Raises CommandRefused; its details name the check that failed and by how
@@ -80,7 +80,7 @@ class Commands:
 
     def send(
         self, token: str, expected: str | None = None, who: Identity = LOCAL, step_by_step: bool = False
-    ) -> dict[str, Any]:
+    ) -> SentAnswer:
         """Begin to send the armed sequence; everything is checked again. Raises CommandRefused.
 
         expected: digest of the sequence that the sender means; where another one was armed, nothing is sent.
@@ -118,7 +118,7 @@ class Commands:
         self._rover.commanding.abort(who)
 
     @property
-    def run(self) -> dict[str, Any] | None:
+    def run(self) -> RunAnswer | None:
         """The latest run as plain JSON, None before the first: its record, and of every row how far it came and when;
         compared: what came of it, see :meth:`.Outcomes.latest`; least_clearances: see :meth:`.LeastClearances.of`.
 
@@ -130,20 +130,20 @@ class Commands:
         if run is None:
             return None
         sent = {one.row: one for one in state.commands if one.run == run.number}
-        rows = []
-        for row in range(run.rows):
-            record = sent.get(row)
-            queued = {"queued": run.queued}
-            if record is not None:
-                told = {"state": record.state, "reason": record.reason, "times": {**queued, **(record.times or {})}}
-            elif run.state == "ended":
-                told = {"state": "unsent", "reason": run.reason, "times": {**queued, "unsent": run.ended}}
-            else:
-                told = {"state": "queued", "reason": "", "times": queued}
-            rows.append({"row": row, "id": command_id(run.sequence, run.number, run.mark, row), **told})
-        told = {name: item for name, item in fields_of(run).items() if name != "mark"}
-        came_of_it = {"compared": self._outcomes.latest(), "least_clearances": self._least_clearances.of(run.number)}
-        return {**told, "rows": rows, **came_of_it}
+        return {
+            "number": run.number,
+            "sequence": run.sequence,
+            "rows": [_row(run, row, sent.get(row)) for row in range(run.rows)],
+            "mode": run.mode,
+            "by": run.by,
+            "queued": run.queued,
+            "state": run.state,
+            "reason": run.reason,
+            "outcome": run.outcome,
+            "ended": run.ended,
+            "compared": self._outcomes.latest(),
+            "least_clearances": self._least_clearances.of(run.number),
+        }
 
     def end_of_run(self, number: int | None) -> tuple[str, str] | None:
         """Outcome of a run, and the reason; None while it goes on, and of one that never began."""
@@ -161,12 +161,12 @@ class Commands:
         at, ended = latest
         return fold(state, next_event(None, at, "run_ended", ended))
 
-    def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
+    def stop(self, reason: str = "", who: Identity = LOCAL) -> GateAnswer:
         """Stop the rover, now; stays in force until cleared. Anybody may; works without rover, disk or free lock."""
         self._rover.commanding.stop(reason, time.time(), who)
         return self.gate
 
-    def clear_stop(self, who: Identity = LOCAL) -> dict[str, Any]:
+    def clear_stop(self, who: Identity = LOCAL) -> GateAnswer:
         """Raises Conflict while a connected rover has not acknowledged the stop, CommandRefused without the conn."""
         self._rover.commanding.clear_stop(who)
         return self.gate
@@ -203,3 +203,14 @@ class Commands:
             balance = asked.settings.balance if isinstance(asked, WalkRequest) else balance
         mass, _ = loaded(self._core.robot, np.zeros(3), balance)
         return mass * balance.gravity
+
+
+def _row(run: RunRecord, row: int, record: CommandRecord | None) -> RowAnswer:
+    state, reason, times = "queued", "", {"queued": run.queued}
+    if record is not None:
+        state, reason, times = record.state, record.reason, {**times, **(record.times or {})}
+    elif run.state == "ended":
+        state, reason = "unsent", run.reason
+        times |= {} if run.ended is None else {"unsent": run.ended}
+    number = command_id(run.sequence, run.number, run.mark, row)
+    return {"row": row, "id": number, "state": state, "reason": reason, "times": times}

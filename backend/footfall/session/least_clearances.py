@@ -8,8 +8,8 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
 
+from footfall.session.answers.commands import LeastClearancesAnswer
 from footfall.session.clearance import WheelClearance, clearances_by, row_on_its_way, sequence_of_run
 from footfall.session.core import SessionCore
 from footfall.session.log.fold import SessionState
@@ -68,7 +68,7 @@ class LeastClearances:
         with suppress(RuntimeError):
             self._thread.submit(self._look, seen, state, frame)
 
-    def of(self, run: int) -> dict[str, Any]:
+    def of(self, run: int) -> LeastClearancesAnswer:
         """As plain JSON: each wheel where it was lowest, by how many looks at telemetry. Empty for another run."""
         with self._guard:
             seen = self._seen if self._seen.run == run else _OfRun(run)

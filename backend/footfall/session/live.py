@@ -12,11 +12,10 @@ A script without a server works the same way, with jobs run inline::
         session.sequences.export(session.sequences.make(plan), "csv")
 """
 
-from typing import Any
-
 from footfall.core.errors import Conflict
 from footfall.planning.walk.problem import WalkGoal
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.answers.sessions import SessionAnswer
 from footfall.session.loop_settings import LoopSettings
 from footfall.session.parts import SessionParts
 from footfall.session.summary import summary
@@ -31,10 +30,10 @@ class LiveSession(SessionParts):
 
     _walk_loop: WalkLoop | None = None
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> SessionAnswer:
         """The session as plain JSON, for a page that opens."""
         with self.journal.lock:
-            return {**summary(self), "walk_loop": None if self._walk_loop is None else self._walk_loop.as_dict()}
+            return summary(self, None if self._walk_loop is None else self._walk_loop.as_dict())
 
     @property
     def idle(self) -> bool:

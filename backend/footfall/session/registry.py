@@ -8,7 +8,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from footfall.core.errors import Conflict, FootFallError, InvalidBundle, NotFound
 from footfall.core.value import SOFTWARE_VERSION
@@ -16,6 +16,8 @@ from footfall.io.bundles import FORMAT, SESSION, VERSION, read_bundle
 from footfall.resources import sample_sessions_folder
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.answers.commands import GateAnswer
+from footfall.session.answers.sessions import SessionListed
 from footfall.session.jobs.local import Jobs
 from footfall.session.jobs.pool import JobPool
 from footfall.session.left_behind import left_behind, mark_held, stop_left_in, unmark_held, unmark_left
@@ -86,7 +88,7 @@ class Sessions:
         """The session that was made or opened last: it holds the rover. Waits for nothing: a stop goes through it."""
         return self._current
 
-    def stop(self, reason: str = "", who: Identity = LOCAL) -> dict[str, Any]:
+    def stop(self, reason: str = "", who: Identity = LOCAL) -> GateAnswer:
         """Stop the rover, now, as :meth:`.Commands.stop`. Waits for no session that is made, opened or carried in.
 
         Raises Conflict where no session is open.
@@ -174,7 +176,7 @@ class Sessions:
             for live in self._open.values():
                 live.rover.set_light_time(light_time)
 
-    def list(self) -> list[dict[str, Any]]:
+    def list(self) -> list[SessionListed]:
         """What there is, newest first; a damaged session is listed with its ``problem``."""
         found = [self._about(name, one) for name, one in found_sessions(self.folder).items() if _ID.fullmatch(name)]
         return sorted(found, key=lambda about: (-(about["created"] or 0.0), about["id"]))
@@ -325,8 +327,8 @@ class Sessions:
             if not (self.folder / session_id).exists():
                 return session_id
 
-    def _about(self, session_id: str, found: Listed | str) -> dict[str, Any]:
-        about: dict[str, Any] = {
+    def _about(self, session_id: str, found: Listed | str) -> SessionListed:
+        about: SessionListed = {
             "id": session_id,
             "name": session_id,
             "created": None,
@@ -338,7 +340,8 @@ class Sessions:
         if isinstance(found, str):
             return {**about, "problem": f"it can't be read: {found}"}
         try:
-            return about | {
+            return {
+                **about,
                 "name": str((found.renamed or found.about)["name"]),
                 "created": float(found.about["created"]),
                 "robot": found.about["robot"]["name"],

@@ -1,13 +1,12 @@
 """The rover against its plan: where what is planned starts, whether the rover stands there, and what a ghost plays."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.planning.step.problem import PlanResult, Status
 from footfall.planning.walk.problem import WalkResult
 from footfall.sequence.commands import Sequence
+from footfall.session.answers.plans import MatchAnswer, ToCommand
 from footfall.session.carried_out import carried_out, to_command
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore
@@ -28,7 +27,7 @@ class Review:
     ) -> None:
         self._core, self._choices, self._rover, self._fits, self._sequences = core, choices, rover, fits, sequences
 
-    def plan_matches_rover(self) -> dict[str, Any]:
+    def plan_matches_rover(self) -> MatchAnswer:
         """Whether the rover stands where what was planned last starts; ok is None where that can't be told.
 
         older_ground: whether it was planned on other ground than is there now, where the gate refuses it.
@@ -57,8 +56,8 @@ class Review:
             "chassis": f"the chassis has moved by {found.moved:z.3f} m since the plan was made{doubt}",
             "joint": f"{found.joint} is {found.turned:+z.4f} rad from where the plan starts",
         }[what]
-        told = {"joint": found.joint, "difference": found.turned, "reason": reason, "older_ground": older}
-        return {"ok": not what, **told}
+        ok, joint, turned = not what, found.joint, found.turned
+        return {"ok": ok, "joint": joint, "difference": turned, "reason": reason, "older_ground": older}
 
     @property
     def played(self) -> str | None:
@@ -118,7 +117,7 @@ class Review:
         return state.plan is not None and self.step_played == state.plan
 
     @property
-    def to_command(self) -> dict[str, Any] | None:
+    def to_command(self) -> ToCommand | None:
         """What commands are to be made of, as :func:`footfall.session.carried_out.to_command` tells it."""
         finished = carried_out(self._core.state, self._sequences.rows_of)
         return to_command(self._core.state, self._core.events(), finished, self._found)

@@ -1,22 +1,25 @@
 """A session as plain JSON, for a page that opens."""
 
 from dataclasses import asdict
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from footfall.core.value import fields_of
 from footfall.planning.stance.body_shift import BodyShift, PredictedState
+from footfall.session.answers.choices import FootfallAnswer
+from footfall.session.answers.plans import EndsAnswer
+from footfall.session.answers.sessions import SessionAnswer, ShiftAnswer, TerrainInSummary
 from footfall.session.parts import SessionParts
 from footfall.session.products.kinds import KINDS
 from footfall.session.products.snapshot_age import latest_look
 from footfall.terrain.dem import Dem
 
 
-def summary(session: SessionParts) -> dict[str, Any]:
-    """Everything about a session but the content of its values, which are named by digest."""
+def summary(session: SessionParts, loop: dict[str, Any] | None) -> SessionAnswer:
+    """Everything about a session but the content of its values, which are named by digest. loop: its latest walk."""
     state, up_to_date, choices = session.state, session.fits.up_to_date(), session.choices.now
-    return {
+    told = {
         "id": session.id,
         "name": state.name,
         "robot": {"name": state.robot_name, "digest": state.robot},
@@ -73,16 +76,19 @@ def summary(session: SessionParts) -> dict[str, Any]:
         "jobs": [job.as_dict() for job in session.jobs],
         "plan_matches_rover": session.review.plan_matches_rover(),
         "unrecorded": session.unrecorded,
+        "walk_loop": loop,
     }
+    return cast(SessionAnswer, told)  # its members of each kind have names that no type can say
 
 
-def _what_if(session: SessionParts) -> dict[str, Any] | None:
+def _what_if(session: SessionParts) -> ShiftAnswer | None:
     """The shift that the planning state has against how the rover stands; None where that is what it is."""
     if session.state.what_if is None or session.state.state is None:
         return None
     shifted = session.typed(PredictedState, session.state.state)
-    shift = shifted.provenance.settings
-    return fields_of(shift if isinstance(shift, BodyShift) else BodyShift())
+    asked = shifted.provenance.settings
+    dx, dy, dz, droll, dpitch, dyaw = (asked if isinstance(asked, BodyShift) else BodyShift()).vector.tolist()
+    return {"dx": dx, "dy": dy, "dz": dz, "droll": droll, "dpitch": dpitch, "dyaw": dyaw}
 
 
 def _after(session: SessionParts) -> str | None:
@@ -92,10 +98,13 @@ def _after(session: SessionParts) -> str | None:
     return session.typed(PredictedState, session.state.state).provenance.parents.get("after")
 
 
-def _ends(session: SessionParts) -> dict[str, Any]:
+def _ends(session: SessionParts) -> EndsAnswer:
     """What it would be gone on from, and what it is planned from the end of; None: nothing."""
-    told = {"go_on": session.plans.planned_end(), "after": _after(session)}
-    return {name: None if digest is None else session.plans.end_told(digest) for name, digest in told.items()}
+    go_on, after = session.plans.planned_end(), _after(session)
+    return {
+        "go_on": None if go_on is None else session.plans.end_told(go_on),
+        "after": None if after is None else session.plans.end_told(after),
+    }
 
 
 def _pairs(session: SessionParts) -> list[str]:
@@ -106,7 +115,7 @@ def _pairs(session: SessionParts) -> list[str]:
     return []
 
 
-def _terrain(session: SessionParts) -> dict[str, Any] | None:
+def _terrain(session: SessionParts) -> TerrainInSummary | None:
     """What the present terrain is, how much of it is known (0…1), and since when it is the present one."""
     digest = session.state.dem
     if digest is None:
@@ -126,7 +135,7 @@ def _terrain(session: SessionParts) -> dict[str, Any] | None:
     }
 
 
-def _footfall_answer(session: SessionParts) -> dict[str, Any] | None:
+def _footfall_answer(session: SessionParts) -> FootfallAnswer | None:
     """What terrain and maps say now of the chosen footfall."""
     chosen = session.choices.now.footfall
     return None if chosen is None or session.state.dem is None else session.maps.footfall_answer(chosen)

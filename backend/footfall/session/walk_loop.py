@@ -20,6 +20,7 @@ from footfall.planning.walk.problem import WalkGoal, WalkPlan
 from footfall.planning.walk_execution.decision import Act, SoFar, WayOn, WayOnSettings
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.answers.commands import ConnAnswer
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.gate.lease import CONN_FOR
 from footfall.session.jobs.job import Job
@@ -321,7 +322,7 @@ class WalkLoop:
         if live.rover.epoch != self._epoch:
             raise Conflict("the rover was stopped, connected anew, or given up on in the middle of a row, meanwhile")
 
-    def _require_conn(self, conn: dict[str, Any]) -> None:
+    def _require_conn(self, conn: ConnAnswer) -> None:
         if self._conn is not None and (conn["holder"] is None or conn["number"] != self._conn):
             raise Conflict(f"{self._conn_went()}; take it, and begin the walk anew")
 

@@ -1,8 +1,7 @@
 """A session that walks: which foot moves of a walk were carried out, which is next, its commands, and the way on."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from footfall.planning.walk_execution.payload import with_load_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.foot_moves import Rows, foot_moves
 from footfall.sequence.rest import PredictedRest, predicted_rest
+from footfall.session.answers.walks import WalkingAnswer
 from footfall.session.core import SessionCore, present
 from footfall.session.gate.checks import POSE_TOLERANCE, START_TOLERANCE
 from footfall.session.jobs.job import Job
@@ -100,10 +100,21 @@ class Walks:
         text = f"{began}; next: {name_of(plan, done)}"
         return Walking(digest, of, done, done, leg, against, text, self._commanded(digest, done))
 
-    def walking_told(self) -> dict[str, Any] | None:
+    def walking_told(self) -> WalkingAnswer | None:
         """As :meth:`walking`, plain JSON."""
-        walking = self.walking()
-        return None if walking is None else asdict(walking)
+        now = self.walking()
+        if now is None:
+            return None
+        return {
+            "walk": now.walk,
+            "of": now.of,
+            "done": now.done,
+            "next": now.next,
+            "leg": now.leg,
+            "against": now.against,
+            "text": now.text,
+            "commanded": now.commanded,
+        }
 
     def plan(
         self,

@@ -4,8 +4,8 @@ An answer is never passed through these models: :func:`~footfall.api.bodies.json
 what that makes of each type. A test holds every answer of the server against them.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 from types import UnionType
@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import BaseModel, Field, WithJsonSchema, create_model
 
 from footfall.core.value import Value
+from footfall.session.answers.notes import Each, OneOf, Says
 
 Numbers = Annotated[
     Any,
@@ -31,20 +32,6 @@ Plain = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class Each:
-    """Note of a member of a TypedDict: it stands for members of its type with these names, in its place."""
-
-    names: Callable[[], Iterable[str]]
-
-
-@dataclass(frozen=True)
-class OneOf:
-    """Note of a text: it is one of these."""
-
-    names: Callable[[], Iterable[str]]
-
-
 def answer_model(hint: Any, floats: Any = float) -> Any:
     """The type that describes ``hint`` as JSON.
 
@@ -55,7 +42,8 @@ def answer_model(hint: Any, floats: Any = float) -> Any:
         inner, *notes = get_args(hint)
         if isinstance(notes[0], OneOf):
             return Literal[tuple(notes[0].names())]
-        return Annotated[answer_model(inner, floats), *notes]
+        told = (Field(description=note.text) if isinstance(note, Says) else note for note in notes)
+        return Annotated[answer_model(inner, floats), *told]
     if origin is np.ndarray or hint is np.ndarray:
         return Numbers
     if origin in (Union, UnionType):

@@ -4,22 +4,14 @@ from typing import Annotated, Literal, TypedDict
 
 from pydantic import Field
 
-from footfall.api.bodies.answers import Array, ConnAnswer, DigestText
+from footfall.api.bodies.answers import Array
 from footfall.core.value import Value
 from footfall.planning.execution.problem import Execution
 from footfall.planning.step.problem import Check, Status
 from footfall.sequence.commands import Command, RuleResult
-
-
-class WayOfCommands(TypedDict):
-    """mode: of the execution that commands were made of; "rigid": they take the rover as rigid.
-
-    text: for a person. doubt: whether the rover sags otherwise than they know, so that touch-down is not predicted.
-    """
-
-    mode: str
-    text: str
-    doubt: bool
+from footfall.session.answers.commands import WheelAnswer
+from footfall.session.answers.notes import DigestText
+from footfall.session.answers.plans import WayOfCommands
 
 
 class RestAnswer(TypedDict):
@@ -80,28 +72,12 @@ class SequenceAnswer(TypedDict):
     can_undo: bool
 
 
-class ArmedAnswer(TypedDict):
-    """A token that sends this version of the sequence once, within `expires_in` [s]."""
-
-    token: str
-    sequence: DigestText
-    expires_in: float
-    conn: ConnAnswer
-
-
 class ExportedAnswer(TypedDict):
     """What was exported; digest: of the recorded file, null for a page to print. url: gives the file."""
 
     format: str
     digest: DigestText | None
     url: str
-
-
-class SentAnswer(TypedDict):
-    """A run has begun: ids of its commands, row by row."""
-
-    run: int
-    commands: list[str]
 
 
 class ExecutionFigures(TypedDict):
@@ -126,37 +102,6 @@ class ExecutionAnswer(TypedDict):
     settings: Value | None
     execution: Execution | None
     figures: ExecutionFigures | None
-
-
-class MeasuredAnswer(TypedDict):
-    """As telemetry and map have it [m]. uncertainty: the true one is within it, either way, in 95 of 100 cases.
-
-    joints, pose, ground: what that is made of, one standard deviation each; null: not known, and not in it. whole:
-    whether all ground below the wheel is known; where it is not, it may be higher.
-    """
-
-    clearance: float
-    uncertainty: float
-    joints: float
-    pose: float | None
-    ground: float | None
-    whole: bool
-
-
-class WheelAnswer(TypedDict):
-    """Clearances of a wheel in the air [m]; null: not known. commanded: were the rover as rigid as its set points.
-
-    less: by how much less than `predicted` it is with springs softer by the tolerance of the prediction. rigid: the
-    commands take the rover as rigid. low: measured less than predicted by more than the uncertainty.
-    """
-
-    leg: int
-    commanded: float | None
-    predicted: float | None
-    less: float | None
-    rigid: bool
-    measured: MeasuredAnswer | None
-    low: bool
 
 
 class ClearancesAnswer(TypedDict):

@@ -1,6 +1,6 @@
 """What requests for walks may contain, and what answers hold; as strict as those of ``schemas``."""
 
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Literal
 
 from annotated_types import Len
 from pydantic import Field
@@ -94,22 +94,3 @@ class WalkLoopOrder(Strictly):
     farthest: Annotated[Number, Field(gt=0.0, le=50.0)] = 3.0
     route: RouteSettingsModel | None = None  # type: ignore[valid-type]
     choose_by: Literal["planner", "gaits", "table"] = "planner"
-
-
-class WalkingAnswer(TypedDict):
-    """How far the latest walk is.
-
-    of: its foot moves and the chassis' last way; done: how many were carried out. next: number of the one that is next,
-    counted from 0; leg: whose foot it moves, null: the chassis alone goes. against: why it can't begin where the rover
-    stands now, "" where nothing speaks against it. commanded: of how many parts, from the next on, the session's
-    commands are; 0: they are of something else.
-    """
-
-    walk: str
-    of: int
-    done: int
-    next: int | None
-    leg: int | None
-    against: str
-    text: str
-    commanded: int

@@ -1,11 +1,11 @@
 """Points for the wheel, and taking back what was chosen, or making it again, in the order in which it was chosen."""
 
-from typing import TypedDict, cast
+from typing import TypedDict
 
 from footfall.api.access import OneSession
-from footfall.api.bodies.answers import ChoiceAnswer, PointsAnswer
 from footfall.api.bodies.choice_schemas import PointsOrder, UndoOrder
 from footfall.api.routing import Routes
+from footfall.session.answers.choices import ChoiceAnswer, PointsAnswer
 from footfall.session.live import LiveSession
 from footfall.session.log.fold_choices import Choice
 
@@ -46,7 +46,7 @@ def redo(live: OneSession, order: UndoOrder) -> Turned:
 def _turned(live: LiveSession, choice: Choice) -> Turned:
     summary = live.choices.undoable
     return {
-        "choice": cast(ChoiceAnswer, choice.as_dict()),
-        "undo": cast("ChoiceAnswer | None", summary["undo"]),
-        "redo": cast("ChoiceAnswer | None", summary["redo"]),
+        "choice": choice.as_dict(),
+        "undo": summary["undo"],
+        "redo": summary["redo"],
     }

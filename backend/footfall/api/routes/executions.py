@@ -1,7 +1,5 @@
 """Executions: what a rover that sags is commanded for a planned step, as a job, and what is expected of it."""
 
-from typing import cast
-
 from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
@@ -11,7 +9,6 @@ from footfall.api.bodies.sequence_answers import (
     ClearancesAnswer,
     ExecutionAnswer,
     ExecutionFigures,
-    WheelAnswer,
 )
 from footfall.api.execution_orders import settings_of_order
 from footfall.api.routes.jobs import accepted
@@ -70,7 +67,7 @@ def read_clearance(live: OneSession) -> ClearancesAnswer:
     return {
         "time": found.time,
         "reason": found.reason,
-        "wheels": cast(list[WheelAnswer], [one.as_dict() for one in found.wheels]),
+        "wheels": [one.as_dict() for one in found.wheels],
     }
 
 

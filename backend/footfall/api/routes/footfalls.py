@@ -1,14 +1,15 @@
 """Choosing where a wheel is to touch, and finding the point on the ground under a line of sight."""
 
-from typing import TypedDict, cast
+from typing import TypedDict
 
 import numpy as np
 
 from footfall.api.access import OneSession, product
-from footfall.api.bodies.answers import Array, FootfallAnswer
+from footfall.api.bodies.answers import Array
 from footfall.api.bodies.schemas import FootfallChoice, Ray
 from footfall.api.routing import Routes
 from footfall.core.errors import InvalidInput
+from footfall.session.answers.choices import FootfallAnswer
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import pick
 
@@ -24,7 +25,7 @@ class Picked(TypedDict):
 @router.post("/sessions/{session}/footfalls")
 def choose(live: OneSession, choice: FootfallChoice) -> FootfallAnswer:
     """Choose a footfall. The answer says what is known of the ground there and, if it is not acceptable, why."""
-    return cast(FootfallAnswer, live.maps.choose_footfall(live.robot.require_leg(choice.leg), choice.x, choice.y))
+    return live.maps.choose_footfall(live.robot.require_leg(choice.leg), choice.x, choice.y)
 
 
 @router.post("/sessions/{session}/pick")

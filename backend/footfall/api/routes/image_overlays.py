@@ -7,13 +7,14 @@ from fastapi import Query
 from numpy.typing import NDArray
 
 from footfall.api.access import OneSession, product
-from footfall.api.bodies.answers import Array, DigestText
+from footfall.api.bodies.answers import Array
 from footfall.api.routes.image_views import Views
 from footfall.api.routes.images import PairName, Side, SnapshotName, pair_of
 from footfall.api.routing import Routes
 from footfall.core import frames
 from footfall.core.errors import InvalidInput
 from footfall.planning.step.problem import PlanResult
+from footfall.session.answers.notes import DigestText
 from footfall.session.live import LiveSession
 from footfall.session.products.image_views import ImageViews
 from footfall.telemetry.images import Camera, ImagePair, Snapshot

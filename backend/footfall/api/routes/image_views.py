@@ -5,11 +5,12 @@ from typing import Annotated, TypedDict
 from fastapi import Depends, Request, Response
 
 from footfall.api.access import OneSession
-from footfall.api.bodies.answers import DigestText, Share
 from footfall.api.routes.images import PairName, SnapshotName, pair_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import NotFound
 from footfall.io.image_files import encode_png
+from footfall.session.answers.jobs import Share
+from footfall.session.answers.notes import DigestText
 from footfall.session.products.image_views import ImageViews
 
 router = Routes(tags=["images"])

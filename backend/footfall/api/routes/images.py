@@ -1,19 +1,21 @@
 """Images: asked of the rover, uploaded, and read back as PNG."""
 
-from typing import Annotated, Literal, TypedDict, cast
+from typing import Annotated, Literal, TypedDict
 
 import numpy as np
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from footfall.api.access import AllSessions, OneSession, client_of, product, session_path
-from footfall.api.bodies.answers import Digested, DigestText, Url
+from footfall.api.bodies.answers import Digested, Url
 from footfall.api.bodies.schemas import Calibration, CameraModel, ImageRequest
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.multipart import Uploaded, form_of, json_of, multipart_doc, upload_of
 from footfall.api.routing import Routes, files
 from footfall.core.errors import Conflict, NotFound
 from footfall.io.image_files import MAX_PIXELS, claimed_pixels, decode_image, encode_png
+from footfall.session.answers.notes import DigestText
+from footfall.session.answers.sessions import SinceThen
 from footfall.session.live import LiveSession
 from footfall.session.pixels import HeldPixels
 from footfall.session.products.snapshot_age import moved_since, taken_at
@@ -37,13 +39,6 @@ class PairAnswer(TypedDict):
     baseline: float
     left: Url
     right: Url
-
-
-class SinceThen(TypedDict):
-    """Whether the rover stands otherwise by now than in the images; null where that is not known."""
-
-    moved: bool | None
-    reason: str
 
 
 class SnapshotAnswer(TypedDict):
@@ -72,7 +67,7 @@ def list_images(live: OneSession) -> SnapshotAnswer:
         "snapshot": snapshot.digest,
         "pairs": [_about(live, pair) for pair in snapshot.pairs],
         "taken": taken_at(live, snapshot),
-        "since": cast(SinceThen, moved_since(live, live.rover, snapshot.state)),
+        "since": moved_since(live, live.rover, snapshot.state),
         "left_out": dict(snapshot.left_out),
     }
 

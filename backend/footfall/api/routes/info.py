@@ -6,6 +6,7 @@ from fastapi import Request
 from pydantic import Field
 
 from footfall.api.access import AllSessions
+from footfall.api.bodies.answers import RoverLinkInfo
 from footfall.api.door.limits import Limits, all_limits
 from footfall.api.routing import Routes
 from footfall.core.value import SOFTWARE_VERSION
@@ -29,15 +30,6 @@ class SimulatedRoverInfo(TypedDict):
     running: bool
     pid: int | None
     fault: str
-
-
-class RoverLinkInfo(TypedDict):
-    """Whether a rover is linked, and how many of its messages could not be used."""
-
-    linked: bool
-    bad_frames: int
-    faults_by_kind: Annotated[dict[str, int], Field(description="kind → how many; docs/rover-link.md says of what")]
-    last_fault: str
 
 
 class InfoAnswer(TypedDict):

@@ -4,8 +4,9 @@ Nothing goes down this way. What comes is checked, stamped and counted as on the
 """
 
 import time
+from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any, TypedDict, cast
+from typing import Annotated, Any, TypedDict
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import Query, Request
@@ -19,6 +20,7 @@ from footfall.api.routes.rover import RoverDoor, fault_of, require_same_rover
 from footfall.api.routing import Routes
 from footfall.core.errors import Busy, Conflict, FootFallError, InvalidTelemetry
 from footfall.io.link_images import decode_images
+from footfall.session.answers.commands import LightTimeAnswer, LinkAnswer
 from footfall.session.live import LiveSession
 from footfall.session.rover.light_time import LONGEST, LightTime
 from footfall.telemetry.fields import Fields, parse_object
@@ -36,12 +38,12 @@ MAX_REQUEST = 4 << 20
 _reading = CapacityLimiter(1)
 
 
-def _numbers(count: int | None = None) -> dict[str, Any]:
+def _numbers(count: int | None = None) -> dict[str, object]:
     size = {} if count is None else {"minItems": count, "maxItems": count}
     return {"type": "array", "items": {"type": "number"}, **size}
 
 
-def _object(fields: dict[str, Any]) -> dict[str, Any]:
+def _object(fields: Mapping[str, object]) -> dict[str, object]:
     return {"type": "object", "required": list(fields), "properties": fields, "additionalProperties": False}
 
 
@@ -75,7 +77,7 @@ class Taken(TypedDict):
 
     taken: int
     refused: list[dict[str, Any]]
-    link: dict[str, Any]
+    link: LinkAnswer
 
 
 class ImagesTaken(TypedDict):
@@ -84,15 +86,7 @@ class ImagesTaken(TypedDict):
     digest: str
     pairs: list[str]
     left_out: dict[str, str]
-    link: dict[str, Any]
-
-
-class LightTimeAnswer(TypedDict):
-    """One-way delays, and their sum: the earliest that an answer to a command can be here."""
-
-    telemetry_s: float
-    commands_s: float
-    round_trip_s: float
+    link: LinkAnswer
 
 
 @router.post(
@@ -145,7 +139,7 @@ def _take(door: RoverDoor, live: LiveSession, content: bytes, came: float) -> Ta
 
 
 def _take_one(
-    live: LiveSession, hello: HelloMessage, index: int, frame: dict[str, Any], came: float
+    live: LiveSession, hello: HelloMessage, index: int, frame: dict[str, object], came: float
 ) -> InvalidTelemetry | None:
     try:
         message = message_from(frame, hello.legs)
@@ -230,7 +224,7 @@ class Delays(BaseModel):
 @router.get("/rover/light-time")
 def read_light_time(sessions: AllSessions) -> LightTimeAnswer:
     """How long messages to and from the rover are on their way."""
-    return cast(LightTimeAnswer, sessions.light_time.as_dict())
+    return sessions.light_time.as_dict()
 
 
 @router.patch("/rover/light-time")
@@ -246,4 +240,4 @@ def set_light_time(delays: Delays, sessions: AllSessions) -> LightTimeAnswer:
             commands=before.commands if delays.commands_s is None else delays.commands_s,
         )
     )
-    return cast(LightTimeAnswer, sessions.light_time.as_dict())
+    return sessions.light_time.as_dict()

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from typing import Annotated, TypedDict, cast
+from typing import Annotated, TypedDict
 
 from fastapi import Depends, Path, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
@@ -31,12 +31,11 @@ class JobList(TypedDict):
 
 def job_body(job: Job) -> JobAnswer:
     """A job as JSON, with the address of its result when there is one."""
-    body = dict(job.as_dict())
-    folder = folder_of(body["kind"])
-    done = body["result"] is not None and folder and body.get("session")
-    body["url"] = f"{BASE}/jobs/{body['id']}"
-    body["result_url"] = f"{BASE}/sessions/{body['session']}/{folder}/{body['result']}" if done else None
-    return cast(JobAnswer, body)
+    told = job.as_dict()
+    folder, session, result = folder_of(told["kind"]), told["session"], told["result"]
+    at_hand = result is not None and folder and session
+    result_url = f"{BASE}/sessions/{session}/{folder}/{result}" if at_hand else None
+    return {**told, "url": f"{BASE}/jobs/{told['id']}", "result_url": result_url}
 
 
 def accepted(job: Job, response: Response) -> JobAnswer:

@@ -7,7 +7,7 @@ from fastapi import Path, Query, Response
 
 from footfall.api.access import Digest, OneSession, product
 from footfall.api.auth.who import Who
-from footfall.api.bodies.answers import DigestText, JobAnswer, Share
+from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.schemas import MapOrder, SuggestionOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted
@@ -20,6 +20,8 @@ from footfall.maps.layers import LAYERS, UNKNOWN, MapSettings, MapStack
 from footfall.maps.quality_settings import FACTORS, WEIGHTS, QualitySettings
 from footfall.maps.suggest import Explanation, Suggestions
 from footfall.session.access.identity import Role
+from footfall.session.answers.jobs import Share
+from footfall.session.answers.notes import DigestText
 
 router = Routes(tags=["maps"])
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any, TypedDict, cast
+from typing import Any, TypedDict
 
 from fastapi import Response
 
 from footfall.api.access import Digest, OneSession, product
-from footfall.api.bodies.answers import Array, JobAnswer, PlanListed, StateNamed
+from footfall.api.bodies.answers import Array, JobAnswer, StateNamed
 from footfall.api.bodies.schemas import AlternativesOrder, GoOn, PlanChoice, PlanOrder
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routes.jobs import accepted, job_body
@@ -15,6 +15,7 @@ from footfall.api.routing import Routes
 from footfall.core.errors import Conflict
 from footfall.planning.step.alternatives import KINDS
 from footfall.planning.step.problem import GOAL_ORDERS, PLANNERS, PlanResult, StepSettings
+from footfall.session.answers.plans import PlanListed
 from footfall.session.core import present
 
 router = Routes(tags=["plans"])
@@ -67,14 +68,14 @@ def order_plan(live: OneSession, order: PlanOrder, response: Response) -> JobAns
 @router.get("/sessions/{session}/plans")
 def list_plans(live: OneSession) -> list[PlanListed]:
     """The present plan and the alternatives to it, each with what differs and the figures that they are compared by."""
-    return cast(list[PlanListed], live.plans.shown())
+    return live.plans.shown()
 
 
 @router.put("/sessions/{session}/plans/current")
 def choose_plan(live: OneSession, choice: PlanChoice) -> list[PlanListed]:
     """Take one of the listed plans as the session's plan."""
     live.plans.choose(choice.plan)
-    return cast(list[PlanListed], live.plans.shown())
+    return live.plans.shown()
 
 
 @router.get("/sessions/{session}/plans/{digest}")

@@ -11,7 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse
 
 from footfall.api.access import BASE, AllSessions, FileName, OneSession, SessionId, session_path
-from footfall.api.bodies.answers import SessionAnswer, SessionListed, Url
+from footfall.api.bodies.answers import Url
 from footfall.api.bodies.paging import Cursor, Limit, page
 from footfall.api.door.in_turn import in_turn
 from footfall.api.door.limits import PAGE_ITEMS
@@ -21,6 +21,7 @@ from footfall.core.errors import InvalidInput
 from footfall.io.recordings.reading import Recording
 from footfall.io.recordings.recovery import recover
 from footfall.io.ros2_messages import NS
+from footfall.session.answers.sessions import SessionAnswer, SessionListed
 from footfall.session.live import LiveSession
 from footfall.session.registry import Sessions
 from footfall.session.rover.recorder import recording_name
@@ -71,8 +72,7 @@ def list_recordings(
 ) -> RecordedList:
     """Every session of the working folder with the address of its zip."""
     found, following = page(sessions.list(), lambda one: one["id"], limit, cursor, request)
-    listed = cast(list[SessionListed], found)
-    recordings: list[RecordedListed] = [{**one, "url": f"{BASE}/recordings/{one['id']}.zip"} for one in listed]
+    recordings: list[RecordedListed] = [{**one, "url": f"{BASE}/recordings/{one['id']}.zip"} for one in found]
     return {"recordings": recordings, "next": following}
 
 
@@ -117,7 +117,7 @@ async def upload(request: Request, response: Response, sessions: AllSessions) ->
             file.seek(0)
             live = await in_turn(_take_in, sessions, cast(BinaryIO, file))
     response.headers["Location"] = session_path(live)
-    return cast(SessionAnswer, await run_in_threadpool(live.summary))
+    return await run_in_threadpool(live.summary)
 
 
 def _take_in(sessions: Sessions, file: BinaryIO) -> LiveSession:

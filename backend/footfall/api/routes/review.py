@@ -66,7 +66,7 @@ def download_page(session: SessionId, sessions: AllSessions) -> Response:
     from footfall.session.replay.page_story import page_story
 
     live = sessions.look(session)
-    content = encode(jsonable(page_story(live.events(), live.get, live.robot)))
+    content = encode(jsonable(page_story(live.events(), live.typed, live.robot)))
     headers = {"Content-Disposition": f'attachment; filename="{live.id}.html"'}
     return Response(content, media_type="text/html", headers=headers)
 

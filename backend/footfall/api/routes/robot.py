@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from typing import TypedDict
 
 from footfall.api.access import AllSessions
-from footfall.api.bodies.answers import Array, DigestText
+from footfall.api.bodies.answers import Array
 from footfall.api.routing import Routes
 from footfall.io.robot_files import load_robot
+from footfall.session.answers.notes import DigestText
 
 router = Routes(tags=["robot"])
 

@@ -21,6 +21,7 @@ from starlette.types import Message
 from structlog.contextvars import bound_contextvars
 
 from footfall.api.access import client_of
+from footfall.api.bodies.answers import RoverLinkInfo
 from footfall.api.door.limits import TOO_BIG
 from footfall.core.errors import Conflict, FootFallError, InvalidImages, InvalidTelemetry
 from footfall.io.link_images import decode_images
@@ -76,7 +77,7 @@ class RoverDoor:
         self.kinds[kind] += 1
         self.last_fault = text
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> RoverLinkInfo:
         """Plain JSON, for ``GET info``."""
         return {
             "linked": self.inside is not None,

@@ -9,14 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 
 from footfall.api.access import BASE, AllSessions, OneSession, SequenceId
 from footfall.api.acting import Actor
-from footfall.api.bodies.sequence_answers import (
-    ArmedAnswer,
-    ExportedAnswer,
-    FootMoveRows,
-    SentAnswer,
-    SequenceAnswer,
-    WayOfCommands,
-)
+from footfall.api.bodies.sequence_answers import ExportedAnswer, FootMoveRows, SequenceAnswer
 from footfall.api.bodies.sequence_schemas import EditModel, NewSequence, SendOrder, SequenceEdit
 from footfall.api.door.multipart import file_of, form_of, multipart_doc
 from footfall.api.door.problems import Problem
@@ -28,6 +21,7 @@ from footfall.io.exports import MEDIA, SUFFIXES
 from footfall.io.exports import export as encode
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.edit import Edit
+from footfall.session.answers.commands import ArmedAnswer, SentAnswer
 from footfall.session.products.kinds import IMPORT
 from footfall.session.storage.artifact_folder import bytes_digest
 
@@ -155,14 +149,14 @@ def arm(sequence: SequenceId, sessions: AllSessions, who: Actor) -> ArmedAnswer:
     Takes the conn where nobody holds it; refused where another does.
     """
     lineage, digest = find(sessions, sequence)
-    return cast(ArmedAnswer, lineage.live.commands.arm(digest, who))
+    return lineage.live.commands.arm(digest, who)
 
 
 @router.post("/sequences/{sequence}/send", status_code=202)
 def send(sequence: SequenceId, order: SendOrder, sessions: AllSessions, who: Actor) -> SentAnswer:
     """Send what was armed, if it is this very version of the sequence. Acknowledgements arrive as events."""
     lineage, digest = find(sessions, sequence)
-    return cast(SentAnswer, lineage.live.commands.send(order.arming, digest, who, step_by_step=order.mode == "steps"))
+    return lineage.live.commands.send(order.arming, digest, who, step_by_step=order.mode == "steps")
 
 
 def _edit(model: EditModel) -> Edit:
@@ -232,7 +226,7 @@ def sequence_body(lineage: Lineage, digest: str, response: Response) -> Sequence
         "rules": sequence.rules,
         "parents": dict(sequence.provenance.parents),
         "starts_from": _starts_from(lineage, digest),
-        "way": cast(WayOfCommands, lineage.live.executions.way_of(digest)),
+        "way": lineage.live.executions.way_of(digest),
         "foot_moves": [cast(FootMoveRows, asdict(one)) for one in lineage.live.walks.foot_moves_in(digest)],
         "current": digest == lineage.head,
         "can_undo": digest == lineage.head and lineage.head != lineage.root,

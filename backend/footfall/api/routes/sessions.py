@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from footfall.api.access import AllSessions, OneSession, session_path
 from footfall.api.acting import Actor
 from footfall.api.auth.who import identity_of, paged
-from footfall.api.bodies.answers import EventAnswer, NoteAnswer, SessionAnswer, SessionListed, Url
+from footfall.api.bodies.answers import Url
 from footfall.api.bodies.paging import Cursor, Limit, next_page, page
 from footfall.api.bodies.schemas import NewNote, NewSession, SessionRenamed, ViewChange
 from footfall.api.bodies.settings_models import Strictly
@@ -31,6 +31,7 @@ from footfall.api.streams import (
     session_stream,
 )
 from footfall.core.errors import Busy, FootFallError, InvalidInput
+from footfall.session.answers.sessions import EventAnswer, NoteAnswer, SessionAnswer, SessionListed
 from footfall.session.live import LiveSession
 from footfall.session.view import ViewState
 
@@ -73,7 +74,7 @@ def list_sessions(
     current = sessions.current
     listed, following = page(sessions.list(), lambda one: one["id"], limit, cursor, request)
     return {
-        "sessions": cast(list[SessionListed], listed),
+        "sessions": listed,
         "next": following,
         "samples": sessions.samples(),
         "current": None if current is None else current.id,
@@ -96,20 +97,20 @@ def open_session(order: NewSession, sessions: AllSessions, response: Response) -
         case _:
             raise InvalidInput("give one of: a sample, the name of a new session, the id of an old session")
     response.headers["Location"] = session_path(live)
-    return cast(SessionAnswer, live.summary())
+    return live.summary()
 
 
 @router.get("/sessions/{session}")
 def read_session(live: OneSession) -> SessionAnswer:
     """What the session's events fold to, the rover link, the jobs, the command gate."""
-    return cast(SessionAnswer, live.summary())
+    return live.summary()
 
 
 @router.patch("/sessions/{session}")
 def rename_session(live: OneSession, change: SessionRenamed) -> SessionAnswer:
     """Give a session another name. Its log tells who did; what it recorded stays as it is."""
     live.rename(change.name)
-    return cast(SessionAnswer, live.summary())
+    return live.summary()
 
 
 @router.get("/sessions/{session}/events", response_class=EventSourceResponse, dependencies=[Depends(room_to_listen)])

@@ -6,8 +6,9 @@ import numpy as np
 from pydantic import Field
 
 from footfall.api.access import Digest, OneSession
-from footfall.api.bodies.answers import Array, DigestText
+from footfall.api.bodies.answers import Array
 from footfall.api.routing import Routes
+from footfall.session.answers.notes import DigestText
 from footfall.session.core import present
 from footfall.session.steadiness import along, judged
 

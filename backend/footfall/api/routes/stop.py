@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-from typing import Any, cast
 
 from anyio import CapacityLimiter, to_thread
 from fastapi import Request, WebSocket, WebSocketDisconnect
@@ -11,13 +10,13 @@ from pydantic import ValidationError
 from footfall.api.access import AllSessions, current_session
 from footfall.api.acting import Actor
 from footfall.api.auth.who import PAGE_HEADER, identity_of, paged
-from footfall.api.bodies.answers import GateAnswer
 from footfall.api.bodies.jsonable import jsonable
 from footfall.api.bodies.schemas import StopOrder
 from footfall.api.door.limits import MAX_LINE_MESSAGE, TOO_BIG
 from footfall.api.routing import Routes
 from footfall.core.errors import FootFallError
 from footfall.session.access.identity import Identity
+from footfall.session.answers.commands import GateAnswer
 from footfall.session.registry import Sessions
 
 router = Routes(tags=["stop"])
@@ -42,7 +41,7 @@ async def stop(sessions: AllSessions, request: Request) -> GateAnswer:
     going.
     """
     who = paged(identity_of(request), request.headers.get(PAGE_HEADER, ""))
-    return cast(GateAnswer, await _stopped(sessions, await _at_hand(request), who))
+    return await _stopped(sessions, await _at_hand(request), who)
 
 
 async def _at_hand(request: Request) -> bytes:
@@ -84,7 +83,7 @@ async def stop_line(socket: WebSocket) -> None:
                 await _stopped(sessions, "", who)
 
 
-async def _stopped(sessions: Sessions, order: str | bytes, who: Identity) -> dict[str, Any]:
+async def _stopped(sessions: Sessions, order: str | bytes, who: Identity) -> GateAnswer:
     try:
         told = StopOrder.model_validate_json(order if 0 < len(order) <= MAX_LINE_MESSAGE else "{}")
     except ValidationError:
@@ -99,10 +98,10 @@ def clear(sessions: AllSessions, who: Actor) -> GateAnswer:
     """Allow commands again. For the holder of the conn; where nobody holds it, for any commander."""
     live = current_session(sessions)
     live.commands.clear_stop(who)
-    return cast(GateAnswer, live.commands.gate)
+    return live.commands.gate
 
 
 @router.get("/stop")
 def read_stop(sessions: AllSessions) -> GateAnswer:
     """Whether stop is latched and acknowledged, and what the command gate is doing."""
-    return cast(GateAnswer, current_session(sessions).commands.gate)
+    return current_session(sessions).commands.gate

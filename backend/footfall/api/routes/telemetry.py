@@ -6,7 +6,7 @@ import numpy as np
 from fastapi import Query, Request
 
 from footfall.api.access import OneSession, product
-from footfall.api.bodies.answers import Digested, TelemetryAnswer
+from footfall.api.bodies.answers import Digested, Listener, TelemetryAnswer
 from footfall.api.bodies.schemas import FreezeState, StateReport
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.routing import Routes
@@ -36,24 +36,6 @@ class LatestTelemetry(TelemetryAnswer):
     measured_age_s: float
     arrival: int
     received_at: float
-
-
-class Listener(TypedDict):
-    """One that hears the events of a session. rate: most telemetry messages in a second; taken: messages it took.
-
-    dropped: telemetry that gave way to newer before it was taken; waiting: messages; behind_s: how long the first of
-    those waits already.
-    """
-
-    number: int
-    session: str
-    since: float
-    rate: float
-    taken: int
-    dropped: int
-    waiting: int
-    behind_s: float
-    slow: bool
 
 
 class Listeners(TypedDict):

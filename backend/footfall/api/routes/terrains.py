@@ -12,7 +12,7 @@ from starlette.datastructures import FormData
 
 from footfall.api.access import AllSessions, Digest, OneSession, product, session_path
 from footfall.api.bodies.answer_models import answer_model
-from footfall.api.bodies.answers import JobAnswer, Share, TerrainAnswer
+from footfall.api.bodies.answers import JobAnswer, TerrainAnswer
 from footfall.api.bodies.schemas import BlendOptions, BuildTerrain, ClearTerrain, TerrainOptions
 from footfall.api.bodies.settings_models import settings_value
 from footfall.api.door.in_turn import in_turn
@@ -33,6 +33,7 @@ from footfall.api.routing import Routes, files
 from footfall.core.errors import InvalidInput
 from footfall.io.terrain_files import encode_collision_mesh, read_terrain, write_terrain
 from footfall.io.terrain_sidecars import MOST_BESIDE, names_beside
+from footfall.session.answers.jobs import Share
 from footfall.session.jobs.job import Job
 from footfall.session.live import LiveSession
 from footfall.session.reading import Read

@@ -1,18 +1,17 @@
 """A walk that is carried out: commands of its foot moves, how far it is, and the rest planned anew."""
 
-from typing import cast
-
 from fastapi import Response
 
 from footfall.api.access import BASE, Digest, OneSession
 from footfall.api.bodies.answers import JobAnswer
 from footfall.api.bodies.sequence_answers import SequenceAnswer
-from footfall.api.bodies.walk_schemas import FootMovesOrder, WalkingAnswer
+from footfall.api.bodies.walk_schemas import FootMovesOrder
 from footfall.api.execution_orders import settings_of_order
 from footfall.api.lineage import head_of
 from footfall.api.routes.jobs import accepted
 from footfall.api.routes.sequences import sequence_body
 from footfall.api.routing import Routes
+from footfall.session.answers.walks import WalkingAnswer
 
 router = Routes(tags=["plans"])
 
@@ -35,7 +34,7 @@ def command_foot_moves(live: OneSession, digest: Digest, order: FootMovesOrder, 
 @router.get("/sessions/{session}/walking")
 def read_walking(live: OneSession) -> WalkingAnswer | None:
     """How far the latest walk is, and what is next; null without a walk that was found."""
-    return cast(WalkingAnswer | None, live.walks.walking_told())
+    return live.walks.walking_told()
 
 
 @router.post("/sessions/{session}/walks/{digest}/again", status_code=202)

@@ -3,9 +3,17 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
+from typing import TypedDict
 
 from footfall.session.access.identity import Identity
+from footfall.session.answers.commands import HolderAnswer
+
+
+class SaidBy(TypedDict, total=False):
+    """Of an event's payload: who caused it."""
+
+    by: HolderAnswer
+
 
 _who: ContextVar[Identity | None] = ContextVar("who acts", default=None)
 
@@ -30,7 +38,7 @@ def actor() -> Identity | None:
     return _who.get()
 
 
-def told() -> dict[str, Any]:
+def told() -> SaidBy:
     """As the payload of an event says it: ``{"by": …}``, or nothing."""
     who = actor()
     return {} if who is None else {"by": who.as_dict()}

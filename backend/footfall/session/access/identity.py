@@ -4,6 +4,7 @@ from enum import Enum
 from functools import total_ordering
 
 from footfall.core.value import Value, value, value_enum
+from footfall.session.answers.commands import HolderAnswer
 
 
 @value_enum
@@ -44,7 +45,7 @@ class Identity(Value):
         """Which page of whom it is; "" for who names no page. No page's name has a space."""
         return f"{self.name} {self.page}" if self.page else ""
 
-    def as_dict(self) -> dict[str, str]:
+    def as_dict(self) -> HolderAnswer:
         """Plain JSON: who, in which role, from where."""
         return {"name": self.name, "role": self.role.value, "client": self.client, "page": self.page}
 

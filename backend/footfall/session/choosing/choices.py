@@ -11,6 +11,7 @@ from footfall.core.errors import Conflict, InvalidInput
 from footfall.planning.step.problem import MOST_THROUGH, Point
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import Identity, Role
+from footfall.session.answers.choices import Undoable
 from footfall.session.choosing.pages import Choices, Pages
 from footfall.session.core import SessionCore
 from footfall.session.log.fold_choices import Choice
@@ -116,11 +117,11 @@ class PageChoices:
                 self.change(lambda own: replace(own, points=points_now))
 
     @property
-    def undoable(self) -> dict[str, dict[str, Any] | None]:
+    def undoable(self) -> Undoable:
         """What ``undo`` and ``redo`` would turn, as plain JSON; None: nothing."""
         state = self._core.state
-        latest = {"undo": state.choices[-1:], "redo": state.choices_ahead[-1:]}
-        return {way: found[0].as_dict() if found else None for way, found in latest.items()}
+        undo, redo = state.choices[-1:], state.choices_ahead[-1:]
+        return {"undo": undo[0].as_dict() if undo else None, "redo": redo[0].as_dict() if redo else None}
 
     def undo(self, seq: int | None = None) -> Choice:
         """Take back the latest choice of a footfall, plan or point, or the latest edit; returns it.

@@ -6,7 +6,6 @@ it the choice, by the same way as any other: one event, which can be undone.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput
 from footfall.maps.layers import MapStack
@@ -14,8 +13,9 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.step.problem import Footfall, Point
 from footfall.session.access.acting import actor
 from footfall.session.access.identity import LOCAL, Identity
+from footfall.session.answers.choices import HeldAnswer, ReadOutAnswer, What
 from footfall.session.choosing.choices import PageChoices
-from footfall.session.choosing.read_outs import Hip, ReadOut, from_hip, read_chassis, read_footfall, read_point
+from footfall.session.choosing.read_outs import UNREAD, Hip, from_hip, read_chassis, read_footfall, read_point
 from footfall.session.core import SessionCore, present
 from footfall.session.products.compared import UpToDate
 from footfall.session.products.footing import LegMaps
@@ -39,17 +39,17 @@ class Held:
     there, the latest that can be; None for all else.
     """
 
-    what: str
+    what: What
     index: int
     leg: int | None
     origin: tuple[float, ...]
     place: tuple[float, ...]
     by: Identity
-    read: ReadOut
+    read: ReadOutAnswer
     refused: str = ""
     stance: RobotState | None = None
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> HeldAnswer:
         """Plain JSON."""
         return {
             "what": self.what,
@@ -81,12 +81,12 @@ class Hand:
         """What is in hand; None: nothing. What was chosen otherwise, undone or removed meanwhile is as it is now."""
         return self._present_hand()
 
-    def as_dict(self) -> dict[str, Any] | None:
+    def as_dict(self) -> HeldAnswer | None:
         """What is in hand, as plain JSON; None: nothing."""
         held = self._present_hand()
         return None if held is None else held.as_dict()
 
-    def hold(self, what: str, place: tuple[float, ...] | None = None, index: int = 0) -> dict[str, Any]:
+    def hold(self, what: What, place: tuple[float, ...] | None = None, index: int = 0) -> HeldAnswer:
         """Take something up, and move it to ``place`` (None: it stays where it is); what is told there.
 
         index: of the point. Raises Conflict where there is no such thing, InvalidInput.
@@ -101,9 +101,9 @@ class Hand:
         at = origin if place is None else tuple(float(one) for one in place)
         before = self._held
         stance = before.stance if before is not None and before.what == what else None
-        return self._have(self._told(Held(what, index, leg, origin, at, who, {}, stance=stance)))
+        return self._have(self._told(Held(what, index, leg, origin, at, who, UNREAD, stance=stance)))
 
-    def commit(self) -> dict[str, Any]:
+    def commit(self) -> HeldAnswer:
         """What is in hand becomes the choice, and stays in hand; where it is refused, it goes back to where it was.
 
         Raises Conflict where nothing is held, or by somebody else; InvalidInput where the feet can't stay.
@@ -125,7 +125,7 @@ class Hand:
             self._held = None
             self._core.journal.tell("hand", hand=None)
 
-    def _have(self, held: Held) -> dict[str, Any]:
+    def _have(self, held: Held) -> HeldAnswer:
         told = held.as_dict()
         with self._core.journal.lock:
             self._held = held
@@ -160,7 +160,7 @@ class Hand:
                 self._held = now
         return now
 
-    def _thing(self, what: str, index: int, who: Identity) -> tuple[int | None, tuple[float, ...]]:
+    def _thing(self, what: What, index: int, who: Identity) -> tuple[int | None, tuple[float, ...]]:
         """Of which leg it is that ``who`` chose, and where. Raises Conflict where there is none."""
         chosen = self._choices.of(who)
         if what == "footfall":
@@ -203,7 +203,7 @@ class Hand:
             return replace(held, read=read_chassis(shift, found), stance=stance)
         return replace(held, read=self._read(dem, held, held.leg))
 
-    def _read(self, dem: Dem, held: Held, leg: int) -> ReadOut:
+    def _read(self, dem: Dem, held: Held, leg: int) -> ReadOutAnswer:
         place, away = held.place, math.dist(held.place, held.origin)
         if held.what == "point":
             point = _point(place)

@@ -1,30 +1,28 @@
 """What is told at a place while something is being moved there, before it is chosen: in words, with the reasons."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from footfall.core.frames import apply
 from footfall.planning.stance.body_shift import BodyShift, ShiftRefused
 from footfall.planning.step.problem import Point
+from footfall.session.answers.choices import FootfallAnswer, ReadOutAnswer
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 
 if TYPE_CHECKING:
     from footfall.robot.model import Robot
 
-ReadOut = dict[str, Any]
-"""Plain JSON. good: True, False, None where nothing is known for or against; brief: what it is, in few words; text:
-where it is too, and how far that is from where it was; reasons: what is against it; lines: what every layer says."""
-
 Hip = tuple[float, float]
 """How far a place is from the leg's hip, and how long the leg is [m]."""
 
 
-def read_footfall(answer: dict[str, Any], lines: tuple[str, ...], away: float, hip: Hip | None) -> ReadOut:
+def read_footfall(answer: FootfallAnswer, lines: tuple[str, ...], away: float, hip: Hip | None) -> ReadOutAnswer:
     """Of a footfall. answer: of judge_footfall; lines: of every layer; away: from where it was [m]."""
-    place = ", ".join(f"{answer[axis]:z.3f}" for axis in "xyz" if answer[axis] is not None)
+    known = [one for one in (answer["x"], answer["y"], answer["z"]) if one is not None]
+    place = ", ".join(f"{one:z.3f}" for one in known)
     brief = answer["footing"] or ("not judged" if answer["known"] else "unknown ground")
     if answer["margin"] is not None:
         brief += f", margin {answer['margin']:z.3f} m"
@@ -37,7 +35,7 @@ def read_footfall(answer: dict[str, Any], lines: tuple[str, ...], away: float, h
     return _read(answer["acceptable"], brief, text + _far(away, hip), reasons, lines)
 
 
-def read_point(dem: Dem, wheel_radius: float, index: int, point: Point, away: float, hip: Hip | None) -> ReadOut:
+def read_point(dem: Dem, wheel_radius: float, index: int, point: Point, away: float, hip: Hip | None) -> ReadOutAnswer:
     """Of a point that the wheel's centre is to pass."""
     from footfall.terrain.ground.surface import height_at
 
@@ -58,7 +56,7 @@ def read_point(dem: Dem, wheel_radius: float, index: int, point: Point, away: fl
     return _read(good, brief, text + _far(away, hip), reasons, ())
 
 
-def read_chassis(shift: BodyShift, found: RobotState | ShiftRefused) -> ReadOut:
+def read_chassis(shift: BodyShift, found: RobotState | ShiftRefused) -> ReadOutAnswer:
     """Of a shift of the chassis over its standing feet, and where it leads."""
     named = zip(("east", "north", "up"), shift.vector[:3], strict=True)
     turned = zip(("roll", "pitch", "yaw"), np.degrees(shift.vector[3:]), strict=True)
@@ -82,5 +80,9 @@ def _far(away: float, hip: Hip | None) -> str:
     return moved + ("" if hip is None else f"; {hip[0]:z.2f} m from the hip")
 
 
-def _read(good: bool | None, brief: str, text: str, reasons: list[str], lines: tuple[str, ...]) -> ReadOut:
+def _read(good: bool | None, brief: str, text: str, reasons: list[str], lines: tuple[str, ...]) -> ReadOutAnswer:
     return {"good": good, "brief": brief, "text": text, "reasons": reasons, "lines": list(lines)}
+
+
+UNREAD = _read(None, "", "", [], ())
+"""Of what was just taken up, before anything is told of its place."""

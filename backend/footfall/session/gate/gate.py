@@ -8,10 +8,11 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast
+from typing import cast
 
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import Identity
+from footfall.session.answers.commands import ConnAnswer, GateAnswer
 from footfall.session.gate import machine
 from footfall.session.gate.lease import Conn, Done
 from footfall.session.gate.machine import Latch, State
@@ -54,7 +55,7 @@ class Gate:
         """Let requests be granted and the lease run out where it is time."""
         self._become(machine.passed)
 
-    def conn(self) -> dict[str, Any]:
+    def conn(self) -> ConnAnswer:
         """Who holds the conn, as plain JSON."""
         return self._state.conn.as_dict(self._clock())
 
@@ -263,7 +264,7 @@ class Gate:
         """Whether the rover has acknowledged the stop that is latched."""
         return self._state.stop.acknowledged
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> GateAnswer:
         """Plain JSON for the interface."""
         return machine.as_dict(self._state, self._clock())
 

@@ -6,10 +6,11 @@ conn and what was done, ``now`` is a clock that never jumps [s].
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from footfall.core.errors import CommandRefused
 from footfall.session.access.identity import Identity, Role
+from footfall.session.answers.commands import ConnAnswer
 
 CONN_FOR = 90.0
 """A conn that is not renewed runs out after this [s]: a browser wakes a page that nobody looks at once a minute."""
@@ -44,7 +45,7 @@ class Conn:
         """Whether ``who`` holds it; ask after :func:`passed`."""
         return self.holder is not None and self.holder.is_same(who)
 
-    def as_dict(self, now: float) -> dict[str, Any]:
+    def as_dict(self, now: float) -> ConnAnswer:
         """Plain JSON for the interface."""
         conn, _ = passed(self, now)
         request = conn.request

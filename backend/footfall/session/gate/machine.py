@@ -22,6 +22,7 @@ from typing import Any, NoReturn
 from footfall.core.errors import CommandRefused
 from footfall.sequence.commands import Sequence
 from footfall.session.access.identity import Identity
+from footfall.session.answers.commands import GateAnswer
 from footfall.session.gate import lease
 from footfall.session.gate.lease import Conn, Done
 from footfall.session.gate.runs import STEP_BY_STEP, Run
@@ -293,7 +294,7 @@ def epoch_known(state: State) -> bool:
     return state.heard is None or state.heard >= state.epoch
 
 
-def as_dict(state: State, now: float) -> dict[str, Any]:
+def as_dict(state: State, now: float) -> GateAnswer:
     """Plain JSON for the interface."""
     run, armed = state.run, state.armed
     left = None if armed is None else armed.until - now

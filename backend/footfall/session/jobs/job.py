@@ -11,6 +11,7 @@ from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, FootFallError, NotFound
 from footfall.core.value import Value
+from footfall.session.answers.jobs import JobInSummary, JobState
 from footfall.session.storage.interface import StoreRefused
 
 KEPT = 200
@@ -40,7 +41,7 @@ class Job:
         self.id = uuid.uuid4().hex[:12]
         self.kind = kind
         self.session = session
-        self.state = "queued"
+        self.state: JobState = "queued"
         self.fraction = 0.0
         self.text = "waiting for a worker"
         self.result: str | None = None
@@ -81,7 +82,7 @@ class Job:
             raise self.error
         return self.result or ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JobInSummary:
         """Plain JSON for the interface."""
         error = self.error
         return {

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from footfall.core.value import Value, value
+from footfall.session.answers.choices import ChoiceAnswer
 from footfall.session.log.event import Event
 from footfall.session.log.fold_commands import Changes
 
@@ -37,7 +38,7 @@ class Choice(Value):
     leg: int | None
     other: Mapping[str, Any]
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> ChoiceAnswer:
         """Plain JSON: which it is, and whose."""
         return {"choice": self.seq, "kind": self.kind, "leg": self.leg, "by": self.by}
 

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from footfall.maps.layers import MapStack
 from footfall.planning.stance.body_shift import PredictedState
 from footfall.sequence.commands import Sequence
+from footfall.session.answers.fits import UpToDateAnswer
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.kinds import KINDS, Kind, LooksAt
@@ -155,7 +156,7 @@ class UpToDate:
         changed = looked if looked.any() else change.cells
         return Compared(other_ground(change, changed, bool(marked.all())), marked)
 
-    def up_to_date(self) -> dict[str, Any]:
+    def up_to_date(self) -> UpToDateAnswer:
         """Of the present products, as plain JSON: kind → whether it fits and why not, None where there is none.
 
         maps: by leg. measured: whether the rover was asked, not only what was frozen of it; unheard: why nobody knows
@@ -164,13 +165,14 @@ class UpToDate:
         state, now = self._core.state, self.things_now()
         latest = {kind.name: state.newest(kind) for kind in KINDS.values() if kind.watched}
         what_if = now.what_if_fit()
-        return {
+        told = {
             "measured": self.measured() is not None,
             "unheard": now.unheard,
             "what_if": None if what_if is None else what_if.as_dict(),
             "maps": {leg: self.of(digest, now).as_dict() for leg, digest in state.maps.items()},
             **{name: None if one is None else self.of(one, now).as_dict() for name, one in latest.items()},
         }
+        return cast(UpToDateAnswer, told)  # its members of each kind have names that no type can say
 
     def stance(self, digest: str) -> RobotState:
         """A frozen or predicted state, or where a sequence starts."""

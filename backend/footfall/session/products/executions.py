@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from footfall.planning.execution.problem import BodyExecutionResult, ExecutionRe
 from footfall.planning.execution.settings import MODES, ExecutionSettings
 from footfall.planning.step.problem import Status
 from footfall.sequence.commands import Sequence
+from footfall.session.answers.plans import WayMode, WayOfCommands
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import ExecutionRequest, FootMovesRequest
@@ -40,7 +40,7 @@ UNTOLD = (
 class Way:
     """mode: "pose_held", or "rigid" where sag is not known; reason: why, for a person."""
 
-    mode: str
+    mode: WayMode
     reason: str
 
 
@@ -59,7 +59,7 @@ class Executions:
             return Way("rigid", UNTOLD)
         return Way("pose_held", HELD)
 
-    def way_of(self, sequence: str) -> dict[str, Any]:
+    def way_of(self, sequence: str) -> WayOfCommands:
         """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
         if self._core.typed(Sequence, sequence).at_rest is not None:
             asked = self.executed_with(sequence)

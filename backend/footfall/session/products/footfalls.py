@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from footfall.maps.layers import (
     MapStack,
 )
 from footfall.maps.reach_classes import hindrance_text
+from footfall.session.answers.choices import Elsewhere, FootfallAnswer
 from footfall.terrain.dem import Dem
 
 FOOTING_NAMES = {
@@ -95,12 +95,12 @@ def without(maps: MapStack, changed: NDArray[np.bool_]) -> MapStack:
     return replace(maps, layers={**maps.layers, **unknown})
 
 
-def _nearest(maps: MapStack, x: float, y: float) -> dict[str, float] | None:
+def _nearest(maps: MapStack, x: float, y: float) -> Elsewhere | None:
     """The nearest cell that is reachable and stable, and how far away it is [m]."""
     return next(({"x": a, "y": b, "away": math.hypot(a - x, b - y)} for a, b in nearest_good(maps, x, y)), None)
 
 
-def _elsewhere(nearest: dict[str, float] | None) -> str:
+def _elsewhere(nearest: Elsewhere | None) -> str:
     if nearest is None:
         return "no place on the leg's map is reachable and stable: try another leg, or a shift of the chassis"
     place = f"({nearest['x']:z.2f}, {nearest['y']:z.2f})"
@@ -109,7 +109,7 @@ def _elsewhere(nearest: dict[str, float] | None) -> str:
 
 def judge_footfall(
     dem: Dem, wheel_radius: float, leg: int, x: float, y: float, maps: MapStack | None, outdated: str = ""
-) -> dict[str, Any]:
+) -> FootfallAnswer:
     """Answer for a footfall of ``leg`` at x, y [m]: plain JSON, None for what is not known.
 
     outdated: why the maps are not of how things are now, "" where they are. acceptable: False where something speaks

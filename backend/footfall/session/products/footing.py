@@ -4,12 +4,13 @@ What judges maps loads compiled code, so it loads when first asked.
 """
 
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 from footfall.core.errors import Conflict
 from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.quality_settings import QualitySettings
 from footfall.planning.step.problem import Footfall
+from footfall.session.answers.choices import FootfallAnswer
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
@@ -58,7 +59,7 @@ class LegMaps:
         preview = self._core.workshop.preview(leg)
         if preview is None or not self._fits.of_made(MAPS, preview.parents).fits:
             return None
-        return cast(MapStack, preview.product)
+        return preview.product if isinstance(preview.product, MapStack) else None
 
     def explain(self, maps: MapStack, x: float, y: float) -> "Explanation":
         """What every layer of maps of this session says of a point [m], and what decides. Raises InvalidInput."""
@@ -119,7 +120,7 @@ class LegMaps:
         maps = self._core.typed(MapStack, self._core.state.maps[str(footfall.leg)])
         return nearest_good(maps, footfall.x, footfall.y, MOST_GOOD)
 
-    def choose_footfall(self, leg: int, x: float, y: float) -> dict[str, Any]:
+    def choose_footfall(self, leg: int, x: float, y: float) -> FootfallAnswer:
         """Choose where a leg is to stand, acceptable or not; the answer is :meth:`footfall_answer`'s.
 
         It is the choice of the page that acts. Raises Conflict where that does not show its own.
@@ -129,11 +130,11 @@ class LegMaps:
         answer = self.footfall_answer(footfall)
         with self._core.journal.lock:
             self._choices.require_own()
-            self._core.journal.record("footfall_chosen", answer)
+            self._core.journal.record("footfall_chosen", {**answer})
             self._choices.change(lambda own: replace(own, footfall=footfall))
         return answer
 
-    def footfall_answer(self, footfall: Footfall) -> dict[str, Any]:
+    def footfall_answer(self, footfall: Footfall) -> FootfallAnswer:
         """What terrain and maps say of a footfall now; see :func:`.footfalls.judge_footfall`."""
         state = self._core.state
         dem = self._core.typed(Dem, present(state.dem, "there is no terrain yet"))

@@ -1,12 +1,13 @@
 """What came of each run: compared with its prediction as soon as the rover is at rest after it."""
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal
 
 from footfall.core.errors import FootFallError
-from footfall.core.value import fields_of
 from footfall.sequence.commands import Sequence
 from footfall.sequence.outcome import Difference, Outcome
+from footfall.session.answers.commands import ComparedAnswer, DifferenceAnswer
 from footfall.session.core import SessionCore
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.requests import OutcomeRequest
@@ -50,7 +51,7 @@ class Outcomes:
         self._compared = self._before
         """The latest run that was compared, or can't be."""
 
-    def latest(self) -> dict[str, Any]:
+    def latest(self) -> ComparedAnswer:
         """What came of the latest run, as plain JSON.
 
         state: "none" where there is nothing to compare, "waiting" until the rover is at rest and the comparison made,
@@ -58,22 +59,26 @@ class Outcomes:
         """
         state = self._core.state
         run = state.run
-        nothing = {"verdict": "not_told", "rigid": None, "differences": []}
         if run is None or run.state != "ended":
-            return {"state": "none", "reason": "nothing was carried out yet", **nothing}
+            return _nothing("none", "nothing was carried out yet")
         found = state.newest(OUTCOME)
         made = None if found is None else self._core.typed(Outcome, found)
         if made is not None and made.run == run.number:
-            told = {"verdict": made.verdict, "rigid": made.rigid, "reason": _reason(made)}
-            return {"state": "compared", **told, "differences": [_plain(one) for one in made.differences]}
+            return {
+                "state": "compared",
+                "verdict": made.verdict,
+                "rigid": made.rigid,
+                "reason": _reason(made),
+                "differences": [_plain(one) for one in made.differences],
+            }
         reason = self._not_compared(run)
         if self._asked is not None and self._asked[0] == run.number:
             reason = self._asked[1].error.message if self._asked[1].error is not None else reason
         if self._refused[0] == run.number:
             reason = self._refused[1]
         if reason:
-            return {"state": "none", "reason": reason, **nothing}
-        return {"state": "waiting", "reason": "it is compared when the rover is at rest", **nothing}
+            return _nothing("none", reason)
+        return _nothing("waiting", "it is compared when the rover is at rest")
 
     def look(self, frame: TelemetryFrame) -> None:
         """``frame``: the latest. What is compared is the first at rest after a run, or the last before the next run."""
@@ -125,9 +130,28 @@ class Outcomes:
         return [one.row for one in self._core.state.commands if one.run == run.number and one.state == "done"]
 
 
-def _plain(one: Difference) -> dict[str, Any]:
+def _nothing(state: Literal["none", "waiting"], reason: str) -> ComparedAnswer:
+    return {"state": state, "reason": reason, "verdict": "not_told", "rigid": None, "differences": []}
+
+
+def _plain(one: Difference) -> DifferenceAnswer:
+    return {
+        "quantity": one.quantity,
+        "leg": one.leg,
+        "predicted": _known(one.predicted),
+        "measured": _known(one.measured),
+        "difference": _known(one.difference),
+        "uncertainty": _known(one.uncertainty),
+        "unit": one.unit,
+        "verdict": one.verdict,
+        "text": one.text,
+        "advice": one.advice,
+    }
+
+
+def _known(size: float) -> float | None:
     """JSON has no NaN."""
-    return {name: None if item != item else item for name, item in fields_of(one).items()}
+    return None if math.isnan(size) else size
 
 
 def _reason(made: Outcome) -> str:

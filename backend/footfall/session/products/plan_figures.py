@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from footfall.planning.step.solids import part_poses
 from footfall.robot.model import Robot
 from footfall.sequence.predict import needed_duration
 from footfall.sequence.settings import SequenceSettings
+from footfall.session.answers.plans import PlanFigures
 
 PARTS = 8
 """Between two waypoints the wheel's way is measured in this many straight pieces."""
@@ -24,7 +24,7 @@ def wheel_path(robot: Robot, plan: StepPlan) -> Array:
     return apply(plan.T_site_base, part_poses(robot, plan.leg, plan.waypoints[:, own])["wheel"][:, :3, 3])
 
 
-def plan_figures(robot: Robot, result: PlanResult) -> dict[str, Any] | None:
+def plan_figures(robot: Robot, result: PlanResult) -> PlanFigures | None:
     """Plain JSON, None without a plan; see the module's docstring.
 
     length: of the wheel centre's way [m]; duration: of the commands that would be made of it [s]; clearance: what is

@@ -1,11 +1,11 @@
 """Plans of a session: asked for, asked for otherwise and compared, chosen, and gone on from."""
 
 from collections.abc import Sequence as Listed
-from typing import Any
 
 from footfall.core.errors import Conflict, InvalidInput, NotFound
 from footfall.planning.step.alternatives import KINDS, asked_otherwise
 from footfall.planning.step.problem import Footfall, PlanResult, Point, Status, StepPlan, StepSettings
+from footfall.session.answers.plans import EndAnswer, PlanListed
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.core import SessionCore, present
 from footfall.session.jobs.job import Job
@@ -84,7 +84,7 @@ class StepPlans:
                 raise Conflict(f"{chosen.text}: there is no such plan: {chosen.reason}", status=chosen.status)
             self._core.journal.record("plan_chosen", {"digest": digest})
 
-    def shown(self) -> list[dict[str, Any]]:
+    def shown(self) -> list[PlanListed]:
         """The present plan and those to compare it with, as plain JSON, each with its figures."""
         # names what compares plans only when plans are compared
         from footfall.session.products.plan_figures import plan_figures
@@ -123,7 +123,7 @@ class StepPlans:
         made = {one.payload["digest"]: one.seq for one in self._core.events() if one.type == "product"}
         return max(able, key=lambda digest: made[digest])
 
-    def end_told(self, digest: str) -> dict[str, Any]:
+    def end_told(self, digest: str) -> EndAnswer:
         """What ends there, as plain JSON: digest; of: "plan", "execution" or "commands"; sags: whether sag is in it."""
         kind, behind = PRODUCT_KINDS[self._core.state.products[digest].kind], self._core.state.plan_behind(digest)
         sags = kind is EXECUTION or (behind is not None and PRODUCT_KINDS[behind.kind].given_as == EXECUTION.given_as)

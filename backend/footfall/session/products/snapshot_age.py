@@ -1,9 +1,8 @@
 """Whether images still show where the rover is: when they came, and whether it has moved since."""
 
-from typing import Any
-
 import numpy as np
 
+from footfall.session.answers.sessions import LookAnswer, SinceThen
 from footfall.session.core import SessionCore
 from footfall.session.gate.checks import STALE_AFTER
 from footfall.session.products.up_to_date import SENT, difference
@@ -24,7 +23,7 @@ def taken_at(core: SessionCore, snapshot: Snapshot) -> float | None:
     )
 
 
-def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> dict[str, Any]:
+def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> SinceThen:
     """``moved``: whether the rover stands otherwise than then, None where that is not known; ``reason``."""
     frame, age = rover.frame, rover.link.age
     unknown = ""
@@ -45,7 +44,7 @@ def moved_since(core: SessionCore, rover: LinkedRover, then: RobotState) -> dict
     return {"moved": bool(what), "reason": told[what]}
 
 
-def latest_look(core: SessionCore, rover: LinkedRover) -> dict[str, Any] | None:
+def latest_look(core: SessionCore, rover: LinkedRover) -> LookAnswer | None:
     """Of the newest images: ``taken``, when they reached the server [s since 1970], and :func:`moved_since` then; None
     before the first.
     """

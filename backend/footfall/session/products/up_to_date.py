@@ -7,13 +7,14 @@ it looked at is as it was; commands are of one map and no other, as the gate has
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from footfall.core.frames import pose_difference
 from footfall.robot.tolerance import JOINT_TOLERANCE
+from footfall.session.answers.fits import FitAnswer, UpToDateAnswer
 from footfall.session.gate.checks import (
     POSE_TOLERANCE,
     START_TOLERANCE,
@@ -119,14 +120,18 @@ class Fit:
             return "differs"
         return "fresh" if self.heard else "unknown"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> FitAnswer:
         """Plain JSON."""
-        ground = None if self.ground is None else {"area": self.ground.area, "by": self.ground.by}
-        told = {"verdict": self.verdict, "partly": self.partly, "ground": ground}
-        return {"fits": self.fits, "reason": self.reason, **told}
+        return {
+            "fits": self.fits,
+            "reason": self.reason,
+            "verdict": self.verdict,
+            "partly": self.partly,
+            "ground": None if self.ground is None else {"area": self.ground.area, "by": self.ground.by},
+        }
 
 
-def unfit_of(fits: Mapping[str, Any]) -> frozenset[str]:
+def unfit_of(fits: UpToDateAnswer) -> frozenset[str]:
     """Names of what :meth:`.UpToDate.up_to_date` says is not of how things are now."""
     each = {**fits["maps"], **{name: one for name, one in fits.items() if isinstance(one, dict) and "fits" in one}}
     return frozenset(name for name, one in each.items() if not one["fits"])

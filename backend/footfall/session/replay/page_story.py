@@ -1,10 +1,11 @@
 """What a page that plays a session without a server has to know, as plain JSON."""
 
 import base64
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from collections.abc import Mapping, Sequence
+from typing import Protocol, TypedDict, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from footfall.core.errors import FootFallError
 from footfall.core.value import SOFTWARE_VERSION, Value
@@ -14,6 +15,7 @@ from footfall.maps.layers import LAYERS, MapStack
 from footfall.planning.step.problem import PlanResult, StepPlan
 from footfall.robot.model import Robot
 from footfall.sequence.commands import Sequence as Commands
+from footfall.session.answers.plans import PlanFigures
 from footfall.session.log.event import Event
 from footfall.session.log.fold import fold_all
 from footfall.session.products.footfalls import decisive
@@ -22,14 +24,120 @@ from footfall.session.products.plan_figures import plan_figures, swing
 from footfall.terrain.dem import Dem
 from footfall.terrain.ground.surface import height_at
 
-Get = Callable[[str], Value]
+_V = TypeVar("_V", bound=Value)
 
 
-def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any]:
+class Get(Protocol):
+    """A value of the session by its digest, which is a ``kind``. Raises FootFallError where it is another, or none."""
+
+    def __call__(self, kind: type[_V], digest: str, /) -> _V: ...
+
+
+class PlanChecked(TypedDict):
+    """One check of a plan."""
+
+    name: str
+    holds: bool
+    margin: float
+    unit: str
+    where: str
+
+
+class Swing(TypedDict):
+    """The wheel's way; along: how far it has gone over ground [m]; ground: height under it, site [m]."""
+
+    centers: NDArray[np.float64]
+    share: NDArray[np.float64]
+    along: NDArray[np.float64]
+    ground: NDArray[np.float64]
+
+
+class PlanTold(TypedDict):
+    """A planned step. map: digest of the picture that it is shown over."""
+
+    seq: int
+    leg: int
+    footfall: list[float]
+    status: str
+    reason: str
+    checks: list[PlanChecked]
+    figures: PlanFigures | None
+    swing: Swing | None
+    map: str | None
+
+
+class LegendEntry(TypedDict):
+    """What a colour of a map says."""
+
+    text: str
+    rgb: list[int]
+
+
+class MapTold(TypedDict):
+    """Maps of a leg as a picture."""
+
+    digest: str
+    title: str
+    bounds: list[float]
+    legend: list[LegendEntry]
+    png: str
+
+
+class RowTold(TypedDict):
+    """One row of the commands."""
+
+    name: str
+    leg: int | None
+    phase: str
+    duration: float
+
+
+class CommandsTold(TypedDict):
+    """The commands after the last edit."""
+
+    digest: str
+    valid: bool
+    duration: float
+    rows: list[RowTold]
+
+
+class EventTold(TypedDict):
+    """One event for a person."""
+
+    seq: int
+    time: float
+    text: str
+
+
+class CommandTold(TypedDict):
+    """How far one row came that was sent."""
+
+    row: int
+    run: int
+    state: str
+    reason: str
+
+
+class Story(TypedDict):
+    """All that the page shows."""
+
+    name: str
+    robot: str
+    software: str
+    wheel_radius: float
+    events: list[EventTold]
+    plans: list[PlanTold]
+    maps: dict[str, MapTold]
+    sequence: CommandsTold | None
+    commands: list[CommandTold]
+
+
+def page_story(events: Sequence[Event], get: Get, robot: Robot) -> Story:
     """See the module's docstring. events: all of the session; get: its values by digest."""
     state = fold_all(events)
     rows = {e.payload["id"]: e.payload["row"] for e in events if e.type == "command_sent"}
-    plans, maps = [], {}
+    plans: list[PlanTold] = []
+    maps: dict[str, MapTold] = {}
     for event in events:
         if event.type == "product" and event.payload["kind"] == PLAN.name:
             plan = _plan(event, get, robot)
@@ -46,7 +154,7 @@ def page_story(events: Sequence[Event], get: Get, robot: Robot) -> dict[str, Any
         "events": [{"seq": e.seq, "time": e.time, "text": _words(e, rows)} for e in events],
         "plans": plans,
         "maps": maps,
-        "sequence": None if state.sequence is None else _sequence(get(state.sequence)),
+        "sequence": None if state.sequence is None else _sequence(get(Commands, state.sequence)),
         "commands": [
             {"row": c.row, "run": c.run, "state": _STATES.get(c.state, c.state), "reason": c.reason}
             for c in state.commands
@@ -79,9 +187,9 @@ def _is_digest(text: str) -> bool:
     return len(text) == 32 and all(letter in "0123456789abcdef" for letter in text)
 
 
-def _plan(event: Event, get: Get, robot: Robot) -> dict[str, Any]:
-    result = cast(PlanResult, get(event.payload["digest"]))
-    told: dict[str, Any] = {
+def _plan(event: Event, get: Get, robot: Robot) -> PlanTold:
+    result = get(PlanResult, event.payload["digest"])
+    told: PlanTold = {
         "seq": event.seq,
         "leg": result.footfall.leg,
         "footfall": [result.footfall.x, result.footfall.y],
@@ -96,11 +204,11 @@ def _plan(event: Event, get: Get, robot: Robot) -> dict[str, Any]:
         "map": None,
     }
     if result.plan is not None:
-        told["swing"] = _swing(robot, result.plan, cast(Dem, get(event.payload["parents"]["dem"])))
+        told["swing"] = _swing(robot, result.plan, get(Dem, event.payload["parents"]["dem"]))
     return told
 
 
-def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> dict[str, Any]:
+def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> Swing:
     """The wheel's way; along: how far it has gone over ground [m]; ground: height under it, site [m]."""
     centers, share = swing(robot, plan)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(centers[:, :2], axis=0), axis=1))])
@@ -112,7 +220,7 @@ def _swing(robot: Robot, plan: StepPlan, dem: Dem) -> dict[str, Any]:
     }
 
 
-def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> dict[str, Any] | None:
+def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> MapTold | None:
     """The latest maps of the leg on the ground that was planned on, as a picture; None where there are none."""
     dem = plan.payload["parents"]["dem"]
     made = [
@@ -124,7 +232,7 @@ def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> dict[st
     if not made:
         return None
     try:
-        stack = cast(MapStack, get(made[-1]))
+        stack = get(MapStack, made[-1])
     except FootFallError:
         return None  # a session may be shown without its pictures
     layer = next(name for name, cells in stack.layers.items() if cells is decisive(stack))
@@ -137,7 +245,8 @@ def _map_of(leg: int, plan: Event, events: Sequence[Event], get: Get) -> dict[st
     }
 
 
-def _sequence(value: Value) -> dict[str, Any]:
-    sequence = cast(Commands, value)
-    rows = [{"name": c.name, "leg": c.leg, "phase": c.phase, "duration": c.duration} for c in sequence.commands]
+def _sequence(sequence: Commands) -> CommandsTold:
+    rows: list[RowTold] = [
+        {"name": c.name, "leg": c.leg, "phase": c.phase, "duration": c.duration} for c in sequence.commands
+    ]
     return {"digest": sequence.digest, "valid": sequence.valid, "duration": sequence.duration, "rows": rows}

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from footfall.core.errors import Conflict, FootFallError, InvalidInput
+from footfall.session.answers.commands import LightTimeAnswer
 
 MOON = 1.28
 """Earth to Moon [s]."""
@@ -47,7 +48,7 @@ class LightTime:
         """From sending a command to the earliest acknowledgement [s]."""
         return self.telemetry + self.commands
 
-    def as_dict(self) -> dict[str, float]:
+    def as_dict(self) -> LightTimeAnswer:
         """Plain JSON."""
         return {"telemetry_s": self.telemetry, "commands_s": self.commands, "round_trip_s": self.round_trip}
 

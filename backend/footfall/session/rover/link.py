@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from footfall.core.errors import Conflict
+from footfall.session.answers.commands import LinkAnswer, OnItsWayAnswer
 from footfall.session.rover.light_time import LightPath, LightTime
 from footfall.telemetry.state import TelemetryFrame, counted_anew
 
@@ -32,7 +33,7 @@ class OnItsWay:
     arrives_at: float
     answer_at: float
 
-    def as_dict(self, now: float) -> dict[str, Any]:
+    def as_dict(self, now: float) -> OnItsWayAnswer:
         """Plain JSON, as seen ``now``."""
         arrives, answer = max(self.arrives_at - now, 0.0), max(self.answer_at - now, 0.0)
         return {"type": self.type, "id": self.id, "arrives_in_s": arrives, "answer_in_s": answer}
@@ -195,7 +196,7 @@ class RoverLink:
             raise Conflict(f"the rover can't be reached: {err}") from err
 
     @property
-    def on_the_way(self) -> list[dict[str, Any]]:
+    def on_the_way(self) -> list[OnItsWayAnswer]:
         """The latest messages down that can't have been answered yet, oldest first."""
         now = self._clock()
         with self._guard:
@@ -227,7 +228,7 @@ class RoverLink:
         """When the latest frame came, seconds since 1970-01-01 UTC."""
         return None if self._frame is None else self._received_at
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> LinkAnswer:
         """Plain JSON for the interface."""
         age = self.age
         return {

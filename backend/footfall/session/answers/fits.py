@@ -1,10 +1,8 @@
-"""What answers hold of whether products are of how things are now."""
+"""What is told of whether products are of how things are now."""
 
 from typing import Annotated, Literal, TypedDict
 
-from pydantic import Field
-
-from footfall.api.bodies.answer_models import Each
+from footfall.session.answers.notes import Each, Says
 from footfall.session.products.kinds import KINDS
 
 
@@ -38,5 +36,5 @@ class UpToDateAnswer(TypedDict):
     measured: bool
     unheard: str
     what_if: FitAnswer | None
-    maps: Annotated[dict[str, FitAnswer], Field(description="leg → of its latest maps")]
+    maps: Annotated[dict[str, FitAnswer], Says("leg → of its latest maps")]
     kinds: Annotated[FitAnswer | None, Each(lambda: (one.name for one in KINDS.values() if one.watched))]
