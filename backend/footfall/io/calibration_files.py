@@ -1,5 +1,6 @@
 """Calibration of stereo pairs from files of FootFall's own (docs/calibration.md), and what all kinds of them share."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def read_usable_calibrations(path: str | Path) -> tuple[dict[str, PairCalibratio
     return found, left_out
 
 
-def _pair(where: str, name: str, body: Any) -> PairCalibration:
+def _pair(where: str, name: str, body: object) -> PairCalibration:
     if not isinstance(body, dict):
         raise InvalidImages(f"{where}: needs `left` and `right`", pair=name)
     only(body, ("left", "right"), where)
@@ -78,7 +79,7 @@ def _pair(where: str, name: str, body: Any) -> PairCalibration:
     return PairCalibration(name, left, right)
 
 
-def _camera(where: str, name: str, body: dict[str, Any], T_base_camera: NDArray[np.float64]) -> CameraModel:
+def _camera(where: str, name: str, body: Mapping[str, object], T_base_camera: NDArray[np.float64]) -> CameraModel:
     size = either(body, where, "image_size")
     if not isinstance(size, list) or len(size) != 2:
         raise InvalidImages(f"{where}: image_size must be [width, height]")
@@ -94,7 +95,7 @@ def camera_model(
     name: str,
     size: tuple[int, int],
     intrinsics: tuple[float, float, float, float],
-    model: Any,
+    model: object,
     distortion: NDArray[np.float64],
     T_base_camera: NDArray[np.float64],
 ) -> CameraModel:
@@ -106,7 +107,7 @@ def camera_model(
         raise InvalidImages(f"{where}: {err.message}", **err.details) from err
 
 
-def parsed_file(path: Path) -> dict[str, Any]:
+def parsed_file(path: Path) -> dict[str, object]:
     """The mapping that a small YAML file holds. Raises InvalidImages naming the file."""
     text = calibration_text(path)
     try:
@@ -138,14 +139,14 @@ def require_plausible_baseline(length: float, where: str, **details: Any) -> Non
         )
 
 
-def only(raw: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+def only(raw: Mapping[str, object], known: tuple[str, ...], where: str) -> None:
     """Raise InvalidImages for keys that are not ``known``."""
     strange = [key for key in raw if key not in known]
     if strange:
         raise InvalidImages(f"{where}: {', '.join(strange)} is unknown here; known are {', '.join(known)}")
 
 
-def either(raw: dict[str, Any], where: str, *names: str) -> Any:
+def either(raw: Mapping[str, object], where: str, *names: str) -> object:
     """The first member of these names. Raises InvalidImages where none is there."""
     for name in names:
         if raw.get(name) is not None:
@@ -153,14 +154,14 @@ def either(raw: dict[str, Any], where: str, *names: str) -> Any:
     raise InvalidImages(f"{where}: {names[0]} is missing")
 
 
-def whole(number: Any, where: str) -> int:
+def whole(number: object, where: str) -> int:
     """A whole number above zero. Raises InvalidImages."""
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
         raise InvalidImages(f"{where} must be a whole number above zero, not {number!r}")
     return number
 
 
-def numbers(given: Any, shape: tuple[int, int] | None, where: str) -> NDArray[np.float64]:
+def numbers(given: object, shape: tuple[int, int] | None, where: str) -> NDArray[np.float64]:
     """Finite numbers of a list or a list of rows; ``shape`` None: one row of any length."""
     flat: list[Any] = []
     for one in given if isinstance(given, list) else [None]:
@@ -176,7 +177,7 @@ def numbers(given: Any, shape: tuple[int, int] | None, where: str) -> NDArray[np
     return np.array(flat, float).reshape(shape)
 
 
-def pose_from(given: Any, where: str) -> NDArray[np.float64]:
+def pose_from(given: object, where: str) -> NDArray[np.float64]:
     """A pose, (4, 4), its rotation made exact. Raises InvalidImages, saying ``where``."""
     T = numbers(given, (4, 4), where)
     if not np.allclose(T[3], [0.0, 0.0, 0.0, 1.0], atol=1e-9):

@@ -5,8 +5,8 @@ sensor, ``width`` and ``height`` its size; ``roi`` is the part of it that was ta
 by how much that was scaled down.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,9 +110,9 @@ class _Info:
         size = (self.size[0] // bx, self.size[1] // by)
         return camera_model(self.where, name, size, intrinsics, self.kind, self.distortion, T_base_camera)
 
-    def _lens(self, raw: dict[str, Any]) -> tuple[str, NDArray[np.float64]]:
+    def _lens(self, raw: Mapping[str, object]) -> tuple[str, NDArray[np.float64]]:
         ros_model = either(raw, self.where, "distortion_model")
-        if ros_model not in _LENSES:
+        if not isinstance(ros_model, str) or ros_model not in _LENSES:
             raise InvalidImages(
                 f"{self.where}: the distortion model {ros_model!r} is unknown; known are {', '.join(_LENSES)}"
             )
@@ -146,7 +146,7 @@ class _Info:
             )
         return float(P[0, 3] / P[0, 0])
 
-    def _taken(self, raw: dict[str, Any]) -> tuple[tuple[int, int], tuple[int, int], tuple[int, int]]:
+    def _taken(self, raw: Mapping[str, object]) -> tuple[tuple[int, int], tuple[int, int], tuple[int, int]]:
         """Offset and size of the part that was taken, in pixels of the whole image, and the binning."""
         bins = tuple(self._count(raw, f"binning_{axis}") or 1 for axis in "xy")
         roi = raw.get("roi")
@@ -176,7 +176,7 @@ class _Info:
     def _center_is_inside(self) -> bool:
         return 0 <= self.K[0, 2] < self.full[0] and 0 <= self.K[1, 2] < self.full[1]
 
-    def _count(self, raw: dict[str, Any], name: str, within: str = "") -> int:
+    def _count(self, raw: Mapping[str, object], name: str, within: str = "") -> int:
         given = raw.get(name)
         if given is None:
             return 0
@@ -184,7 +184,7 @@ class _Info:
             raise InvalidImages(f"{self.where}: {within}{name} must be a whole number, zero or more, not {given!r}")
         return given
 
-    def _matrix(self, raw: dict[str, Any], shape: tuple[int, int] | None, *names: str) -> NDArray[np.float64]:
+    def _matrix(self, raw: Mapping[str, object], shape: tuple[int, int] | None, *names: str) -> NDArray[np.float64]:
         body = either(raw, self.where, *names)
         data = body
         if isinstance(body, dict):
@@ -193,7 +193,7 @@ class _Info:
         return numbers(data, shape, f"{self.where}: {names[0]}")
 
 
-def _one_message(path: Path) -> dict[str, Any]:
+def _one_message(path: Path) -> dict[str, object]:
     """What a file says, once or in several messages that say the same of the camera."""
     text = calibration_text(path)
     try:
@@ -212,7 +212,7 @@ def _one_message(path: Path) -> dict[str, Any]:
     return messages[0]
 
 
-def _untimed(message: dict[str, Any]) -> dict[str, Any]:
+def _untimed(message: dict[str, object]) -> dict[str, object]:
     """A message without when and as which it came."""
     header = message.get("header")
     if not isinstance(header, dict):

@@ -42,7 +42,7 @@ _LENGTH = struct.Struct(">I")
 def encode_images(request_id: str, snapshot: Snapshot) -> bytes:
     """One binary frame. request_id: of the image request that it answers."""
     files: list[bytes] = []
-    pairs: list[dict[str, Any]] = []
+    pairs: list[dict[str, object]] = []
     for pair in snapshot.pairs:
         left, right = _png(pair.left), _png(pair.right)
         files += [left, right]
@@ -84,7 +84,7 @@ def decode_images(
     fields = Fields(parse_object(frame[_LENGTH.size : start], finite=False), "images")
     fields.choice("type", ("images",))
     request_id = fields.identifier()
-    state = state_from(fields.object("state"), legs)
+    state = state_from(fields.inner("state"), legs)
     bodies = fields.objects("pairs")
     fields.end()
     packed: list[tuple[str, bytes, bytes]] = []
@@ -118,7 +118,7 @@ def decode_images(
     return request_id, Snapshot(state, tuple(pairs), left_out)
 
 
-def _files(body: dict[str, Any], frame: bytes, start: int, name: str) -> tuple[bytes, bytes, int]:
+def _files(body: dict[str, object], frame: bytes, start: int, name: str) -> tuple[bytes, bytes, int]:
     """Both PNGs of a pair, empty where a camera gave none, and where the next pair's begin."""
     fields = Fields(body, "image pair")
     middle = start + fields.whole("left_bytes")
@@ -128,11 +128,11 @@ def _files(body: dict[str, Any], frame: bytes, start: int, name: str) -> tuple[b
     return frame[start:middle], frame[middle:end], end
 
 
-def _pair(body: dict[str, Any], left: bytes, right: bytes) -> ImagePair:
+def _pair(body: dict[str, object], left: bytes, right: bytes) -> ImagePair:
     # a rover that does not say when the right image was taken means: at the same time
     fields = Fields({"time_right": body.get("time"), **body}, "image pair")
     name = fields.text("name", longest=LONGEST_NAME)
-    camera_left, camera_right = camera_from(fields.object("camera_left")), camera_from(fields.object("camera_right"))
+    camera_left, camera_right = camera_from(fields.inner("camera_left")), camera_from(fields.inner("camera_right"))
     time, time_right = fields.number("time"), fields.number("time_right")
     T_site_base = fields.array("T_site_base", (4, 4))
     for counted in ("left_bytes", "right_bytes"):

@@ -5,7 +5,7 @@ The layout and the files are described in docs/calibration.md.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,15 @@ _SIDES = ("left", "right")
 _UNREAD = (".bmp", ".webp", ".gif", ".jp2", ".exr", ".heic", ".dng", ".raw")
 """Endings of pictures that are taken note of where none that can be read is there: so that their pair is named."""
 _KEYS = ("calibration", "time", "time_right", "T_site_base")
+
+
+class SaidOfPair(TypedDict, total=False):
+    """What ``pairs.yaml`` says of one pair. calibration: the name of another pair's cameras, which took it."""
+
+    time: float
+    time_right: float
+    T_site_base: NDArray[np.float64]
+    calibration: str
 
 
 def pair_and_side(file: str) -> tuple[str, str] | None:
@@ -156,7 +165,7 @@ def _rig(name: str, said: str | None, rigs: dict[str, PairCalibration], bad: dic
     return rigs[wanted]
 
 
-def _about(path: Path, chosen: Sequence[str]) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+def _about(path: Path, chosen: Sequence[str]) -> tuple[dict[str, SaidOfPair], dict[str, str]]:
     """What ``pairs.yaml`` says of each pair, and what is wrong with what it says of others."""
     if not path.is_file():
         return {}, {}
@@ -167,7 +176,7 @@ def _about(path: Path, chosen: Sequence[str]) -> tuple[dict[str, dict[str, Any]]
     bodies = raw.get("pairs")
     if not isinstance(bodies, dict):
         raise InvalidImages(f"{path.name}: `pairs` must say something of pairs by their names")
-    about: dict[str, dict[str, Any]] = {}
+    about: dict[str, SaidOfPair] = {}
     left_out: dict[str, str] = {}
     for name in chosen:
         if name in bodies:
@@ -178,14 +187,19 @@ def _about(path: Path, chosen: Sequence[str]) -> tuple[dict[str, dict[str, Any]]
     return about, left_out
 
 
-def _one(where: str, body: Any) -> dict[str, Any]:
+def _time(given: object, where: str) -> float:
+    return float(numbers([given], (1, 1), where)[0, 0])
+
+
+def _one(where: str, body: object) -> SaidOfPair:
     if not isinstance(body, dict):
         raise InvalidImages(f"{where}: needs some of {', '.join(_KEYS)}")
     only(body, _KEYS, where)
-    said: dict[str, Any] = {}
-    for key in ("time", "time_right"):
-        if key in body:
-            said[key] = float(numbers([body[key]], (1, 1), f"{where}: {key}")[0, 0])
+    said: SaidOfPair = {}
+    if "time" in body:
+        said["time"] = _time(body["time"], f"{where}: time")
+    if "time_right" in body:
+        said["time_right"] = _time(body["time_right"], f"{where}: time_right")
     if "T_site_base" in body:
         said["T_site_base"] = pose_from(body["T_site_base"], f"{where}: T_site_base")
     if "calibration" in body:
@@ -196,7 +210,7 @@ def _one(where: str, body: Any) -> dict[str, Any]:
 
 
 def _require_places(
-    pairs: Sequence[PhotographedPair], about: dict[str, dict[str, Any]]
+    pairs: Sequence[PhotographedPair], about: dict[str, SaidOfPair]
 ) -> tuple[list[PhotographedPair], dict[str, str]]:
     """The pairs whose place is known, and why each other one is left out.
 

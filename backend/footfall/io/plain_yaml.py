@@ -6,7 +6,6 @@ dashes, quoted and plain text, numbers, true, false, null, comments and one ``--
 """
 
 import re
-from typing import Any
 
 from footfall.core.errors import InvalidInput
 
@@ -24,12 +23,12 @@ class _Line:
         self.text = text.strip()
 
 
-def parse_yaml(text: str) -> dict[str, Any]:
+def parse_yaml(text: str) -> dict[str, object]:
     """The mapping that the text is. Raises InvalidInput naming the line."""
     return _parsed(list(enumerate(text.splitlines(), start=1)))
 
 
-def parse_messages(text: str) -> list[dict[str, Any]]:
+def parse_messages(text: str) -> list[dict[str, object]]:
     """The mappings that ``---`` parts, as ``ros2 topic echo`` prints it behind each message."""
     parts: list[list[tuple[int, str]]] = [[]]
     for number, line in enumerate(text.splitlines(), start=1):
@@ -41,7 +40,7 @@ def parse_messages(text: str) -> list[dict[str, Any]]:
     return [_parsed(part) for part in said or parts[:1]]
 
 
-def _parsed(numbered: list[tuple[int, str]]) -> dict[str, Any]:
+def _parsed(numbered: list[tuple[int, str]]) -> dict[str, object]:
     lines = _joined(numbered)
     if not lines:
         raise InvalidInput("the file is empty")
@@ -96,10 +95,10 @@ def _depth(text: str) -> int:
     return bare.count("[") - bare.count("]")
 
 
-def _mapping(lines: list[_Line], i: int, indent: int, depth: int) -> tuple[dict[str, Any], int]:
+def _mapping(lines: list[_Line], i: int, indent: int, depth: int) -> tuple[dict[str, object], int]:
     if depth > _DEEPEST:
         raise _refusal(lines[i], "is nested too deeply")
-    out: dict[str, Any] = {}
+    out: dict[str, object] = {}
     while i < len(lines) and lines[i].indent == indent and not _is_item(lines[i]):
         line = lines[i]
         match = _KEY.match(line.text)
@@ -126,7 +125,7 @@ def _is_item(line: _Line) -> bool:
     return line.text == "-" or line.text.startswith("- ")
 
 
-def _items(lines: list[_Line], i: int) -> tuple[list[Any], int]:
+def _items(lines: list[_Line], i: int) -> tuple[list[object], int]:
     out, indent = [], lines[i].indent
     while i < len(lines) and lines[i].indent == indent and _is_item(lines[i]):
         text = lines[i].text[1:].strip()
@@ -137,10 +136,10 @@ def _items(lines: list[_Line], i: int) -> tuple[list[Any], int]:
     return out, i
 
 
-def _inline(text: str, line: _Line) -> Any:
+def _inline(text: str, line: _Line) -> object:
     if not text.startswith("["):
         return _scalar(text, line)
-    stack: list[list[Any]] = [[]]
+    stack: list[list[object]] = [[]]
     for token in re.findall(r"\"[^\"]*\"|'[^']*'|[\[\],]|[^\[\],\s][^\[\],]*", text):
         if token == "[":
             if len(stack) > _DEEPEST:
@@ -158,7 +157,7 @@ def _inline(text: str, line: _Line) -> Any:
     return stack[0][0]
 
 
-def _scalar(text: str, line: _Line) -> Any:
+def _scalar(text: str, line: _Line) -> object:
     if text[0] in "\"'":
         if len(text) < 2 or text[-1] != text[0] or text[0] in text[1:-1]:
             raise _refusal(line, "has an odd quotation mark")

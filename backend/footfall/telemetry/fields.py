@@ -1,7 +1,8 @@
 """Strict reading of JSON objects from outside: every field present, of its type, finite; nothing beside them."""
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ MAX_TEXT = 2000
 """Longest accepted text field [characters]."""
 
 
-def parse_object(text: str | bytes, *, finite: bool = True, most: int = MESSAGE_PARTS) -> dict[str, Any]:
+def parse_object(text: str | bytes, *, finite: bool = True, most: int = MESSAGE_PARTS) -> dict[str, object]:
     """A JSON object. Raises InvalidTelemetry for other JSON, names given twice, lone surrogates, NaN and infinities.
 
     finite: False lets those through, for :class:`Fields` to refuse where they are read.
@@ -51,7 +52,7 @@ def parse_object(text: str | bytes, *, finite: bool = True, most: int = MESSAGE_
     return parsed
 
 
-def _no_constant(name: str) -> Any:
+def _no_constant(name: str) -> NoReturn:
     raise InvalidTelemetry(
         f"{name} is no number of the rover link; numbers are finite", number=name, fault="not-finite"
     )
@@ -60,16 +61,23 @@ def _no_constant(name: str) -> Any:
 class Fields:
     """The fields of one message, taken one by one; :meth:`end` refuses what is left over."""
 
-    def __init__(self, body: dict[str, Any], message: str) -> None:
+    def __init__(self, body: Mapping[str, object], message: str) -> None:
         self._left = dict(body)
         self._message = message
 
-    def _take(self, name: str) -> Any:
+    def _take(self, name: str) -> object:
         if name not in self._left:
             raise InvalidTelemetry(f"{self._message}: {name} is missing", field=name)
         return self._left.pop(name)
 
-    def _refuse(self, name: str, wanted: str, got: Any) -> InvalidTelemetry:
+    def _null(self, name: str) -> bool:
+        """Whether the field is there and null, which takes it."""
+        null = self._left.get(name, 0) is None
+        if null:
+            del self._left[name]
+        return null
+
+    def _refuse(self, name: str, wanted: str, got: object) -> InvalidTelemetry:
         shown = repr(got)
         shown = shown if len(shown) <= 60 else shown[:57] + "..."
         return InvalidTelemetry(f"{self._message}: {name} must be {wanted}, not {shown}", field=name)
@@ -96,14 +104,14 @@ class Fields:
         return got
 
     def whole_or_null(self, name: str) -> int | None:
-        if self._left.get(name, 0) is None:
-            return self._take(name)
+        if self._null(name):
+            return None
         return self.whole(name)
 
     def number(self, name: str) -> float:
         return self._number(name, self._take(name))
 
-    def _number(self, name: str, got: Any) -> float:
+    def _number(self, name: str, got: object) -> float:
         if isinstance(got, bool) or not isinstance(got, (int, float)):
             raise self._refuse(name, "a number", got)
         try:
@@ -138,21 +146,21 @@ class Fields:
         return self.array(name, (count if legs is None else 6 * legs,))
 
     def number_or_null(self, name: str) -> float | None:
-        if self._left.get(name, 0) is None:
-            return self._take(name)
+        if self._null(name):
+            return None
         return self.number(name)
 
     def angles_or_null(self, name: str, legs: int | None) -> NDArray[np.float64] | None:
-        if self._left.get(name, 0) is None:
-            return self._take(name)
+        if self._null(name):
+            return None
         return self.angles(name, legs)
 
     def array_or_null(self, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
-        if self._left.get(name, 0) is None:
-            return self._take(name)
+        if self._null(name):
+            return None
         return self.array(name, shape)
 
-    def _collect(self, name: str, got: Any, shape: tuple[int, ...], flat: list[float]) -> None:
+    def _collect(self, name: str, got: object, shape: tuple[int, ...], flat: list[float]) -> None:
         if not shape:
             flat.append(self._number(name, got))
             return
@@ -171,13 +179,13 @@ class Fields:
             raise self._refuse(name, "null or a list of names", got)
         return tuple(got)
 
-    def objects(self, name: str) -> list[dict[str, Any]]:
+    def objects(self, name: str) -> list[dict[str, object]]:
         got = self._take(name)
         if not isinstance(got, list) or not all(isinstance(one, dict) for one in got):
             raise self._refuse(name, "a list of objects", got)
         return got
 
-    def object(self, name: str) -> dict[str, Any]:
+    def inner(self, name: str) -> dict[str, object]:
         got = self._take(name)
         if not isinstance(got, dict):
             raise self._refuse(name, "an object", got)

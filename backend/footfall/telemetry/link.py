@@ -5,7 +5,7 @@
 """
 
 import json
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,9 +191,9 @@ def kind_of(message: Message) -> str:
     return _names[type(message)]
 
 
-def message_object(message: Message) -> dict[str, Any]:
+def message_object(message: Message) -> dict[str, object]:
     """JSON-ready form of a message; ``type`` names it."""
-    body: dict[str, Any] = {"type": _names[type(message)]}
+    body: dict[str, object] = {"type": _names[type(message)]}
     match message:
         case TelemetryFrame():
             body |= {"number": message.number, **state_object(message.state), "commanded": message.commanded.tolist()}
@@ -233,7 +233,7 @@ def message_object(message: Message) -> dict[str, Any]:
     return body
 
 
-def message_from(body: dict[str, Any], legs: int | None = None) -> Message:
+def message_from(body: Mapping[str, object], legs: int | None = None) -> Message:
     """Inverse of :func:`message_object`. legs: how many the rover has, where that is known.
 
     Raises InvalidTelemetry for an unknown type, another protocol version, another number of legs,
@@ -325,7 +325,7 @@ def _hello(fields: Fields, legs: int | None) -> HelloMessage:
     return hello
 
 
-def state_object(state: RobotState) -> dict[str, Any]:
+def state_object(state: RobotState) -> dict[str, object]:
     """JSON-ready form of a state: the fields of a telemetry message without number and commanded."""
     return {
         "robot": state.robot,
@@ -338,7 +338,7 @@ def state_object(state: RobotState) -> dict[str, Any]:
     }
 
 
-def state_from(body: dict[str, Any], legs: int | None = None) -> RobotState:
+def state_from(body: Mapping[str, object], legs: int | None = None) -> RobotState:
     """Inverse of :func:`state_object`. Raises InvalidTelemetry."""
     fields = Fields(body, "state")
     try:
@@ -366,7 +366,7 @@ def _state(fields: Fields, legs: int | None) -> tuple[RobotState, int]:
     return state, count
 
 
-def camera_object(camera: Camera) -> dict[str, Any]:
+def camera_object(camera: Camera) -> dict[str, object]:
     """JSON-ready form of a camera model."""
     return {
         "name": camera.name,
@@ -380,7 +380,7 @@ def camera_object(camera: Camera) -> dict[str, Any]:
     }
 
 
-def camera_from(body: dict[str, Any]) -> Camera:
+def camera_from(body: Mapping[str, object]) -> Camera:
     """Inverse of :func:`camera_object`. Raises InvalidTelemetry, or InvalidImages for an impossible camera."""
     fields = Fields(body, "camera")
     camera = Camera(

@@ -1,7 +1,7 @@
 """What a file tells of a sequence, and strict reading of its parts: no booleans for numbers, nothing missing."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -57,16 +57,22 @@ def json_of(text: str) -> Any:
         raise InvalidSequence(f"it is no JSON{place_of(error)}") from error
 
 
-def member(document: Any, name: str, where: str) -> Any:
+def member(document: object, name: str, where: str) -> Any:
     """A member of a JSON object. Raises InvalidSequence where it is missing."""
-    if not isinstance(document, dict):
-        raise InvalidSequence(f"{where} must be an object, not {_kind(document)}")
-    if name not in document:
+    found = members(document, where)
+    if name not in found:
         raise InvalidSequence(f"{where} lacks {name!r}")
-    return document[name]
+    return found[name]
 
 
-def only(document: dict[str, Any], known: Sequence[str], where: str) -> None:
+def members(item: object, where: str) -> Mapping[str, object]:
+    """A JSON object. Raises InvalidSequence."""
+    if not isinstance(item, dict):
+        raise InvalidSequence(f"{where} must be an object, not {_kind(item)}")
+    return item
+
+
+def only(document: Mapping[str, object], known: Sequence[str], where: str) -> None:
     """Raise InvalidSequence, by name, for members that would be dropped: docs/exports.md lists what may be."""
     strange = [name for name in document if name not in known]
     if strange:
@@ -77,7 +83,7 @@ def only(document: dict[str, Any], known: Sequence[str], where: str) -> None:
         )
 
 
-def require_rows(told: Sequence[tuple[str, Any]]) -> None:
+def require_rows(told: Sequence[tuple[str, object]]) -> None:
     """Raise InvalidSequence where commands say that they are other rows than they are.
 
     told: of each its place in the file, and the row that it says it is, None where it says nothing. Rows count from 1,
@@ -90,21 +96,21 @@ def require_rows(told: Sequence[tuple[str, Any]]) -> None:
             raise InvalidSequence(f"{where} says that it is row {row}: commands are missing or out of order")
 
 
-def text(item: Any, where: str) -> str:
+def text(item: object, where: str) -> str:
     """A text. Raises InvalidSequence."""
     if not isinstance(item, str):
         raise InvalidSequence(f"{where} must be a text, not {_kind(item)}")
     return item
 
 
-def items(item: Any, where: str) -> list[Any]:
+def items(item: object, where: str) -> list[Any]:
     """A list. Raises InvalidSequence."""
     if not isinstance(item, list):
         raise InvalidSequence(f"{where} must be a list, not {_kind(item)}")
     return item
 
 
-def number(item: Any, where: str) -> float:
+def number(item: object, where: str) -> float:
     """A finite number. Raises InvalidSequence."""
     if isinstance(item, bool) or not isinstance(item, (int, float)):
         raise InvalidSequence(f"{where} must be a number, not {_kind(item)}")
@@ -117,7 +123,7 @@ def number(item: Any, where: str) -> float:
     return found
 
 
-def whole(item: Any, where: str) -> int:
+def whole(item: object, where: str) -> int:
     """A whole number, also written as 2.0. Raises InvalidSequence."""
     found = number(item, where)
     if not found.is_integer():
@@ -125,12 +131,12 @@ def whole(item: Any, where: str) -> int:
     return int(found)
 
 
-def array(item: Any, where: str) -> Array:
+def array(item: object, where: str) -> Array:
     """A flat array of finite numbers. Raises InvalidSequence."""
     return np.array([number(one, f"{where}[{i}]") for i, one in enumerate(items(item, where))], float)
 
 
-def matrix(item: Any, where: str) -> Array:
+def matrix(item: object, where: str) -> Array:
     """A (4, 4) array of finite numbers. Raises InvalidSequence."""
     rows = [array(row, f"{where}[{i}]") for i, row in enumerate(items(item, where))]
     if [len(row) for row in rows] != [4] * 4:
@@ -138,11 +144,12 @@ def matrix(item: Any, where: str) -> Array:
     return np.array(rows)
 
 
-def layout_in(document: dict[str, Any], where: str) -> JointLayout | None:
+def layout_in(document: Mapping[str, object], where: str) -> JointLayout | None:
     """The member ``layout`` of an object: legs and joints by name; None without it. Raises InvalidSequence."""
     if "layout" not in document:
         return None
-    told, at = document["layout"], f"{where}, layout"
+    at = f"{where}, layout"
+    told = members(document["layout"], at)
     legs = items(member(told, "legs", at), f"{at}, legs")
     sliding = items(member(told, "sliding", at), f"{at}, sliding")
     only(told, ("legs", "sliding"), at)
@@ -172,7 +179,7 @@ def known_kind(name: str, where: str) -> CommandKind:
     return KINDS[name]
 
 
-def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
+def command(name: str, arguments: Sequence[object], phase: str, where: str) -> Command:
     """A command from its arguments in the order of its kind, joints as one list.
 
     Raises InvalidSequence where the name is unknown, or there are more or fewer.
@@ -187,7 +194,7 @@ def command(name: str, arguments: list[Any], phase: str, where: str) -> Command:
     return Command(name=name, phase=phase, **told)
 
 
-def _kind(item: Any) -> str:
+def _kind(item: object) -> str:
     names = {type(None): "null", bool: "a truth value", str: "a text", dict: "an object", list: "a list"}
     return names.get(type(item), "a number")
 
