@@ -20,6 +20,7 @@ from footfall.core.errors import FootFallError
 from footfall.core.frames import apply
 from footfall.robot.legged.legged_robot import MOST_JOINTS, LeggedRobot
 from footfall.robot.legged.posture import center_of_mass
+from footfall.robot.pin_scratch import scratch_of
 
 Array = NDArray[np.float64]
 
@@ -65,18 +66,13 @@ def effort_ratio(
 
 def _statics(robot: LeggedRobot, q: Array, R_site_base: Array) -> tuple[Array, Array, Array, Array]:
     """Efforts (joints,) that hold the legs' own weight in the air; axes, origins (joints, 3) and com (3,) in base."""
-    model, frames = robot.pin_model, robot.pin_model.createData()
     down = -GRAVITY * R_site_base[2]
-    each = [pin.computeGeneralizedGravity(one, one.createData(), q) for one in robot.gravity_models]
-    gravity = np.stack(each, axis=1) @ down
-    pin.forwardKinematics(model, frames, q)
-    com = center_of_mass(robot, q)
-    axes = np.concatenate([_axes(robot, leg, frames) for leg in robot.legs])
-    origins = np.array([T.translation for T in list(frames.oMi)[1:]])
-    return gravity, axes, origins, com
-
-
-def _axes(robot: LeggedRobot, leg: int, frames: pin.Data) -> Array:
-    """Joint axes of a leg in base, (joints, 3)."""
-    first = robot.slices[leg].start + 1
-    return np.array([frames.oMi[first + k].rotation @ axis for k, axis in enumerate(robot.limbs[leg].limb.axes)])
+    own_axes = np.concatenate([robot.limbs[leg].limb.axes for leg in robot.legs])
+    with scratch_of(robot, robot.pin_model) as data:
+        # copies: each call writes where the one before wrote
+        each = [np.array(pin.computeGeneralizedGravity(one, data, q)) for one in robot.gravity_models]
+        pin.forwardKinematics(robot.pin_model, data, q)
+        joints = list(data.oMi)[1:]
+        axes = np.array([T.rotation @ axis for T, axis in zip(joints, own_axes, strict=True)])
+        origins = np.array([T.translation for T in joints])
+    return np.stack(each, axis=1) @ down, axes, origins, center_of_mass(robot, q)

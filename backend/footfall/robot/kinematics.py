@@ -75,9 +75,9 @@ def gravity_torques(robot: Robot, posture: ArrayLike, R_site_base: ArrayLike, gr
     q = robot.require_posture(posture)
     gravity_base = -gravity * np.asarray(R_site_base, float)[2]
     torques = np.zeros(len(q))
-    data = robot.model.createData()
-    for model, component in zip(robot.unit_gravity_models, gravity_base, strict=True):
-        torques += component * pin.computeGeneralizedGravity(model, data, q)
+    with pin_scratch(robot) as data:
+        for model, component in zip(robot.unit_gravity_models, gravity_base, strict=True):
+            torques += component * pin.computeGeneralizedGravity(model, data, q)
     return torques
 
 
@@ -85,11 +85,11 @@ def wheel_jacobian(robot: Robot, posture: ArrayLike, leg: int) -> Array:
     """d(wheel centre in base) / d(joint angles of that leg), (3, 6) [m/rad]."""
     q = robot.require_posture(posture)[6 * leg : 6 * leg + 6]
     model = robot.leg_models[leg]
-    data = model.createData()
-    pin.computeJointJacobians(model, data, q)
-    J = pin.getJointJacobian(model, data, 6, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-    arm = data.oMi[6].rotation[:, 0] * robot.description.legs[leg].foot
-    return J[:3] + np.cross(J[3:].T, arm).T
+    with pin_scratch(robot, leg) as data:
+        pin.computeJointJacobians(model, data, q)
+        J = pin.getJointJacobian(model, data, 6, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        arm = data.oMi[6].rotation[:, 0] * robot.description.legs[leg].foot
+        return J[:3] + np.cross(J[3:].T, arm).T
 
 
 def _wheel(T_base_ankle: Array, foot: float) -> Array:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from footfall.core.frames import transform
 from footfall.robot.legged.legged_robot import LeggedRobot
+from footfall.robot.pin_scratch import scratch_of
 
 Array = NDArray[np.float64]
 
@@ -24,10 +25,10 @@ class Placed:
 def placed(robot: LeggedRobot, posture: ArrayLike) -> Placed:
     """Forward kinematics by pin. Raises InvalidInput for a posture of another robot."""
     q = robot.require_posture(posture)
-    frames = robot.pin_model.createData()
-    pin.framesForwardKinematics(robot.pin_model, frames, q)
-    Ts = np.array([np.eye(4)] + [T.homogeneous for T in list(frames.oMi)[1:]])
-    soles = np.array([frames.oMf[frame].translation for frame in robot.foot_frames])
+    with scratch_of(robot, robot.pin_model) as frames:
+        pin.framesForwardKinematics(robot.pin_model, frames, q)
+        Ts = np.array([np.eye(4)] + [T.homogeneous for T in list(frames.oMi)[1:]])
+        soles = np.array([frames.oMf[frame].translation for frame in robot.foot_frames])
     return Placed(Ts, soles, center_of_mass(robot, q))
 
 
@@ -35,7 +36,8 @@ def center_of_mass(robot: LeggedRobot, q: Array) -> Array:
     """Of the whole robot in base, (3,) [m]. Pin leaves out what is fixed to a model's base, so that is added."""
     model = robot.pin_model
     base = model.inertias[0]
-    moving = np.array(pin.centerOfMass(model, model.createData(), q))
+    with scratch_of(robot, model) as data:
+        moving = np.array(pin.centerOfMass(model, data, q))
     return (base.mass * base.lever + (robot.mass - base.mass) * moving) / robot.mass
 
 
