@@ -13,7 +13,7 @@ from footfall.sim.raycast import RayScene
 from footfall.terrain.dem import Dem
 from footfall.terrain.from_arrays import from_heights
 from footfall.terrain.generate import fractal, plane, rock_field, slope
-from footfall.terrain.ground.simplified import height_differences, simplified
+from footfall.terrain.ground.simplified import _collapsed, height_differences, simplified
 from footfall.terrain.ground.surface import height_at
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.ground.views import CollisionView, collision_view
@@ -70,6 +70,16 @@ def test_a_plane_needs_hardly_any_triangles_and_rough_ground_keeps_its_share():
     assert counts == sorted(counts)
     assert counts[0] < 0.2 * counts[-1]
     assert counts[-1] == len(triangulate(rocks).triangles)
+
+
+def test_fewer_triangles_than_the_rims_need_give_the_same_mesh_however_few():
+    """So the library is not asked for them again."""
+    whole = triangulate(rock_field(2.0, 0.1, seed=1))
+    fewest = _collapsed(whole, 1)
+    assert 0.15 * len(whole.triangles) < len(fewest.triangles) < len(whole.triangles)
+    for asked in (8, 64, len(fewest.triangles)):
+        assert _collapsed(whole, asked).digest == fewest.digest
+    assert len(_collapsed(whole, len(fewest.triangles) + 20).triangles) > len(fewest.triangles)
 
 
 def test_differences_are_those_of_meshes_made_by_hand(rng):

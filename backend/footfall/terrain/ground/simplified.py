@@ -58,12 +58,13 @@ def simplified(dem: Dem, tolerance: float = 0.01) -> SimplifiedMesh:
     count = len(whole.triangles)
     if not count:
         raise InvalidTerrain("the terrain has no 2 × 2 block of known cells, so it has no triangles to simplify")
-    coarser = 0
+    coarsest = 0
     for share in KEPT_SHARES:
-        mesh = _collapsed(whole, max(1, round(share * count)))
-        if len(mesh.triangles) == coarser:
-            continue  # the rims alone need more than asked for
-        coarser = len(mesh.triangles)
+        asked = max(1, round(share * count))
+        if asked <= coarsest:
+            continue  # the rims alone need more than that
+        mesh = _collapsed(whole, asked)
+        coarsest = max(coarsest, len(mesh.triangles))
         below, above = height_differences(dem, mesh)
         if below + above <= tolerance:
             lifted = mesh.vertices + np.array([0.0, 0.0, below])
