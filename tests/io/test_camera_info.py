@@ -108,6 +108,7 @@ def test_camera_info_as_echoed_from_a_topic(tmp_path):
         (info(shift=0.0), "baseline must be above zero.*0.0000 m"),
         (info(shift=50.0), "swapped"),
         (info(shift=-50.0, model="thin_prism"), "thin_prism.*known are"),
+        (info(shift=-50.0, model="[1, 2]"), r"\[1, 2\] is unknown; known are"),
         (info(shift=-50.0, distortion=(0.1, 0.2)), "D.* has 2 numbers; plumb_bob takes 0 or 4 or 5"),
         (info(shift=-50.0).replace("500.5", ".nan"), "camera_matrix has a number that is not finite"),
         (info(shift=-50.0).replace("500.5, 0.,", "500.5, 7.,"), r"camera_matrix must be \[fx, 0"),
