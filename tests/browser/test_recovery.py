@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
+from footfall.session.gate_notices import GateNotices
 from footfall.session.storage.sqlite_log import SqliteLog
-from footfall.session.telling import Telling
 from footfall.telemetry.link import ErrorMessage
 from tests.support.page_steps import held, press
 from tests.support.server import Running, running_server
@@ -59,7 +59,7 @@ def test_nothing_is_armed_before_the_rover_has_confirmed_the_epoch(
     bare: Page, quiet: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(Telling, "epoch", lambda _: None)  # as if the way to the rover lost it each time
+        patched.setattr(GateNotices, "epoch", lambda _: None)  # as if the way to the rover lost it each time
         quiet.rover.start()
         expect(bare.locator("#status-mode")).to_have_text("idle")
         arm = bare.get_by_role("button", name="Arm", exact=True)

@@ -12,9 +12,9 @@ from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
 from footfall.sequence.commands import Command
 from footfall.sequence.edit import Edit
+from footfall.session.gate_notices import AGAIN_AFTER
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.registry import Sessions
-from footfall.session.telling import AGAIN_AFTER
 from footfall.sim.imager import Imager
 from footfall.sim.process import RoverClient
 from footfall.sim.rover import SimulatedRover

@@ -21,11 +21,11 @@ from footfall.session.gate.gate import Gate
 from footfall.session.gate.lease import Done
 from footfall.session.gate.machine import ARMED_FOR, HOLDS
 from footfall.session.gate.runs import Run
+from footfall.session.gate_notices import GateNotices, message_of
 from footfall.session.log.fold import SessionState
 from footfall.session.rover.heard import ENDED, Heard
 from footfall.session.rover.link import RoverLink
 from footfall.session.stop_log import StopLog
-from footfall.session.telling import Telling, message_of
 from footfall.telemetry.link import HelloMessage, encode
 
 WATCH_PERIOD = 0.1
@@ -65,7 +65,7 @@ class Commanding:
             told=self._conn_changed,
         )
         self._link = link
-        self._tell = Telling(link, self.gate, clock)
+        self._tell = GateNotices(link, self.gate, clock)
         self._record = record
         self._record_anyway = record_anyway
         self._state = state

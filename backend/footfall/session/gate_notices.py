@@ -28,7 +28,7 @@ AGAIN_AFTER = 1.0
 """What the rover has not acknowledged is told again so long after it could have been answered [s]."""
 
 
-class Telling:
+class GateNotices:
     """Tells the rover of one session what holds at its gate. clock: one that never jumps [s]."""
 
     def __init__(self, link: RoverLink, gate: Gate, clock: Callable[[], float]) -> None:
