@@ -29,7 +29,7 @@ SAMPLING = 0.02
 
 
 @dataclass(frozen=True)
-class Course:
+class SteadinessCourse:
     """moments: (n,) 0…1, as a ghost is scrubbed: shares of the way, measured by the largest joint's travel.
 
     rows: (n,) the command that is carried out, or of a plan the waypoint that is gone to, from 0; two moments are the
@@ -50,7 +50,7 @@ class Course:
 
 def course_of(
     robot: Robot, dem: Dem, moved: StepPlan | WalkPlan | Sequence, balance: BalanceSettings | None = None
-) -> Course:
+) -> SteadinessCourse:
     """Margins at samples of every row. A row stands on the wheels that are down, and stay, from its begin to its end.
 
     Of ``balance`` friction, the sides of its cones and the payload count; None: what the motion was made with.
@@ -80,7 +80,7 @@ def course_of(
         moments.append((begins[row] + shares * travel[row]) / max(begins[-1], 1e-12))
         rows.append(np.full(len(shares), row))
         why = support.why | why
-    return Course(
+    return SteadinessCourse(
         np.concatenate(moments),
         np.concatenate(rows),
         {name: np.concatenate([one[name] for one in found]) for name in OUTLINES},

@@ -23,7 +23,7 @@ from footfall.terrain.fusion.on_map import on_map
 
 if TYPE_CHECKING:
     from footfall.maps.steadiness import Support
-    from footfall.sequence.steadiness import Course
+    from footfall.sequence.steadiness import SteadinessCourse
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Along:
+class JudgedMotion:
     """least, conservative: what the motion was planned to keep; friction: that it is judged by."""
 
     motion: StepPlan | WalkPlan | Sequence
-    course: "Course"
+    course: "SteadinessCourse"
     friction: float
     least: float
     conservative: bool
@@ -82,7 +82,7 @@ def friction_of(live: LiveSession) -> BalanceSettings:
     return BalanceSettings(friction=balance.friction)
 
 
-def along(live: LiveSession, digest: str) -> Along:
+def along(live: LiveSession, digest: str) -> JudgedMotion:
     """A plan, a walk or a sequence of the session, on the terrain that it was made on. Raises Conflict, NotFound."""
     from footfall.sequence.steadiness import balance_of, course_of
 
@@ -97,7 +97,7 @@ def along(live: LiveSession, digest: str) -> Along:
     course = course_of(live.robot, live.typed(Dem, made_on), motion, balance)
     least = float(getattr(settings, "least_margin", 0.0))
     conservative = getattr(settings, "conservative", False) or getattr(settings, "support", "") == "required"
-    return Along(motion, course, balance.friction, least, bool(conservative))
+    return JudgedMotion(motion, course, balance.friction, least, bool(conservative))
 
 
 def _motion(found: Value, digest: str) -> StepPlan | WalkPlan | Sequence:
