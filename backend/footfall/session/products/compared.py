@@ -28,7 +28,7 @@ MOST_STANCES = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class ComparedGround:
     """What is otherwise where a product looked. spoiled: cells of maps (rows, cols) that it may have made wrong."""
 
     ground: OtherGround
@@ -44,7 +44,7 @@ class UpToDate:
         self._core, self._rover = core, rover
         self._known_stances: dict[str, RobotState] = {}
         self._looks: tuple[str, Looks | None] | None = None
-        self._newer_grounds: dict[tuple[str, str], Compared | None] = {}
+        self._newer_grounds: dict[tuple[str, str], ComparedGround | None] = {}
         self._latest_change: tuple[tuple[str, str], GroundChange | None] = ("", ""), None
 
     def measured(self) -> OnMap | None:
@@ -119,7 +119,7 @@ class UpToDate:
             return np.ones(maps.geometry.shape, bool)
         return compared.spoiled if compared.spoiled.any() else None
 
-    def _against_newer(self, kind: Kind, digest: str, now: str | None, made_for: RobotState) -> Compared | None:
+    def _against_newer(self, kind: Kind, digest: str, now: str | None, made_for: RobotState) -> ComparedGround | None:
         """A product on the ground that is there ``now``; None where it is of that, or that is not asked, or can't be
         told.
         """
@@ -134,7 +134,7 @@ class UpToDate:
             self._newer_grounds[key] = self._judged_anew(kind, digest, then, now, made_for)
         return self._newer_grounds[key]
 
-    def _judged_anew(self, kind: Kind, digest: str, then: str, now: str, made_for: RobotState) -> Compared | None:
+    def _judged_anew(self, kind: Kind, digest: str, then: str, now: str, made_for: RobotState) -> ComparedGround | None:
         from footfall.session.products.looked_at import discs_of, other_ground, spoiled
         from footfall.terrain.ground.changed import ground_change
 
@@ -147,14 +147,14 @@ class UpToDate:
         value = self._core.get(digest)
         looked = change.within(discs_of(kind, self._core.robot, made_for, value))
         if not isinstance(value, MapStack):
-            return Compared(other_ground(change, looked))
+            return ComparedGround(other_ground(change, looked))
         marked = spoiled(self._core.robot, made_for, value, change)
         if not marked.any():
-            return Compared(OtherGround(), marked)
+            return ComparedGround(OtherGround(), marked)
         # maps say something of every cell, also of those that the leg is nowhere near
         looked = looked | change.within_grid(value.geometry)
         changed = looked if looked.any() else change.cells
-        return Compared(other_ground(change, changed, bool(marked.all())), marked)
+        return ComparedGround(other_ground(change, changed, bool(marked.all())), marked)
 
     def up_to_date(self) -> UpToDateAnswer:
         """Of the present products, as plain JSON: kind → whether it fits and why not, None where there is none.
