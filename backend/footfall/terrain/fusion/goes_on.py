@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from footfall.terrain.fusion.known_around import known_around
+from footfall.terrain.fusion.count_known import count_known_around
 
 REACH = 0.1
 """So far along rows and columns sure ground counts [m]."""
@@ -34,7 +34,10 @@ def goes_on(heights: NDArray[np.float32], doubtful: NDArray[np.float32], resolut
         highest, lowest = _highest(around, side), -_highest(-around, side)
         with np.errstate(invalid="ignore"):
             taken |= (
-                ~known & (known_around(known, side) >= SHARE * side**2) & (doubtful >= lowest) & (doubtful <= highest)
+                ~known
+                & (count_known_around(known, side) >= SHARE * side**2)
+                & (doubtful >= lowest)
+                & (doubtful <= highest)
             )
     return taken
 

@@ -17,7 +17,7 @@ from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion import lattice
-from footfall.terrain.fusion.known_around import known_around
+from footfall.terrain.fusion.count_known import count_known_around
 from footfall.terrain.fusion.visibility import DepthView, seen_through
 from footfall.terrain.settings import TerrainSettings
 
@@ -57,7 +57,7 @@ def merge(map: Dem, new: Dem, settings: TerrainSettings | None = None, views: tu
     both = was & seen
     with np.errstate(invalid="ignore"):
         agree = both & (np.abs(z - h) <= np.maximum(settings.gate, DEVIATIONS * np.sqrt(P + R)))
-        clear = (np.sqrt(R) <= settings.clear_deviation) & (known_around(seen, 3) >= MIN_SUPPORT)
+        clear = (np.sqrt(R) <= settings.clear_deviation) & (count_known_around(seen, 3) >= MIN_SUPPORT)
     gone = seen_through(old["heights"], grid, views, settings.see_through) & was
     replaced = (both & ~agree & (clear | gone)) | (seen & ~was)
     forgotten = (gone & ~seen) | (both & ~agree & ~replaced)
