@@ -19,8 +19,8 @@ from footfall.robot.model import Robot
 from footfall.telemetry.images import Camera, ImagePair, Snapshot
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.align import align
+from footfall.terrain.fusion.continued_ground import continued_ground
 from footfall.terrain.fusion.fuse import Fused, despike, fuse
-from footfall.terrain.fusion.goes_on import goes_on
 from footfall.terrain.fusion.grid_depth import (
     CellSamples,
     grid_depth,
@@ -300,7 +300,7 @@ def _gone_on_with(
     more = fuse([one.some(~known.ravel()[one.cell]) for one in all_of_them], geometry, settings.gate)
     tried = np.where(known, heights, more.heights)
     tried = despike(tried, settings.despike, settings.min_neighbours, ~known)
-    added = goes_on(heights, tried, geometry.resolution)
+    added = continued_ground(heights, tried, geometry.resolution)
     for x, y, _ in () if wheels is None else wheels:
         added &= np.hypot(geometry.xs - x, (geometry.ys - y)[:, None]) > AT_WHEEL
     view = np.where(more.view < 0, more.view, more.view % len(samples))

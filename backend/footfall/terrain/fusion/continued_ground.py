@@ -21,7 +21,9 @@ ROUNDS = 2
 """What was taken counts as sure once more: it widened no span of heights."""
 
 
-def goes_on(heights: NDArray[np.float32], doubtful: NDArray[np.float32], resolution: float) -> NDArray[np.bool_]:
+def continued_ground(
+    heights: NDArray[np.float32], doubtful: NDArray[np.float32], resolution: float
+) -> NDArray[np.bool_]:
     """Cells without a height where a doubtful one goes on with the heights around, (rows, cols).
 
     heights, doubtful: (rows, cols) [m], NaN where unknown; resolution: size of the cells [m].

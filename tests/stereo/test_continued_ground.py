@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from footfall.core.errors import InvalidInput
-from footfall.terrain.fusion.goes_on import REACH, ROUNDS, SHARE, goes_on
+from footfall.terrain.fusion.continued_ground import REACH, ROUNDS, SHARE, continued_ground
 from footfall.terrain.settings import TerrainSettings
 
 CELL = 0.05
@@ -34,7 +34,7 @@ def test_agrees_with_looking_at_each_cell(seed, sure, cell):
     heights, doubtful = rng.normal(0.0, 0.02, (2, 14, 17)).astype(np.float32)
     heights[rng.random(heights.shape) > sure] = np.nan
     doubtful[rng.random(heights.shape) > 0.7] = np.nan
-    assert np.array_equal(goes_on(heights, doubtful, cell), one_by_one(heights, doubtful, cell))
+    assert np.array_equal(continued_ground(heights, doubtful, cell), one_by_one(heights, doubtful, cell))
 
 
 @given(seed=st.integers(0, 9999))
@@ -43,7 +43,7 @@ def test_nothing_is_taken_that_is_known_or_that_nobody_saw_or_beyond_what_is_sur
     heights, doubtful = rng.normal(0.0, 0.02, (2, 20, 20)).astype(np.float32)
     heights[:, 8:] = np.nan
     doubtful[rng.random(heights.shape) < 0.2] = np.nan
-    taken = goes_on(heights, doubtful, CELL)
+    taken = continued_ground(heights, doubtful, CELL)
     assert not taken[:, :8].any()
     assert not taken[np.isnan(doubtful)].any()
     assert not taken[:, 8 + ROUNDS * round(REACH / CELL) :].any()
@@ -57,21 +57,21 @@ def test_a_leg_that_stands_on_the_ground_is_not_taken_and_the_ground_around_it_i
     heights, doubtful = ground.copy(), ground.copy()
     heights[8:13, 8:13] = np.nan
     doubtful[9:12, 9:12] = 0.12
-    taken = goes_on(heights, doubtful, 0.02)
+    taken = continued_ground(heights, doubtful, 0.02)
     assert not taken[9:12, 9:12].any()
     assert taken[8:13, 8:13].sum() >= 12  # of 16; the others lie above or below all that are near
     # nor is it part by part, on a flank that rises little by little
     flank = np.full((21, 21), np.nan, np.float32)
     flank[:, 8:] = 0.02 * np.arange(1, 14)
     heights[:, 8:] = np.nan
-    assert not goes_on(heights, flank, 0.02).any()
+    assert not continued_ground(heights, flank, 0.02).any()
 
 
 def test_a_slope_goes_on_between_its_ends():
     slope = np.tile(0.02 * np.arange(20, dtype=np.float32), (20, 1))
     heights = slope.copy()
     heights[:, 9:12] = np.nan
-    assert goes_on(heights, slope, CELL)[:, 9:12].all()
+    assert continued_ground(heights, slope, CELL)[:, 9:12].all()
 
 
 def test_how_doubtful_pixels_may_be_is_a_number_of_metres():
