@@ -18,7 +18,7 @@ from benchmarks.timing import SEED, Figure, paired, seconds
 from footfall.core.grid import GridGeometry
 from footfall.core.value import Provenance
 from footfall.maps.layers import MapSettings
-from footfall.maps.quality import Situation, quality
+from footfall.maps.quality import LegSituation, quality
 from footfall.maps.quality_settings import RAMPS, QualitySettings
 from footfall.maps.reach_classes import FREE
 from footfall.maps.suggest import explain, suggest
@@ -205,7 +205,7 @@ def _footfalls(n: int) -> Iterator[Figure]:
     }
     layers["height"] = np.zeros(grid.shape, np.float32)
     layers["reach_class"] = np.full(grid.shape, FREE, np.uint8)
-    here = Situation(hip=(0.0, 0.0, 1.8), foot=(0.5, 0.0, 0.0), length=20.0, towards=(1.0, 0.0))
+    here = LegSituation(hip=(0.0, 0.0, 1.8), foot=(0.5, 0.0, 0.0), length=20.0, towards=(1.0, 0.0))
     times = seconds(lambda: suggest(quality(grid, layers, here, QualitySettings()), 10), n)
     yield Figure("maps.quality_and_ten_footfalls_160000_cells", times, "s", 0.05)
     found = quality(grid, layers, here, QualitySettings())

@@ -23,7 +23,7 @@ from footfall.maps.quality import (
     UNKNOWN,
     UNSTABLE,
     UNSURE,
-    Situation,
+    LegSituation,
     quality,
     situation_of,
 )
@@ -39,7 +39,7 @@ from footfall.maps.quality_settings import (
 
 ROWS, COLS = 9, 12
 GRID = GridGeometry(-0.5, -0.4, 0.1, ROWS, COLS)
-HERE = Situation(hip=(0.0, 0.0, 1.8), foot=(0.1, 0.2, 0.0), length=3.0, towards=(3.0, -4.0))
+HERE = LegSituation(hip=(0.0, 0.0, 1.8), foot=(0.1, 0.2, 0.0), length=3.0, towards=(3.0, -4.0))
 MEASURED = tuple(name for name in FACTORS if name != "advance")
 factors = st.sampled_from(MEASURED)
 seeds = st.integers(0, 10_000)
@@ -140,7 +140,7 @@ def test_the_order_of_layers_changes_nothing_and_turning_the_grid_turns_the_scor
     layers = all_layers(rng)
     expected = score_of(layers)
     assert np.array_equal(score_of(dict(reversed(layers.items()))), expected)
-    turned = Situation(hip=HERE.hip, foot=(-0.1, -0.2, 0.0), length=3.0, towards=(-3.0, 4.0))
+    turned = LegSituation(hip=HERE.hip, foot=(-0.1, -0.2, 0.0), length=3.0, towards=(-3.0, 4.0))
     grid = GridGeometry(-GRID.xs[-1], -GRID.ys[-1], 0.1, ROWS, COLS)
     found = quality(grid, {name: layer[::-1, ::-1] for name, layer in layers.items()}, turned, QualitySettings())
     np.testing.assert_allclose(found.score[::-1, ::-1], expected, rtol=1e-9)
@@ -148,7 +148,7 @@ def test_the_order_of_layers_changes_nothing_and_turning_the_grid_turns_the_scor
 
 def test_moving_towards_the_goal_is_better(rng):
     layers = {name: layer for name, layer in all_layers(rng).items() if name in ("height", "reach_class")}
-    east = score_of(layers, here=Situation((0.0, 0.0, 1.8), (0.0, 0.0, 0.0), 3.0, (2.0, 0.0)))
+    east = score_of(layers, here=LegSituation((0.0, 0.0, 1.8), (0.0, 0.0, 0.0), 3.0, (2.0, 0.0)))
     assert (np.diff(east, axis=1) >= 0).all()
     assert (np.diff(east, axis=0) == 0).all()
     assert east[0, -1] > east[0, 0] > 0
@@ -201,7 +201,7 @@ def test_classes_cover_every_class_of_the_reach_map(rng):
 
 
 def test_the_leg_is_only_so_long(rng):
-    short = Situation(hip=(0.0, 0.0, 0.8), foot=(0.0, 0.0, 0.0), length=0.9, towards=None)
+    short = LegSituation(hip=(0.0, 0.0, 0.8), foot=(0.0, 0.0, 0.0), length=0.9, towards=None)
     layers = all_layers(rng)
     found = quality(GRID, layers, short, QualitySettings())
     x, y = np.meshgrid(GRID.xs, GRID.ys)
@@ -239,7 +239,7 @@ def test_missing_layers_are_left_out_and_said_so(rng):
     layers = all_layers(rng)
     del layers["support"]
     layers["age"][:] = np.nan
-    still = Situation(HERE.hip, HERE.foot, HERE.length)
+    still = LegSituation(HERE.hip, HERE.foot, HERE.length)
     found = quality(GRID, layers, still, QualitySettings(weights={"step": 0}))
     assert found.left_out == {
         "step": "its weight is 0",
@@ -307,7 +307,7 @@ def test_bad_settings_are_told_what_would_be_right(changes, told):
 )
 def test_bad_situations_are_told_what_would_be_right(changes, told):
     with pytest.raises(InvalidInput, match=told):
-        Situation(**{"hip": HERE.hip, "foot": HERE.foot, "length": 3.0, **changes})
+        LegSituation(**{"hip": HERE.hip, "foot": HERE.foot, "length": 3.0, **changes})
 
 
 def test_bad_layers_are_told_what_would_be_right(rng):
@@ -329,7 +329,7 @@ def test_bad_layers_are_told_what_would_be_right(rng):
             quality(GRID, bad, HERE, QualitySettings())
     only = {name: layers[name] for name in ("height", "reach_class")}
     with pytest.raises(InvalidInput, match="no factor with a weight above 0 is known"):
-        quality(GRID, only, Situation(HERE.hip, HERE.foot, HERE.length), QualitySettings())
+        quality(GRID, only, LegSituation(HERE.hip, HERE.foot, HERE.length), QualitySettings())
 
 
 def test_every_refusal_has_a_name_and_a_remedy():

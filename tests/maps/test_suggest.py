@@ -13,7 +13,7 @@ from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.maps import layers as footing
 from footfall.maps import reach_classes
-from footfall.maps.quality import LIMIT, Situation, quality, situation_of
+from footfall.maps.quality import LIMIT, LegSituation, quality, situation_of
 from footfall.maps.quality_settings import MOST, RAMPS, QualitySettings
 from footfall.maps.spoken import spoken
 from footfall.maps.suggest import NOT_CLEARED, explain, suggest
@@ -21,7 +21,7 @@ from footfall.terrain.generate import rock_field
 
 ROWS, COLS = 24, 31
 GRID = GridGeometry(-1.5, -1.2, 0.1, ROWS, COLS)
-HERE = Situation(hip=(0.0, 0.0, 1.8), foot=(0.5, 0.0, 0.0), length=5.0, towards=(1.0, 1.0))
+HERE = LegSituation(hip=(0.0, 0.0, 1.8), foot=(0.5, 0.0, 0.0), length=5.0, towards=(1.0, 1.0))
 
 
 def random_layers(seed) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import numpy as np
 from footfall.core.errors import InvalidInput
 from footfall.core.grid import GridGeometry
 from footfall.maps.layers import MapSettings, MapStack
-from footfall.maps.quality import Layers, Quality, Situation, quality, situation_of
+from footfall.maps.quality import Layers, LegSituation, Quality, quality, situation_of
 from footfall.maps.quality_settings import QualitySettings
 from footfall.maps.suggest import Explanation, explain
 from footfall.robot.model import Robot
@@ -37,7 +37,12 @@ def stack_quality(
 
 
 def layers_quality(
-    dem: Dem, geometry: GridGeometry, made: Layers, conservative: bool, situation: Situation, settings: QualitySettings
+    dem: Dem,
+    geometry: GridGeometry,
+    made: Layers,
+    conservative: bool,
+    situation: LegSituation,
+    settings: QualitySettings,
 ) -> Quality:
     """:func:`stack_quality` of layers that are not a stack yet; conservative: which margins footing was decided by."""
     every = round(geometry.resolution / dem.geometry.resolution)

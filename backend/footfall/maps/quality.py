@@ -58,7 +58,7 @@ REFUSALS: Mapping[int, tuple[str, str]] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class Situation:
+class LegSituation:
     """Of the leg that asks, in site. hip: of the hip-yaw joint [m]; foot: its present contact [m]; length: farthest
     that a contact can be from the hip [m]; towards: (east, north) in which the body is to advance, of any length above
     zero, or None."""
@@ -79,13 +79,13 @@ class Situation:
             raise InvalidInput("a goal direction needs two finite numbers (east, north), not both 0", towards=towards)
 
 
-def situation_of(robot: Robot, state: RobotState, leg: int, towards: tuple[float, float] | None = None) -> Situation:
+def situation_of(robot: Robot, state: RobotState, leg: int, towards: tuple[float, float] | None = None) -> LegSituation:
     """The situation of one leg. Raises InvalidInput for a leg that does not exist."""
     leg = robot.require_leg(leg)
     hip = apply(state.T_site_base, robot.description.legs[leg].T_base_hip[:3, 3])
     wheel = apply(state.T_site_base, wheel_centers(robot, state.posture)[leg])
     x, y, z = (float(one) for one in wheel - [0.0, 0.0, robot.wheel_radius])
-    return Situation((float(hip[0]), float(hip[1]), float(hip[2])), (x, y, z), robot.leg_length(leg), towards)
+    return LegSituation((float(hip[0]), float(hip[1]), float(hip[2])), (x, y, z), robot.leg_length(leg), towards)
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Quality:
 
     geometry: GridGeometry
     layers: Layers
-    situation: Situation
+    situation: LegSituation
     settings: QualitySettings
     score: Array
     refused: NDArray[np.uint8]
@@ -112,7 +112,7 @@ class Quality:
         return {name: _amounts(name, self.geometry, self.layers, self.situation, cells) for name in self.counted}
 
 
-def quality(geometry: GridGeometry, layers: Layers, situation: Situation, settings: QualitySettings) -> Quality:
+def quality(geometry: GridGeometry, layers: Layers, situation: LegSituation, settings: QualitySettings) -> Quality:
     """Score every cell of the grid.
 
     A limit's factor that is unknown at a cell makes its ground unknown; a preference's counts as PREFERENCE_LEAST.
@@ -142,7 +142,7 @@ def quality(geometry: GridGeometry, layers: Layers, situation: Situation, settin
 
 
 def _amounts(
-    name: str, geometry: GridGeometry, layers: Layers, situation: Situation, cells: NDArray[np.int64]
+    name: str, geometry: GridGeometry, layers: Layers, situation: LegSituation, cells: NDArray[np.int64]
 ) -> Array:
     if name != "advance":
         return np.asarray(layers[name]).reshape(-1)[cells].astype(np.float64)
@@ -171,7 +171,7 @@ def _check(geometry: GridGeometry, layers: Layers) -> None:
 
 
 def _sorted_out(
-    layers: Layers, situation: Situation, settings: QualitySettings
+    layers: Layers, situation: LegSituation, settings: QualitySettings
 ) -> tuple[tuple[str, ...], dict[str, str]]:
     """Factors that count, and why each of the others doesn't."""
     left_out = {}
@@ -224,7 +224,7 @@ _BY_FOOTING = _classes(
 
 
 def _constraints(
-    geometry: GridGeometry, layers: Layers, situation: Situation, settings: QualitySettings
+    geometry: GridGeometry, layers: Layers, situation: LegSituation, settings: QualitySettings
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """The first constraint that each cell breaks (0: none), and which cells' ground is unknown, (rows, cols) each."""
     east, north = geometry.xs - situation.hip[0], geometry.ys - situation.hip[1]
