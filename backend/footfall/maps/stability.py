@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Stance:
+class StayingFeet:
     """The feet that stay while one leg steps, in a frame with z against gravity.
 
     legs: those that stand. feet: their contacts, site. points, normals: (k, 3) of them, level, see
@@ -38,7 +38,7 @@ class Stance:
     normals: Array
 
 
-def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance: BalanceSettings) -> Stance:
+def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance: BalanceSettings) -> StayingFeet:
     """The other standing wheels; one known to be in the air carries nothing.
 
     Raises InvalidInput where fewer than three other legs could carry the rover meanwhile.
@@ -48,14 +48,14 @@ def stance_without(robot: Robot, dem: Dem, state: RobotState, leg: int, balance:
         raise InvalidInput(f"{robot.name} stands on {len(others)} legs while leg {leg} moves; it needs three")
     down = standing(robot, dem, state.posture, state.T_site_base, others)
     feet = contacts(robot, dem, state.posture, state.T_site_base, down)
-    return Stance(tuple(down), feet, balance.level(feet.points), balance.level(feet.normals))
+    return StayingFeet(tuple(down), feet, balance.level(feet.points), balance.level(feet.normals))
 
 
 def geometric(
     robot: Robot,
     state: RobotState,
     leg: int,
-    stance: Stance,
+    stance: StayingFeet,
     reached: Reach,
     balance: BalanceSettings,
     conservative: bool,
@@ -93,7 +93,7 @@ def with_friction(
     robot: Robot,
     state: RobotState,
     leg: int,
-    stance: Stance,
+    stance: StayingFeet,
     reached: Reach,
     balance: BalanceSettings,
     at: NDArray[np.bool_],

@@ -17,7 +17,7 @@ from footfall.maps.layers import MapSettings, MapStack
 from footfall.maps.leg_collisions import LegCollisions
 from footfall.maps.quality import situation_of
 from footfall.maps.reach import Reach, reach
-from footfall.maps.stability import Stance, geometric, stance_without, with_friction
+from footfall.maps.stability import StayingFeet, geometric, stance_without, with_friction
 from footfall.maps.standing import contacts
 from footfall.maps.traversability import Traversability, traversability
 from footfall.robot.model import Robot
@@ -112,7 +112,7 @@ class _Made:
         state: RobotState,
         leg: int,
         settings: MapSettings,
-        stance: Stance,
+        stance: StayingFeet,
         ground: Traversability,
     ) -> None:
         self.robot, self.dem, self.state, self.leg = robot, dem, state, leg
