@@ -37,7 +37,7 @@ UNTOLD = (
 
 
 @dataclass(frozen=True)
-class Way:
+class CommandWay:
     """mode: "pose_held", or "rigid" where sag is not known; reason: why, for a person."""
 
     mode: WayMode
@@ -50,14 +50,14 @@ class Executions:
     def __init__(self, core: SessionCore, rover: LinkedRover, plans: StepPlans) -> None:
         self._core, self._rover, self._plans = core, rover, plans
 
-    def way_of_commands(self) -> Way:
+    def way_of_commands(self) -> CommandWay:
         """How a planned step is commanded unless an order says otherwise: with the pose held where sag is known."""
         if self._rover.seen_to_give_way is not None:
-            return Way("pose_held", HELD) if self._rover.seen_to_give_way else Way("rigid", HOLDS)
+            return CommandWay("pose_held", HELD) if self._rover.seen_to_give_way else CommandWay("rigid", HOLDS)
         state = None if self._core.state.state is None else self._core.typed(RobotState, self._core.state.state)
         if state is None or not (state.joint_torques.any() or state.wheel_forces.any()):
-            return Way("rigid", UNTOLD)
-        return Way("pose_held", HELD)
+            return CommandWay("rigid", UNTOLD)
+        return CommandWay("pose_held", HELD)
 
     def way_of(self, sequence: str) -> WayOfCommands:
         """How the commands of a sequence take the rover, as plain JSON; doubt: it sags otherwise than they know."""
