@@ -14,7 +14,7 @@ import pytest
 from psycopg.conninfo import conninfo_to_dict
 
 from footfall.session.remote import board, worker_service
-from footfall.session.remote.board import Board
+from footfall.session.remote.board import JobBoard
 from footfall.session.storage import postgres_connection
 from footfall.session.storage.databases import bind, open_log
 from footfall.session.storage.interface import StoreRefused
@@ -98,7 +98,7 @@ def test_the_bounds_go_along_and_an_address_may_have_its_own():
 @pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="this system has no TCP_USER_TIMEOUT")
 def test_the_sockets_of_log_and_board_have_the_bounds(postgres, proxy, tmp_path):
     bind(tmp_path, address(postgres.fresh(), proxy))
-    with closing(open_log(tmp_path)) as log, closing(Board(log.name)) as noticed:
+    with closing(open_log(tmp_path)) as log, closing(JobBoard(log.name)) as noticed:
         noticed.prepare()
         assert isinstance(log, PostgresLog)
         for database in (log._database, noticed._connected()):
@@ -115,7 +115,7 @@ def test_the_sockets_of_log_and_board_have_the_bounds(postgres, proxy, tmp_path)
 
 def test_a_network_that_falls_silent_is_given_up_and_found_again(postgres, proxy, tmp_path, monkeypatch):
     bind(tmp_path, address(postgres.fresh(), proxy))
-    with closing(open_log(tmp_path)) as log, closing(Board(log.name)) as noticed:
+    with closing(open_log(tmp_path)) as log, closing(JobBoard(log.name)) as noticed:
         noticed.prepare()
         monkeypatch.setattr(postgres_connection, "LONGEST", 0.3)
         proxy.silent = True

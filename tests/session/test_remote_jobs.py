@@ -293,7 +293,7 @@ def test_a_worker_that_cannot_say_how_a_job_ended_gives_itself_up(alone):
 def test_a_server_is_back_before_the_database_knows_that_its_connection_is_lost(alone):
     url = url_of(alone._data)
     bounded = f"{url}%20-clock_timeout%3D10s"
-    with closing(board.Board(bounded, alone._name)) as again, closing(board.Board(url)) as other:
+    with closing(board.JobBoard(bounded, alone._name)) as again, closing(board.JobBoard(url)) as other:
         assert again.workers() == 0  # connected, though the one before is
         assert other.is_there(alone._name)
         alone.close()

@@ -52,7 +52,7 @@ class Seen:
     abandoned: bool
 
 
-class Board:
+class JobBoard:
     """One connection, made again where it is lost. Thread-safe; all methods raise psycopg.Error."""
 
     def __init__(self, url: str, presence: str | None = None) -> None:

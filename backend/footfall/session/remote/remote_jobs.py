@@ -17,7 +17,7 @@ from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.remote.board import QUEUE, SILENCE, TASK, Board, Seen, connector
+from footfall.session.remote.board import QUEUE, SILENCE, TASK, JobBoard, Seen, connector
 from footfall.session.remote.exchange import Exchange, error_of, remove_forgotten
 from footfall.session.storage.interface import StoreRefused
 
@@ -46,7 +46,7 @@ class RemoteJobs(JobPool):
         super().__init__(queue_limit)
         self._url, self._data = url, data
         self._name = secrets.token_hex(8)
-        self._board = Board(url, self._name)
+        self._board = JobBoard(url, self._name)
         self._app = procrastinate.App(connector=connector(url))
         try:
             self._board.prepare()

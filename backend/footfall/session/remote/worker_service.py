@@ -25,7 +25,7 @@ from footfall.core.errors import FootFallError, InvalidInput, WorkerLost
 from footfall.core.value import Value
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.local import Jobs
-from footfall.session.remote.board import HEARTBEAT, QUEUE, SILENCE, TASK, Board
+from footfall.session.remote.board import HEARTBEAT, QUEUE, SILENCE, TASK, JobBoard
 from footfall.session.remote.exchange import Exchange, error_text
 from footfall.session.storage.databases import binding
 from footfall.session.storage.postgres_connection import conninfo
@@ -52,7 +52,7 @@ def serve_jobs(
     if bound is None:
         raise InvalidInput(f"{data} keeps its sessions in SQLite; its server does all work itself and needs no workers")
     with Jobs(recipes, workers=workers, warm=True) as pool:
-        board = Board(bound.url)
+        board = JobBoard(bound.url)
         try:
             asyncio.run(_serve(bound.url, data, pool, board, workers, on_ready))
         finally:
@@ -72,7 +72,7 @@ def serve_jobs_beside(data: Path, workers: int = 2) -> None:
     serve_jobs(data, workers)
 
 
-async def _serve(url: str, data: Path, pool: Jobs, board: Board, workers: int, on_ready: Callable[[], None]) -> None:
+async def _serve(url: str, data: Path, pool: Jobs, board: JobBoard, workers: int, on_ready: Callable[[], None]) -> None:
     stop = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
@@ -124,7 +124,7 @@ class _Connector(procrastinate.PsycopgConnector):
             await asyncio.sleep(AGAIN)
 
 
-async def _until_unheard(board: Board, worker: Worker, work: "_Work") -> None:
+async def _until_unheard(board: JobBoard, worker: Worker, work: "_Work") -> None:
     """Returns once servers no longer hear of a worker, which would give up all that it does, or of how a job ended."""
     heard = time.monotonic()
     while not work.unheard.is_set() and time.monotonic() - heard < SILENCE / 2:
@@ -140,7 +140,7 @@ async def _until_unheard(board: Board, worker: Worker, work: "_Work") -> None:
 class _Work:
     """What a worker does with one job after another, in threads of procrastinate's."""
 
-    def __init__(self, data: Path, pool: Jobs, board: Board) -> None:
+    def __init__(self, data: Path, pool: Jobs, board: JobBoard) -> None:
         self._data, self._pool, self._board = data, pool, board
         self.unheard = threading.Event()
         """The end of a job could not be told. Its server waits as long as this worker is heard of, so that must end."""
