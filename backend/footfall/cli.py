@@ -196,10 +196,10 @@ def export(
 def _export_page(source: Path, out: Path | None, as_json: bool) -> None:
     from footfall.api.bodies.jsonable import jsonable
     from footfall.io.session_page import encode
-    from footfall.recorded import Recorded
+    from footfall.recorded import RecordedSession
     from footfall.session.replay.page_story import page_story
 
-    recorded = Recorded(source)
+    recorded = RecordedSession(source)
     content = encode(jsonable(page_story(recorded.events, recorded.typed, recorded.robot())))
     if out is not None:
         out.write_bytes(content)

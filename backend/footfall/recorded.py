@@ -28,7 +28,7 @@ from footfall.terrain.dem import Dem
 _V = TypeVar("_V", bound=Value)
 
 
-class Recorded:
+class RecordedSession:
     """A session folder or zip. Raises InvalidBundle where it is none."""
 
     def __init__(self, path: Path) -> None:
@@ -72,7 +72,7 @@ def sequence_of(source: Path, robot: Path | None = None, terrain: Path | None = 
     robot, terrain: files that the plan of a robot that others described was made with; it needs both.
     """
     if source.suffix != ".npz":
-        return Recorded(source).sequence()
+        return RecordedSession(source).sequence()
     value = _read(source)
     if isinstance(value, Sequence):
         return value

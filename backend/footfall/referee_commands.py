@@ -85,7 +85,7 @@ def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequ
     """Robot, sequence and world: a session has all three, a stored plan its sequence only."""
     from footfall.io.robot_files import load_robot
     from footfall.io.terrain_files import read_terrain
-    from footfall.recorded import Recorded, sequence_of
+    from footfall.recorded import RecordedSession, sequence_of
     from footfall.session.log.event import event_of
     from footfall.session.storage.store import read_session
     from footfall.terrain.dem import Dem
@@ -94,7 +94,7 @@ def _given(source: Path, terrain: Path | None, robot: str) -> "tuple[Robot, Sequ
         if terrain is None:
             raise InvalidInput(f"{source.name} says nothing of the ground: give --terrain")
         return load_robot(robot), sequence_of(source), read_terrain(terrain)
-    recorded = Recorded(source)
+    recorded = RecordedSession(source)
     if terrain is not None:
         return recorded.robot(), recorded.sequence(), read_terrain(terrain)
     # what was loaded first is the world; what was built from images since is a view of it

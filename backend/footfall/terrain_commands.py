@@ -90,7 +90,7 @@ def build(
     from footfall.io.pair_files import read_calibrated_pair
     from footfall.io.photograph_files import read_photographs
     from footfall.io.terrain_files import write_terrain
-    from footfall.recorded import Recorded
+    from footfall.recorded import RecordedSession
     from footfall.terrain.build import build_terrain
     from footfall.terrain.pairs.bundle_adjustment import refine as refine_pairs
     from footfall.terrain.photographs import terrain_from_pairs, terrain_from_photographs
@@ -123,7 +123,7 @@ def build(
     with bar("terrain") as progress:
         match sources, images, calibration or []:
             case [bundle], None, []:
-                session = Recorded(bundle)
+                session = RecordedSession(bundle)
                 snapshot = session.snapshot()
                 if refine:
                     pairs, found = refine_pairs(snapshot.pairs, part(progress, 0.0, 0.3))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from footfall.core.errors import InvalidSequence, NotFound
 from footfall.io.exports import SUFFIXES, export
 from footfall.io.imports import LARGEST, MOST_COMMANDS, read_sequence, sequence_of
-from footfall.recorded import Recorded
+from footfall.recorded import RecordedSession
 from footfall.sequence.commands import Command
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
@@ -26,7 +26,7 @@ SILENT = ("csv", "yamcs")
 @pytest.fixture(scope="module")
 def step():
     """A recorded step, its terrain, and the state that it starts from."""
-    session = Recorded(SAMPLES / "rock-step")
+    session = RecordedSession(SAMPLES / "rock-step")
     sequence = session.sequence()
     dem = session.get(sequence.provenance.parents["dem"], Dem, "terrain")
     count = len(sequence.start)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from footfall.recorded import Recorded
+from footfall.recorded import RecordedSession
 from footfall.session.log.event import next_event
 from footfall.session.replay.page_story import page_story
 
@@ -13,7 +13,7 @@ SAMPLES = Path(__file__).resolve().parents[2] / "sample_sessions"
 
 @pytest.fixture(scope="module")
 def rock():
-    return Recorded(SAMPLES / "rock-step")
+    return RecordedSession(SAMPLES / "rock-step")
 
 
 def story_after(rock, *happened):

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from footfall.core.value import Provenance
-from footfall.recorded import Recorded
+from footfall.recorded import RecordedSession
 from footfall.sequence.commands import Command, Sequence
 from footfall.sequence.predict import predict
 from footfall.telemetry.command_kinds import KINDS
@@ -71,7 +71,7 @@ def four_kinds(robot: str = "athlete", phase: str = "swing") -> Sequence:
 
 def recorded(name: str = "rock-step") -> Sequence:
     """The sequence of a sample session."""
-    return Recorded(SAMPLES / name).sequence()
+    return RecordedSession(SAMPLES / name).sequence()
 
 
 def bits(numbers: Iterable[float]) -> list[bytes]:
