@@ -4,6 +4,7 @@ import contextlib
 import json
 import time
 from collections import Counter
+from typing import Any
 
 import httpx
 import numpy as np
@@ -33,7 +34,7 @@ from tests.support.frames import moving_frames
 from tests.support.server import Running
 from tests.support.waiting import BOUND, until
 
-GOOD = message_object(moving_frames(1)[0])
+GOOD: dict[str, Any] = message_object(moving_frames(1)[0])
 HELLO = {"protocol": 2, "robot": "athlete", "legs": 6, "software": "1"}
 GREETING = {"type": "hello", **HELLO, "id": "h", "epoch": None}
 OLDER = {"type": "hello", **HELLO, "protocol": 1}

@@ -28,6 +28,7 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.stand import stand
 from footfall.session.access.accounts import Accounts
 from footfall.session.access.identity import LOCAL, Identity, Role
+from footfall.session.answers.choices import ReadOutAnswer, What
 from footfall.session.choosing.hand import Held
 from footfall_ui.scene.handles import Drag, Drags, place_of, pose_of
 from tests.support.chassis_ground import wavy
@@ -237,11 +238,13 @@ def test_a_viewer_drags_nothing(server):
 def test_where_a_handle_is_and_what_that_means_are_inverse(xy, z, shift):
     dem = GROUND
     T_site_base = BodyShift(0.3, -0.2, 1.1, 0.02, -0.03, 0.7).applied(np.eye(4))
-    for what, place in (("footfall", xy), ("point", (*xy, z)), ("chassis", shift)):
-        held = Held(what, 0, None, place, place, LOCAL, {})
+    places: dict[What, tuple[float, ...]] = {"footfall": xy, "point": (*xy, z), "chassis": shift}
+    for what, place in places.items():
+        held = Held(what, 0, None, place, place, LOCAL, NOTHING_READ)
         assert place_of(what, pose_of(held, dem, T_site_base), T_site_base) == pytest.approx(place, abs=1e-9)
 
 
+NOTHING_READ: ReadOutAnswer = {"good": None, "brief": "", "text": "", "reasons": [], "lines": []}
 GROUND = wavy(half=4.0)
 
 

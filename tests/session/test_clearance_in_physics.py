@@ -44,7 +44,7 @@ def test_the_wheel_is_where_it_is_measured_to_be(tmp_path, athlete, stiffness):
             looks[0] += 1
             if looks[0] % 5:
                 return
-            for wheel in clearances(live).wheels:
+            for wheel in clearances(live, live.rover).wheels:
                 assert wheel.leg == LEG
                 assert wheel.seen is not None
                 hub = apply(rover.T_site_base, wheel_centers(athlete, rover.posture))[LEG]

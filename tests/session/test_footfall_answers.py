@@ -117,6 +117,7 @@ def test_the_nearest_place_where_the_leg_may_stand_is_told(data, x, y):
         assert nearest is None
         assert "try another leg" in answer["reasons"][-1]
         return
+    assert nearest is not None
     assert nearest["away"] == pytest.approx(min(green)[0])
     assert math.dist((x, y), (nearest["x"], nearest["y"])) == pytest.approx(nearest["away"])
     assert judge_footfall(dem, 0.3, 1, nearest["x"], nearest["y"], maps)["acceptable"]

@@ -10,6 +10,7 @@ from footfall.core.errors import CommandRefused
 from footfall.core.value import Provenance
 from footfall.sequence.commands import Command, Sequence
 from footfall.session.access.identity import Identity, Role
+from footfall.session.answers.commands import GateAnswer
 from footfall.session.gate import machine
 from footfall.session.gate.lease import CONN_FOR, Conn, Request
 from footfall.session.gate.machine import ARMED_FOR, Armed, Latch, State
@@ -340,7 +341,7 @@ def test_time_and_acts_change_the_conn_and_tell_what_they_did():
     assert [done.act for done in both.done] == ["taken", "released"]
 
 
-def shown(state: State, now: float = NOW) -> dict[str, Any]:
+def shown(state: State, now: float = NOW) -> GateAnswer:
     return machine.as_dict(state, now)
 
 

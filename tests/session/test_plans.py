@@ -247,7 +247,9 @@ def test_a_worker_killed_in_mid_plan_fails_that_job_and_loses_nothing_else(tmp_p
             job.finish(BOUND)
         assert caught.value.details["exit_code"] == -signal.SIGKILL
         assert job.state == "failed"
-        assert "died" in job.as_dict()["error"]["message"]
+        error = job.as_dict()["error"]
+        assert error is not None
+        assert "died" in error["message"]
         # the log says so, and all that was there is there
         failed = [event for event in session.events() if event.type == "job_failed"]
         assert "died" in failed[0].payload["reason"]

@@ -301,7 +301,7 @@ def test_stop_works_without_the_server_and_is_written_when_it_is_back(
             assert running.unrecorded == 2
             with pytest.raises(StoreRefused, match="can't be reached"):
                 running.add_note("refused, as it would not be kept")
-            assert "can't be reached" in str(sessions.list()[0]["problem"])
+            assert "can't be reached" in str(sessions.list()[0].get("problem"))
             assert next((one.session, one.kind) for one in verify(work)) == ("", "database")
         finally:
             postgres.start()
