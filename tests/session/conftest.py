@@ -12,6 +12,7 @@ from footfall.session.registry import Sessions
 from footfall.session.storage.databases import bind
 from footfall.telemetry.state import RobotState, TelemetryFrame
 from tests.support.chassis_ground import wavy
+from tests.support.remembered import Made, RememberedJobs
 
 
 @pytest.fixture(autouse=True)
@@ -91,10 +92,26 @@ def standing(athlete, dem):
     return stand(athlete, dem)
 
 
+@pytest.fixture(scope="module")
+def remembered() -> Made:
+    """What the jobs of a file's tests have made; those tests plan the same walk."""
+    return {}
+
+
 @pytest.fixture
-def live(tmp_path, athlete, dem, standing):
+def forgotten(remembered):
+    """Nothing is made yet; for a test that changes how it is made. No other is given what is made here."""
+    kept = dict(remembered)
+    remembered.clear()
+    yield
+    remembered.clear()
+    remembered.update(kept)
+
+
+@pytest.fixture
+def live(tmp_path, athlete, dem, standing, remembered):
     """A session with the real recipes, the rover frozen as it stands."""
-    with Sessions(tmp_path / "sessions", jobs=InlineJobs(), robot=athlete) as opened:
+    with Sessions(tmp_path / "sessions", jobs=RememberedJobs(remembered), robot=athlete) as opened:
         made = opened.create("on waves")
         made.terrains.load(dem)
         made.stances.set(standing)

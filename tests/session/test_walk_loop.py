@@ -415,6 +415,7 @@ class EndsHalfWay(Watch):
             raise OutOfTime
 
 
+@pytest.mark.usefixtures("forgotten")
 def test_where_a_search_runs_out_of_time_it_goes_first_where_that_came(live, rover, monkeypatch):
     monkeypatch.setattr(EndsHalfWay, "searches", 0)
     monkeypatch.setattr(planning, "Watch", EndsHalfWay)
