@@ -48,6 +48,21 @@ def test_the_least_share_is_that_of_a_linear_program_on_another_model(name, tmp_
     assert held > 2
 
 
+def test_a_posture_is_held_by_the_same_whatever_was_asked_before(tmp_path):
+    """Work space of pin is kept between calls."""
+    robot, _ = robot_of(4, tmp_path)
+    low, high = (robot.lower + (robot.upper - robot.lower) * share for share in (0.4, 0.6))
+    up = np.tile((0.0, 0.0, 1.0), (4, 1))
+
+    def asked(q):
+        where = placed(robot, q)
+        return [effort_ratio(robot, q, np.eye(4), robot.legs, where.soles, up), *where.com, *where.soles.ravel()]
+
+    first, other, again = asked(low), asked(high), asked(low)
+    assert first == again
+    assert first != other
+
+
 def test_joints_without_a_limit_do_not_count_but_friction_does(tmp_path):
     robot = LeggedRobot(legged_model(read_urdf(written(tmp_path, ring(4, effort=0.0)))))
     q = (robot.lower + robot.upper) / 2
