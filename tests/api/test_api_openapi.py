@@ -113,3 +113,15 @@ def test_a_value_is_told_as_it_is_written():
     told = answer_model(StepSettings).model_json_schema(mode="serialization")
     Draft202012Validator(told).validate(jsonable(StepSettings()))
     assert set(told["required"]) == set(jsonable(StepSettings()))
+
+
+def test_forms_tell_how_many_files_they_take(document):
+    forms = [
+        content["multipart/form-data"]["schema"]["properties"]
+        for methods in document["paths"].values()
+        for operation in methods.values()
+        if "multipart/form-data" in (content := operation.get("requestBody", {}).get("content", {}))
+    ]
+    several = [one for form in forms for one in form.values() if one.get("type") == "array"]
+    assert len(several) >= 5
+    assert all(1 <= one["maxItems"] <= 1000 for one in several)

@@ -336,7 +336,8 @@ def test_while_the_rover_walks_by_itself_the_walk_ends(bare: Page, quiet: Runnin
         for key in WAYS[way]:
             bare.keyboard.press(key)
         until(lambda: loop.state == "ended", "the end of the walk")
-        assert (loop.outcome, loop.reason) == ("stopped", "the rover was stopped")
+        assert loop.outcome == "stopped"
+        assert loop.reason.startswith("the rover was stopped")  # by the latch, or by the epoch before it
         assert any(json.loads(one)["type"] == "stop" for one in heard)
         expect(bare.locator("#stop-state")).to_have_text("Stop sent, NOT YET ACKNOWLEDGED by the rover.")
     finally:

@@ -2,10 +2,11 @@
 
 import json
 import shutil
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from fastapi import Request, UploadFile
@@ -160,16 +161,17 @@ def multipart_doc(
     json_members: dict[str, type[Strictly]],
     also: type[Strictly] | None = None,
     optional: tuple[str, ...] = (),
-    several: tuple[str, ...] = (),
+    several: Mapping[str, int] = MappingProxyType({}),
 ) -> Any:
     """OpenAPI request body of a form with files and JSON members, or of the JSON model ``also``.
 
-    optional: files that may be left out; several: that may come more than once.
+    optional: files that may be left out; several: that may come more than once, with how often
+    at most.
     """
     properties: dict[str, Any] = {}
     defs: dict[str, Any] = {}
     for name, text in files.items():
-        many = {"type": "array", "items": BINARY} if name in several else BINARY
+        many = {"type": "array", "items": BINARY, "maxItems": several[name]} if name in several else BINARY
         properties[name] = {**many, "description": text}
     needed = [name for name in files if name not in optional]
     for name, model in json_members.items():

@@ -46,7 +46,7 @@ _NAME = re.compile(r"\w[\w .+-]*")
         },
         {"options": PhotographOptions},
         optional=("pairs",),
-        several=("calibration", "images"),
+        several={"calibration": 2, "images": MAX_IMAGES},
     ),
 )
 async def build_from_photographs(

@@ -26,7 +26,7 @@ router = Routes(tags=["terrains"])
         {"file": "scan: PLY, PCD, LAS, LAZ, XYZ, CSV or VTK; or depth image: npz or PNG of 16 bits", "beside": BESIDE},
         {"options": ScanOptions},
         optional=("beside",),
-        several=("beside",),
+        several={"beside": MOST_BESIDE},
     ),
 )
 async def load_scan(live: OneSession, request: Request, response: Response, sessions: AllSessions) -> TerrainAnswer:

@@ -61,7 +61,7 @@ _one_at_a_time = Lock()
         {"options": TerrainOptions},
         BuildTerrain,
         optional=("beside",),
-        several=("beside",),
+        several={"beside": MOST_BESIDE},
     ),
 )
 async def make_terrain(
@@ -133,7 +133,7 @@ def about_terrain(dem: Dem) -> TerrainAnswer:
         {"file": "terrain known from elsewhere, such as a GeoTIFF", "beside": BESIDE},
         {"options": BlendOptions},
         optional=("beside",),
-        several=("beside",),
+        several={"beside": MOST_BESIDE},
     ),
 )
 async def blend(live: OneSession, request: Request, response: Response, sessions: AllSessions) -> JobAnswer:
