@@ -10,7 +10,7 @@ from benchmarks.soak.script import Script
 from footfall.io.terrain_files import write_terrain
 from footfall.planning.stance.stand import stand
 from footfall.robot.ik import contact_point
-from footfall.session import journal
+from footfall.session import folded_log
 from footfall.session.clock import ClockWatch
 from footfall.session.storage.verify import verify
 from footfall.terrain.generate import plane
@@ -34,7 +34,7 @@ class WallClock:
 def wall(monkeypatch):
     clock = WallClock()
     monkeypatch.setattr(time, "time", clock)
-    monkeypatch.setattr(journal, "ClockWatch", lambda last: ClockWatch(last, clock))
+    monkeypatch.setattr(folded_log, "ClockWatch", lambda last: ClockWatch(last, clock))
     return clock
 
 

@@ -15,9 +15,9 @@ def kept(tmp_path):
         live.add_note("once")
         live.add_note("twice")
         live.add_note("twice")
-        live.journal.record("run_started", {"run": 1, "sequence": "0" * 32, "rows": 1})
-        live.journal.record("command_sent", {"id": "sent", "sequence": "0" * 32, "run": 1, "row": 0})
-        live.journal.record("command_done", {"id": "sent", "reason": ""})
+        live.folded_log.record("run_started", {"run": 1, "sequence": "0" * 32, "rows": 1})
+        live.folded_log.record("command_sent", {"id": "sent", "sequence": "0" * 32, "run": 1, "row": 0})
+        live.folded_log.record("command_done", {"id": "sent", "reason": ""})
 
         def verdict(ledger, executed=("sent",)):
             return compare(ledger, tmp_path, live.id, list(executed))

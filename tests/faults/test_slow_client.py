@@ -39,7 +39,7 @@ def test_who_never_reads_costs_the_server_and_others_nothing(tmp_path, monkeypat
             hearing.start()
             before = memory()
             for number in range(MESSAGES):
-                live.journal.tell("view", view={"number": number, "padding": f"{number:08d}" * (LONG // 8)})
+                live.folded_log.tell("view", view={"number": number, "padding": f"{number:08d}" * (LONG // 8)})
                 if number % 50 == 0:
                     until(lambda: waiting(client)[1] < BACKLOG / 2, "the other listener", period=0.01)
             client.post("/sessions/current/notes", json={"text": "heard by who listens"})

@@ -230,7 +230,7 @@ def test_nothing_is_sent_that_is_not_in_the_log(ready, rover, monkeypatch):
 
 
 def test_a_stop_does_not_wait_for_the_session(ready, rover, monkeypatch):
-    monkeypatch.setattr("footfall.session.journal.LOCK_PATIENCE", 0.05)
+    monkeypatch.setattr("footfall.session.folded_log.LOCK_PATIENCE", 0.05)
     held, free = threading.Event(), threading.Event()
 
     def hold(message):

@@ -93,9 +93,9 @@ def test_a_correction_of_a_map_from_elsewhere_makes_no_refusal_into_a_pass(live,
 def test_images_that_did_not_reach_the_map_make_its_correction_no_younger(live, dem, bare, drifted):
     moved = live.get(live.state.dem)
     later = replace(drifted, time=drifted.time + 4 * 3600.0)
-    live.journal.record("snapshot_taken", {"digest": "c" * 32, "state": live.put(later), "pairs": []})
+    live.folded_log.record("snapshot_taken", {"digest": "c" * 32, "state": live.put(later), "pairs": []})
     unmoved = live.put(replace(moved, name="not aligned: too little common ground"))
     parents = {"robot": live.robot_digest, "snapshot": "c" * 32, "map": moved.digest}
-    live.journal.record("product", {"kind": "terrain", "parents": parents, "settings": None, "digest": unmoved})
+    live.folded_log.record("product", {"kind": "terrain", "parents": parents, "settings": None, "digest": unmoved})
     assert live.fits.place_on_map(later).age == pytest.approx(4 * 3600.0)
     assert "images of 240 min ago" in live.fits.place_on_map(later).doubt

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from footfall.core.errors import CommandRefused, Conflict
-from footfall.session import journal, registry
+from footfall.session import folded_log, registry
 from footfall.session.access.acting import acting
 from footfall.session.access.identity import LOCAL, Identity, Role
 from footfall.session.clock import ClockWatch
@@ -103,7 +103,7 @@ def test_a_stop_survives_into_a_new_session_after_the_end_of_the_server(anew):
 def wall(monkeypatch):
     """The time of day of all sessions, to be set."""
     now = SimpleNamespace(time=2e9)
-    monkeypatch.setattr(journal, "ClockWatch", lambda last: ClockWatch(last, lambda: now.time))
+    monkeypatch.setattr(folded_log, "ClockWatch", lambda last: ClockWatch(last, lambda: now.time))
     return now
 
 

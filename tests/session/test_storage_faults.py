@@ -11,7 +11,7 @@ from contextlib import closing
 import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle
-from footfall.session import journal as journal_module
+from footfall.session import folded_log as folded_log_module
 from footfall.session.clock import ClockWatch
 from footfall.session.log.event import next_event
 from footfall.session.storage import sqlite_log
@@ -26,7 +26,7 @@ ABOUT = {"format": "footfall-session", "version": 1, "name": "s"}
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
     monkeypatch.setattr(sqlite_log, "PATIENCE", 0.1)
-    monkeypatch.setattr(journal_module, "TRY_AGAIN_AFTER", 60.0)
+    monkeypatch.setattr(folded_log_module, "TRY_AGAIN_AFTER", 60.0)
 
 
 @pytest.fixture
@@ -171,7 +171,7 @@ def test_waiting_for_a_lock_is_bounded_and_says_what_to_do(sessions, running, mo
 def test_what_could_not_be_written_is_written_once_it_can_be_though_nothing_else_happens(
     sessions, running, monkeypatch, fault
 ):
-    monkeypatch.setattr(journal_module, "TRY_AGAIN_AFTER", 0.05)
+    monkeypatch.setattr(folded_log_module, "TRY_AGAIN_AFTER", 0.05)
     back = fault(sessions.folder / DATABASE)
     running.commands.stop("while the database is locked")
     assert running.unrecorded == 2
@@ -230,7 +230,7 @@ def write_on(log):
 
 def test_a_full_disk_refuses_by_name_and_keeps_everything(small_disk):
     store = SessionStore.create(small_disk / "s", ABOUT)
-    log = journal_module.Journal(store)
+    log = folded_log_module.FoldedLog(store)
     filler = fill(small_disk)
     with pytest.raises(OSError, match="no room") as caught:
         write_on(log)
@@ -255,7 +255,7 @@ def test_a_full_disk_refuses_by_name_and_keeps_everything(small_disk):
 def test_a_database_at_its_limit_keeps_what_it_has(tmp_path):
     """SQLite's limit of pages, where no small disk can be mounted: the same error from the same call."""
     store = SessionStore.create(tmp_path / "s", ABOUT)
-    log = journal_module.Journal(store)
+    log = folded_log_module.FoldedLog(store)
     assert isinstance(store._log, sqlite_log.SqliteLog)
     database = store._log._database
     database.execute("PRAGMA max_page_count = 20")
@@ -272,7 +272,7 @@ def test_a_database_at_its_limit_keeps_what_it_has(tmp_path):
 
 def test_damage_met_while_writing_is_kept_for_later(tmp_path):
     store = SessionStore.create(tmp_path / "s", ABOUT)
-    log = journal_module.Journal(store)
+    log = folded_log_module.FoldedLog(store)
     for suffix in ("-wal", "-shm"):
         os.unlink(f"{tmp_path / DATABASE}{suffix}")
     (tmp_path / "new").write_bytes(b"this is no database at all" * 1000)
@@ -304,19 +304,19 @@ class Clocks:
 def clocks(monkeypatch):
     clocks = Clocks()
     monkeypatch.setattr(
-        journal_module, "ClockWatch", lambda last: ClockWatch(last, lambda: clocks.wall, lambda: clocks.steady)
+        folded_log_module, "ClockWatch", lambda last: ClockWatch(last, lambda: clocks.wall, lambda: clocks.steady)
     )
     return clocks
 
 
-def journal(tmp_path):
+def folded_log(tmp_path):
     folder = tmp_path / "s"
-    return journal_module.Journal(SessionStore(folder) if folder.exists() else SessionStore.create(folder, ABOUT))
+    return folded_log_module.FoldedLog(SessionStore(folder) if folder.exists() else SessionStore.create(folder, ABOUT))
 
 
 @pytest.mark.parametrize("by", [-3600.0, -2.0, 2.0, 1e9])
 def test_a_jump_of_the_clock_is_told_once_with_its_size(tmp_path, clocks, by):
-    log = journal(tmp_path)
+    log = folded_log(tmp_path)
     heard = []
     log.listen(heard.append)
     for seconds, jump in ((1.0, 0.0), (60.0, 0.5), (86_400.0, 20.0), (5.0, by), (5.0, 0.0)):
@@ -333,24 +333,24 @@ def test_a_jump_of_the_clock_is_told_once_with_its_size(tmp_path, clocks, by):
 
 
 def test_a_clock_that_went_back_while_closed_is_told_at_the_next_opening(tmp_path, clocks):
-    log = journal(tmp_path)
+    log = folded_log(tmp_path)
     log.record("note", {"text": "before"})
     log.close()
     clocks.run(50.0, -100.0)
-    again = journal(tmp_path)
+    again = folded_log(tmp_path)
     again.record("note", {"text": "after"})
     assert [event.type for event in again.events()] == ["note", "clock_jumped", "note"]
     assert again.events()[1].payload["by"] == pytest.approx(-50.0)
     again.close()
     clocks.run(1e6)
-    third = journal(tmp_path)
+    third = folded_log(tmp_path)
     third.record("note", {"text": "long after"})
     assert third.events()[-2].type == "note"
     third.close()
 
 
 def test_a_slow_disk_is_no_jump(tmp_path, clocks, monkeypatch):
-    log = journal(tmp_path)
+    log = folded_log(tmp_path)
     append = SessionStore.append
 
     def slow(self, event):

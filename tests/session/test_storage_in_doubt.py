@@ -5,7 +5,7 @@ from contextlib import closing
 import psycopg
 import pytest
 
-from footfall.session import journal as journal_module
+from footfall.session import folded_log as folded_log_module
 from footfall.session.log.event import next_event
 from footfall.session.storage.databases import bind
 from footfall.session.storage.interface import OutcomeUnknown, StoreRefused
@@ -32,10 +32,10 @@ def folder(postgres, tmp_path):
 
 @pytest.fixture
 def in_doubt(folder, monkeypatch):
-    """in_doubt(written) → a journal whose note "d" was refused, when in truth it was written, or not."""
+    """in_doubt(written) → a folded log whose note "d" was refused, when in truth it was written, or not."""
 
     def made(written):
-        log = journal_module.Journal(SessionStore(folder))
+        log = folded_log_module.FoldedLog(SessionStore(folder))
         insert = PostgresLog._insert
 
         def loses(self, session, records):

@@ -11,7 +11,7 @@ import psycopg
 import pytest
 
 from footfall.core.errors import Conflict, InvalidBundle, InvalidInput
-from footfall.session import journal as journal_module
+from footfall.session import folded_log as folded_log_module
 from footfall.session import stop_log
 from footfall.session.access.identity import Identity, Role
 from footfall.session.jobs.local import InlineJobs
@@ -322,7 +322,7 @@ def test_a_server_that_hangs_is_given_up_and_the_event_is_in_the_log_once(folder
     monkeypatch.setattr(postgres_connection, "LONGEST", 0.3)
     monkeypatch.setattr(postgres_log, "PATIENCE", 0.3)
     store = SessionStore(folder)
-    log = journal_module.Journal(store)
+    log = folded_log_module.FoldedLog(store)
     hangs = backend(store)
     os.kill(hangs, signal.SIGSTOP)
     try:
@@ -352,7 +352,7 @@ def test_a_stop_is_answered_while_the_server_hangs_and_written_when_it_goes_on(
             # the database itself is waited for 20 s, and would then be there no more
             assert running.commands.stop("the database hangs", Identity("ann", Role.COMMANDER))["stopped"]
             assert json.loads(sent[-1])["type"] == "stop"
-            assert [event for event in running.journal._events if event.type == "stop_requested"] == []
+            assert [event for event in running.folded_log._events if event.type == "stop_requested"] == []
         finally:
             os.kill(hangs, signal.SIGCONT)
         running.add_note("it goes on")

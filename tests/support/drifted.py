@@ -16,8 +16,8 @@ def looked_twice(live, dem, standing, correction):
     moved = replace(dem, correction=correction, provenance=replace(dem.provenance, settings=TerrainSettings()))
     below = None
     for snapshot, made, state in (("a" * 32, dem, standing), ("b" * 32, moved, told)):
-        live.journal.record("snapshot_taken", {"digest": snapshot, "state": live.put(state), "pairs": []})
+        live.folded_log.record("snapshot_taken", {"digest": snapshot, "state": live.put(state), "pairs": []})
         parents = {"robot": live.robot_digest, "snapshot": snapshot, **({} if below is None else {"map": below})}
         below = live.put(made)
-        live.journal.record("product", {"kind": TERRAIN.name, "parents": parents, "settings": None, "digest": below})
+        live.folded_log.record("product", {"kind": TERRAIN.name, "parents": parents, "settings": None, "digest": below})
     return moved, told

@@ -39,14 +39,14 @@ class Swinging:
 
     def begin(self, run: int) -> None:
         started = {"run": run, "sequence": self._digest, "rows": len(self.phases), "mark": "m"}
-        self._live.journal.record("run_started", started)
+        self._live.folded_log.record("run_started", started)
 
     def send(self, run: int, row: int) -> None:
         sent = {"id": f"m-{run}-{row}", "sequence": self._digest, "run": run, "row": row}
-        self._live.journal.record("command_sent", sent)
+        self._live.folded_log.record("command_sent", sent)
 
     def end(self, run: int) -> None:
-        self._live.journal.record("run_ended", {"run": run, "outcome": "done", "reason": ""})
+        self._live.folded_log.record("run_ended", {"run": run, "outcome": "done", "reason": ""})
 
     def tell(self, time: float, lower: float = 0.0) -> float:
         """At ``time`` the chassis is by ``lower`` [m] lower than planned; returns the height of the wheel's rim [m]."""

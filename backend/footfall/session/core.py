@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from footfall.core.errors import Conflict, InvalidInput, InvalidTelemetry
 from footfall.core.value import Value
+from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.jobs.product_recipes import built_robot
-from footfall.session.journal import Journal
 from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold import SessionState
 from footfall.session.naming import session_name
@@ -35,17 +35,17 @@ class SessionCore:
 
     def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         self.store = store
-        self.journal = Journal(store)
+        self.folded_log = FoldedLog(store)
         self.shelf = Shelf(store)
-        self.workshop = Workshop(jobs, self.journal, self.shelf, store)
+        self.workshop = Workshop(jobs, self.folded_log, self.shelf, store)
         for repair in store.repairs:
-            self.journal.record("log_repaired", repair)
-        if len(self.journal) and store.writes:
-            self.journal.record("session_opened", {})
+            self.folded_log.record("log_repaired", repair)
+        if len(self.folded_log) and store.writes:
+            self.folded_log.record("session_opened", {})
 
     def begin(self, name: str, robot: str, robot_name: str) -> None:
         """Write the first event of a new session; ``robot`` is the digest of its description."""
-        self.journal.record("session_created", {"name": name, "robot": robot, "robot_name": robot_name})
+        self.folded_log.record("session_created", {"name": name, "robot": robot, "robot_name": robot_name})
 
     @property
     def id(self) -> str:
@@ -77,7 +77,7 @@ class SessionCore:
     @property
     def state(self) -> SessionState:
         """What the log folds to."""
-        return self.journal.state
+        return self.folded_log.state
 
     @property
     def jobs(self) -> list[Job]:
@@ -86,16 +86,16 @@ class SessionCore:
 
     def events(self, since: int = 0) -> list[Event]:
         """Events with ``seq`` ≥ ``since``."""
-        return self.journal.events(since)
+        return self.folded_log.events(since)
 
     def listen(self, callback: Callable[[dict[str, Any]], None]) -> Callable[[], None]:
         """Hear of everything from now on; returns what ends it. See the class about what callbacks may do."""
-        return self.journal.listen(callback)
+        return self.folded_log.listen(callback)
 
     @property
     def unrecorded(self) -> int:
         """Events that the disk could not take yet."""
-        return self.journal.unrecorded
+        return self.folded_log.unrecorded
 
     @property
     def only_looked_at(self) -> bool:
@@ -105,7 +105,7 @@ class SessionCore:
     @property
     def appended(self) -> tuple[int, float]:
         """How many events were written since the session was opened, and how long that took in all [s]."""
-        return self.journal.appended
+        return self.folded_log.appended
 
     def put(self, value: Value) -> str:
         """Store a value; returns its digest. Nothing refers to it yet."""
@@ -135,18 +135,18 @@ class SessionCore:
         """Write something down. Raises InvalidInput for an empty or overlong note."""
         if not 0 < len(text.strip()) <= 10_000:
             raise InvalidInput("a note has 1 to 10 000 characters", length=len(text))
-        self.journal.record("note", {"text": text.strip()})
+        self.folded_log.record("note", {"text": text.strip()})
 
     def rename(self, name: str) -> None:
         """Call the session otherwise from now on. Raises InvalidInput for a name that is none."""
         name = session_name(name)
-        with self.journal.lock:
+        with self.folded_log.lock:
             if name != self.state.name:
-                self.journal.record(RENAMED, {"name": name})
+                self.folded_log.record(RENAMED, {"name": name})
 
     def export_bundle(self) -> bytes:
         """The session so far, as a zip. Raises Conflict where artifacts are missing."""
-        with self.journal.lock:
+        with self.folded_log.lock:
             return whole_zip(self.store.bundle())
 
     def require_leg(self, leg: int) -> None:

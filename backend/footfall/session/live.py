@@ -32,14 +32,14 @@ class LiveSession(SessionParts):
 
     def summary(self) -> SessionAnswer:
         """The session as plain JSON, for a page that opens."""
-        with self.journal.lock:
+        with self.folded_log.lock:
             return summary(self, None if self._walk_loop is None else self._walk_loop.as_dict())
 
     @property
     def idle(self) -> bool:
         """Whether nobody hears it or holds its conn, nothing is under way, and all of it is written."""
         rover, commands = self.rover, self.commands
-        busy = self.journal.listened_to or rover.recorder.listened_to or rover.link.connected or self.unrecorded
+        busy = self.folded_log.listened_to or rover.recorder.listened_to or rover.link.connected or self.unrecorded
         busy = busy or commands.gate["run"] is not None or commands.conn["holder"] is not None
         return not busy and all(job.ended for job in self.jobs)
 
@@ -53,14 +53,14 @@ class LiveSession(SessionParts):
             self._walk_loop.close()
         self.rover.close()
         self.least_clearances.close()
-        self.journal.close()
+        self.folded_log.close()
 
     def walk_to(self, goal: WalkGoal, settings: LoopSettings | None = None, who: Identity = LOCAL) -> WalkLoop:
         """Begin to walk to a goal in a closed loop, by images and telemetry, as ``who``; see :class:`WalkLoop`.
 
         Raises Conflict where the rover is on such a walk already, or there is no rover.
         """
-        with self.journal.lock:
+        with self.folded_log.lock:
             if self._walk_loop is not None and self._walk_loop.state != "ended":
                 raise Conflict("the rover is on its way to a goal already: end that walk first")
             if not self.rover.link.connected:

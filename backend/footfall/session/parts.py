@@ -66,20 +66,20 @@ class SessionParts(SessionCore):
 
     def _tell_what_fits(self, frame: TelemetryFrame) -> None:
         """Tell when products come to be of other than how things are; a what-if that the rover went to is over."""
-        with suppress(FootFallError, OSError), self.journal.lock:
+        with suppress(FootFallError, OSError), self.folded_log.lock:
             if (made_so := self.stances.stands_in_what_if()) is not None:
                 payload = {"digest": self.put(made_so), "made_so": self.state.runs}
-                self.journal.record_anyway("state_frozen", payload)
+                self.folded_log.record_anyway("state_frozen", payload)
             fits = self.fits.up_to_date()
             unfit = unfit_of(fits)
             if unfit != self._unfit:
                 self._unfit = unfit
-                self.journal.tell("fits", fits=fits)
+                self.folded_log.tell("fits", fits=fits)
 
     def record_decision(self, act: str, reason: str) -> None:
         """Write down what a walk in a closed loop does next, and why."""
-        self.journal.record_anyway("walk_decided", {**told(), "act": act, "reason": reason})
+        self.folded_log.record_anyway("walk_decided", {**told(), "act": act, "reason": reason})
 
     def record_way(self, chosen: dict[str, Any]) -> None:
         """Write down how the next piece of a walk in a closed loop is gone, and what was refused before."""
-        self.journal.record_anyway("way_chosen", {**told(), **chosen})
+        self.folded_log.record_anyway("way_chosen", {**told(), **chosen})

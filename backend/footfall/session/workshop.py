@@ -6,9 +6,9 @@ from typing import Any
 from footfall.core.errors import Cancelled, Conflict, InvalidInput
 from footfall.core.value import Value, stored_name
 from footfall.session.access.acting import told
+from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.journal import Journal
 from footfall.session.products.kinds import Kind
 from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
@@ -31,10 +31,10 @@ class Preview:
 class Workshop:
     """Submits the jobs of one session and records what they make. Thread-safe."""
 
-    def __init__(self, pool: JobPool, journal: Journal, shelf: Shelf, store: SessionStore) -> None:
+    def __init__(self, pool: JobPool, folded_log: FoldedLog, shelf: Shelf, store: SessionStore) -> None:
         self._session = store.folder.name
         self._pool = pool
-        self._journal = journal
+        self._folded_log = folded_log
         self._shelf = shelf
         self._store = store
         self._jobs: list[Job] = []
@@ -85,33 +85,33 @@ class Workshop:
                 payload["left_out"] = dict(product.left_out)
             if kind.says_status:
                 payload.update(_answer(product))
-            with self._journal.lock:
+            with self._folded_log.lock:
                 if job.cancel_asked.is_set():
                     raise Cancelled("cancelled when it was nearly done")
-                state = self._journal.state
+                state = self._folded_log.state
                 if kind.of_this_state and parents["state"] != (state.what_if or state.state):
                     raise Conflict("another state was frozen while the shift was computed; ask again")
-                self._journal.record("product", {**payload, "digest": digest})
+                self._folded_log.record("product", {**payload, "digest": digest})
                 if kind.per_leg:
                     self._made[request] = digest
             return digest
 
         def previewed(job: Job, product: Value) -> None:
-            with self._journal.lock:
+            with self._folded_log.lock:
                 if not job.cancel_asked.is_set():
                     self._previews[about["leg"]] = Preview(job, parents, product)
-                    self._journal.tell("preview", preview={"leg": about["leg"]})
+                    self._folded_log.tell("preview", preview={"leg": about["leg"]})
 
         def changed(job: Job) -> None:
             if job.state == "failed" and job.error is not None:
-                self._journal.record_anyway("job_failed", {**payload, "reason": job.error.message})
+                self._folded_log.record_anyway("job_failed", {**payload, "reason": job.error.message})
             if job.ended:
                 self._drop_preview(job)
-            self._journal.tell("job", job=job.as_dict())
+            self._folded_log.tell("job", job=job.as_dict())
 
         values = {name: self._shelf.get(digest) for name, digest in parents.items()}
-        with self._journal.lock:
-            if self._closing or self._journal.closed:
+        with self._folded_log.lock:
+            if self._closing or self._folded_log.closed:
                 raise Conflict("the session is closed")
             if kind.per_leg and (older := self._of_leg.get((kind.name, about["leg"]))) is not None:
                 older.cancel()
@@ -134,24 +134,24 @@ class Workshop:
             if kind.per_leg:
                 self._of_leg[kind.name, about["leg"]] = job
             self._jobs = [*self._jobs[-KEPT_JOBS + 1 :], job]
-            self._journal.tell("job", job=job.as_dict())
+            self._folded_log.tell("job", job=job.as_dict())
         return job
 
     def _drop_preview(self, job: Job) -> None:
         """Forget what a job showed of its product."""
-        with self._journal.lock:
+        with self._folded_log.lock:
             for leg in [leg for leg, preview in self._previews.items() if preview.job is job]:
                 del self._previews[leg]
-                self._journal.tell("preview", preview={"leg": leg})
+                self._folded_log.tell("preview", preview={"leg": leg})
 
     def _again(self, payload: dict[str, Any], digest: str) -> str:
         """A product that is there already becomes the present one once more."""
-        self._journal.record("product", {**payload, "digest": digest})
+        self._folded_log.record("product", {**payload, "digest": digest})
         return digest
 
     def close(self) -> None:
         """Cancel what is on its way and wait for it; nothing more is submitted."""
-        with self._journal.lock:
+        with self._folded_log.lock:
             self._closing = True
         for job in self.jobs:
             job.cancel()

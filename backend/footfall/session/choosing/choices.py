@@ -66,7 +66,7 @@ class PageChoices:
         if "leg" in changes:
             self._core.require_leg(changes["leg"])
         follows = changes.pop("follows", None)
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if follows is not None:
                 self._pages.follow(self._seat(), follows)
             if changes:
@@ -78,13 +78,13 @@ class PageChoices:
 
     def change(self, make: Callable[[Choices], Choices]) -> None:
         """Other choices on the page that acts. Raises Conflict where it does not show its own."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self.require_own()
             self._pages.change(self._seat(), make)
             self._tell_choices()
 
     def _tell_choices(self) -> None:
-        self._core.journal.tell("view", view=asdict(self.view), seat=self._seat())
+        self._core.folded_log.tell("view", view=asdict(self.view), seat=self._seat())
 
     def require_own(self) -> None:
         """What is chosen is chosen of what is in sight. Raises Conflict where that is another page's."""
@@ -108,11 +108,11 @@ class PageChoices:
         asked = np.asarray(points, float).reshape(-1, 3) if len(points) else np.zeros((0, 3))
         if len(asked) > MOST_THROUGH or not np.isfinite(asked).all():
             raise InvalidInput(f"a swing passes at most {MOST_THROUGH} points of three finite coordinates [m]")
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self.require_own()
             now = self.now.points
             if now is None or (now.leg, now.points) != (leg, tuple(map(tuple, asked.tolist()))):
-                self._core.journal.record("points_set", {"leg": leg, "points": asked.tolist()})
+                self._core.folded_log.record("points_set", {"leg": leg, "points": asked.tolist()})
                 points_now = self._core.state.points
                 self.change(lambda own: replace(own, points=points_now))
 
@@ -136,7 +136,7 @@ class PageChoices:
         return self._turn("choice_redone", seq)
 
     def _turn(self, event: str, seq: int | None) -> Choice:
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self.require_own()
             back = event == "choice_undone"
             found = self._core.state.choices if back else self._core.state.choices_ahead
@@ -151,7 +151,7 @@ class PageChoices:
                 )
             leg = {} if last.leg is None else {"leg": last.leg}
             before = self._core.state
-            self._core.journal.record(event, {"choice": last.seq, "kind": last.kind, **leg})
+            self._core.folded_log.record(event, {"choice": last.seq, "kind": last.kind, **leg})
             after = self._core.state
             if last.kind in ("footfall", "points"):
                 self.change(lambda own: own.turned(before, after))

@@ -121,15 +121,15 @@ class Hand:
         """Nothing is in hand any more; what was moved and not committed is where it was. Raises Conflict."""
         if self._present_hand() is not None:
             self._mine()
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self._held = None
-            self._core.journal.tell("hand", hand=None)
+            self._core.folded_log.tell("hand", hand=None)
 
     def _have(self, held: Held) -> HeldAnswer:
         told = held.as_dict()
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self._held = held
-            self._core.journal.tell("hand", hand=told)
+            self._core.folded_log.tell("hand", hand=told)
         return told
 
     def _mine(self) -> Held:
@@ -144,7 +144,7 @@ class Hand:
 
     def _present_hand(self) -> Held | None:
         """What is held, as it is by now: it may have been chosen anew, undone or removed by somebody."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             held = self._held
         if held is None:
             return None
@@ -155,7 +155,7 @@ class Hand:
         if (leg, origin) == (held.leg, held.origin):
             return held
         now = self._told(replace(held, leg=leg, origin=origin, place=origin, refused="", stance=None))
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if self._held is held:
                 self._held = now
         return now

@@ -198,7 +198,7 @@ class Executions:
         joint_scale: what is thought to be taken over; None: whatever it says. Raises Conflict where it says another by
         now, or that is taken over already, and what :meth:`sag` raises.
         """
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             sag = self.sag()
             found = sag.calibration
             if found is None:
@@ -212,7 +212,7 @@ class Executions:
             if np.isclose(found.now, found.was, rtol=1e-9):
                 raise Conflict(f"the joints are taken to be {found.now:z.4f} times as stiff as described already")
             payload = {"joint_scale": found.now, "was": found.was, "ratio": found.ratio, "steps": found.steps}
-            self._core.journal.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
+            self._core.folded_log.record("stiffness_taken_over", {**payload, "sequence": sag.sequence})
         return found
 
 

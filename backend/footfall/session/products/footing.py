@@ -94,9 +94,9 @@ class LegMaps:
         strictly = separation is not None
         found = suggest(self._quality(maps, settings, towards), count, separation if strictly else wheel, strictly)
         if show:
-            with self._core.journal.lock:
+            with self._core.folded_log.lock:
                 self._suggested = maps.digest, found
-                self._core.journal.tell("view", view=asdict(self._choices.view), seat="")
+                self._core.folded_log.tell("view", view=asdict(self._choices.view), seat="")
         return found
 
     def suggestions_shown(self, leg: int) -> "Suggestions | None":
@@ -128,9 +128,9 @@ class LegMaps:
         self._core.require_leg(leg)
         footfall = Footfall(leg, float(x), float(y))
         answer = self.footfall_answer(footfall)
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self._choices.require_own()
-            self._core.journal.record("footfall_chosen", {**answer})
+            self._core.folded_log.record("footfall_chosen", {**answer})
             self._choices.change(lambda own: replace(own, footfall=footfall))
         return answer
 

@@ -74,7 +74,7 @@ class StepPlans:
 
     def choose(self, digest: str) -> None:
         """Take one of the plans that are listed beside each other as the session's plan. Raises NotFound, Conflict."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if digest == self._core.state.plan:
                 return
             chosen = next((one for one in self._core.state.alternatives if one.plan == digest), None)
@@ -82,7 +82,7 @@ class StepPlans:
                 raise NotFound(f"{digest} is none of the plans to choose from", digest=digest)
             if chosen.status != Status.FOUND.value:
                 raise Conflict(f"{chosen.text}: there is no such plan: {chosen.reason}", status=chosen.status)
-            self._core.journal.record("plan_chosen", {"digest": digest})
+            self._core.folded_log.record("plan_chosen", {"digest": digest})
 
     def shown(self) -> list[PlanListed]:
         """The present plan and those to compare it with, as plain JSON, each with its figures."""

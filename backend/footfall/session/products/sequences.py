@@ -69,20 +69,20 @@ class Sequences:
 
     def undo(self) -> str:
         """Go back to before the latest edit; returns that digest. Raises Conflict where there is none."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if not self._core.state.sequence_history:
                 raise Conflict("there is no edit to undo")
             digest = self._core.state.sequence_history[-1]
-            self._core.journal.record("sequence_undone", {"digest": digest})
+            self._core.folded_log.record("sequence_undone", {"digest": digest})
         return digest
 
     def redo(self) -> str:
         """Make the edit again that was undone last; returns the digest. Raises Conflict where there is none."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if not self._core.state.sequence_ahead:
                 raise Conflict("there is no undone edit to make again")
             digest = self._core.state.sequence_ahead[-1]
-            self._core.journal.record("sequence_redone", {"digest": digest})
+            self._core.folded_log.record("sequence_redone", {"digest": digest})
         return digest
 
     def export(self, digest: str | None = None, format: str = "seqjson") -> bytes:

@@ -59,11 +59,11 @@ class Stances:
 
     def end_what_if(self) -> str:
         """Plan from how the rover stands again; returns the digest of that state. Raises Conflict outside a what-if."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             digest = self._core.state.what_if
             if digest is None:
                 raise Conflict("there is no what-if to end: what is shown is how the rover stands")
-            self._core.journal.record("what_if_ended", {"digest": digest})
+            self._core.folded_log.record("what_if_ended", {"digest": digest})
         return self.standing_now()["state"]
 
     def find_shift(
@@ -123,10 +123,10 @@ class Stances:
     def set(self, state: RobotState) -> str:
         """Plan from ``state`` from now on. Returns its digest."""
         self._core.require_robot(state)
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             digest = self._core.put(state)
             if digest != self._core.state.state:
-                self._core.journal.record("state_frozen", {"digest": digest})
+                self._core.folded_log.record("state_frozen", {"digest": digest})
         return digest
 
     def moved_since_frozen(self) -> bool:

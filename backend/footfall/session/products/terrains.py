@@ -23,9 +23,9 @@ class Terrains:
 
     def load(self, dem: Dem, source: str = "") -> str:
         """Use a terrain that came from elsewhere. Returns its digest."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             digest = self._core.put(dem)
-            self._core.journal.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
+            self._core.folded_log.record("terrain_loaded", {"digest": digest, "name": dem.name, "source": source})
         return digest
 
     def build(self, settings: TerrainSettings | None = None) -> Job:
@@ -68,9 +68,9 @@ class Terrains:
 
     def undo(self) -> str:
         """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if not self._core.state.terrain_history:
                 raise Conflict("there is no earlier terrain to go back to")
             digest = self._core.state.terrain_history[-1]
-            self._core.journal.record("terrain_undone", {"digest": digest})
+            self._core.folded_log.record("terrain_undone", {"digest": digest})
         return digest

@@ -41,8 +41,8 @@ class LinkedRover:
         self.recorder = Recorder(core.store.folder, lambda: core.description, self._recording_told, recording)
         self.past = Past()
         self.link = RecordedLink(self.recorder, light_time)
-        journal = core.journal
-        self.commanding = Commanding(self.link, journal.record, journal.record_anyway, lambda: journal.state)
+        folded_log = core.folded_log
+        self.commanding = Commanding(self.link, folded_log.record, folded_log.record_anyway, lambda: folded_log.state)
 
     def close(self) -> None:
         """End the link, the run and the recording; harmless when done twice."""
@@ -86,15 +86,15 @@ class LinkedRover:
         self.link.connect(send)
         # a stop in force goes first: the log may be slow
         epoch = self.commanding.connected(hello)
-        self._core.journal.record_anyway("link_connected", {"epoch": epoch})
-        self._core.journal.tell("link", link=self.link.as_dict())
+        self._core.folded_log.record_anyway("link_connected", {"epoch": epoch})
+        self._core.folded_log.tell("link", link=self.link.as_dict())
 
     def disconnected(self, send: Send | None = None) -> None:
         """The rover is gone. With ``send``: only if that is the one in use."""
         if self.link.disconnect(send):
             self.commanding.lost("the rover disconnected")
-            self._core.journal.record_anyway("link_lost", {})
-            self._core.journal.tell("link", link=self.link.as_dict())
+            self._core.folded_log.record_anyway("link_lost", {})
+            self._core.folded_log.tell("link", link=self.link.as_dict())
 
     def take_telemetry(self, frame: TelemetryFrame, at: float | None = None, by_request: bool = False) -> None:
         """``at``: when it came, time.monotonic() [s]. Raises InvalidTelemetry where the frame is of another robot.
@@ -115,7 +115,7 @@ class LinkedRover:
                 self.seen_to_give_way = self.seen_to_give_way if told is None else told
             self.recorder.take(frame, at)
             self.past.take(frame, at)
-            self._core.journal.tell("telemetry", frame=frame, age=self.link.age, light=light)
+            self._core.folded_log.tell("telemetry", frame=frame, age=self.link.age, light=light)
             for callback in self._follow:
                 callback(frame)
 
@@ -165,7 +165,7 @@ class LinkedRover:
         payload = {"digest": digest, "state": state, "pairs": [pair.name for pair in snapshot.pairs]}
         if snapshot.left_out:
             payload["left_out"] = dict(snapshot.left_out)
-        self._core.journal.record("snapshot_taken", payload)
+        self._core.folded_log.record("snapshot_taken", payload)
 
     def take_complaint(self, text: str, *, message_id: str = "", about_rover: str | None = None) -> None:
         """The rover could not use a message, or the server one of its: the operator is told.
@@ -179,8 +179,8 @@ class LinkedRover:
 
     def _complained(self, text: str, message_id: str, source: str, kind: str) -> None:
         if self.link.complain(text, kind):
-            self._core.journal.record_anyway("link_fault", {"id": message_id, "reason": text, "source": source})
-        self._core.journal.tell("link", link=self.link.as_dict())
+            self._core.folded_log.record_anyway("link_fault", {"id": message_id, "reason": text, "source": source})
+        self._core.folded_log.tell("link", link=self.link.as_dict())
 
     def take_acknowledgement(self, command_id: str, state: str, reason: str = "", time: float | None = None) -> None:
         """The rover "received", "started", has "done" or "refused" a command. Unknown ids change nothing.
@@ -214,7 +214,7 @@ class LinkedRover:
     def _epoch_heard(self, about: str, epoch: int) -> None:
         self.commanding.epoch_heard(about, epoch)
         # whether anything can be armed may be another answer now
-        self._core.journal.tell("link", link=self.link.as_dict())
+        self._core.folded_log.tell("link", link=self.link.as_dict())
 
     def require_epoch(self, epoch: int) -> None:
         """Raises InvalidTelemetry where no ground can have told the rover of ``epoch``."""
@@ -242,11 +242,11 @@ class LinkedRover:
 
     def set_light_time(self, light_time: LightTime) -> None:
         """How long messages are on their way from now on; what is on its way already keeps its time."""
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             if light_time != self.link.light_time:
-                self._core.journal.record_anyway("light_time_set", light_time.as_dict())
+                self._core.folded_log.record_anyway("light_time_set", light_time.as_dict())
                 self.link.light_time = light_time
-                self._core.journal.tell("link", link=self.link.as_dict())
+                self._core.folded_log.tell("link", link=self.link.as_dict())
 
     @property
     def epoch(self) -> int:
@@ -255,16 +255,16 @@ class LinkedRover:
 
     def superseded(self, by: str) -> None:
         """Tell whoever listens that session ``by`` holds the rover from now on."""
-        self._core.journal.tell("session", session={"current": by})
+        self._core.folded_log.tell("session", session={"current": by})
 
     def _recording_told(self, type: str, text: str) -> None:
         """A fault of the recorder, or what it saved of a recording that was cut short."""
         if type == "link_fault":
             self.link.complain(text, "recorder")
-            self._core.journal.record_anyway(type, {"id": "", "reason": text, "source": "recorder"})
-            self._core.journal.tell("link", link=self.link.as_dict())
+            self._core.folded_log.record_anyway(type, {"id": "", "reason": text, "source": "recorder"})
+            self._core.folded_log.tell("link", link=self.link.as_dict())
         else:
-            self._core.journal.record_anyway(type, {"text": text})
+            self._core.folded_log.record_anyway(type, {"text": text})
 
     def request_images(self, pairs: tuple[str, ...] | list[str] | None = None) -> None:
         """Ask the rover for images of the named camera pairs (None: all). Raises Conflict, NotFound."""
@@ -272,7 +272,7 @@ class LinkedRover:
         for name in pairs or ():
             if name not in known:
                 raise NotFound(f"there is no camera pair {name!r}; there are {', '.join(known)}", pair=name)
-        with self._core.journal.lock:
+        with self._core.folded_log.lock:
             self._requests += 1
             request = ImageRequestMessage(f"images-{self._requests}", None if pairs is None else tuple(pairs))
         self.link.send(encode(request))

@@ -25,7 +25,7 @@ TRY_AGAIN_AFTER = 1.0
 Listener = Callable[[dict[str, Any]], None]
 
 
-class Journal:
+class FoldedLog:
     """Log, state and listeners of one session. Thread-safe; ``lock`` also guards the session's other parts.
 
     An event is folded first, written second, told third: one that does not fold or can't be written is none.
