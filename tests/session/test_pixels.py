@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from footfall.core.errors import Busy, Conflict, InvalidImages, InvalidTelemetry
 from footfall.core.frames import transform
-from footfall.session import shelf
+from footfall.session import value_store
 from footfall.session.jobs.local import InlineJobs
 from footfall.session.pixels import IN_ALL, OF_ONE, PixelBudget
 from footfall.session.registry import Sessions
@@ -175,10 +175,10 @@ def test_what_is_lost_on_the_way_is_told_once_and_never_arrives():
 
 
 def test_images_that_are_kept_in_memory_are_counted_by_their_pixels(sessions, monkeypatch):
-    monkeypatch.setattr(shelf, "CACHED_PIXELS", 2 * PIXELS)
+    monkeypatch.setattr(value_store, "CACHED_PIXELS", 2 * PIXELS)
     live = sessions.create("looked at")
     digests = [sent(sessions, value) for value in range(4)]
-    values = live.shelf._values
+    values = live.value_store._values
     assert [digest in values for digest in digests] == [False, False, True, True]
     # what went is read from its file, and takes the place of the oldest
     assert isinstance(live.get(digests[0]), Snapshot)
@@ -189,18 +189,18 @@ def test_images_that_are_kept_in_memory_are_counted_by_their_pixels(sessions, mo
 
 def test_large_values_that_are_kept_in_memory_are_few_and_the_latest(sessions, monkeypatch):
     live = sessions.create("large maps")
-    grounds = [plane(size=2.0, resolution=0.1 + 0.01 * number) for number in range(shelf.CACHED_ANYWAY + 2)]
-    monkeypatch.setattr(shelf, "CACHED_BYTES", grounds[-1].heights.nbytes)
+    grounds = [plane(size=2.0, resolution=0.1 + 0.01 * number) for number in range(value_store.CACHED_ANYWAY + 2)]
+    monkeypatch.setattr(value_store, "CACHED_BYTES", grounds[-1].heights.nbytes)
     for ground in grounds:
         live.put(ground)
-    values = live.shelf._values
-    assert list(values) == [ground.digest for ground in grounds[-shelf.CACHED_ANYWAY :]]
+    values = live.value_store._values
+    assert list(values) == [ground.digest for ground in grounds[-value_store.CACHED_ANYWAY :]]
     found = live.get(grounds[0].digest)
     assert isinstance(found, Dem)
     assert found.heights.tobytes() == grounds[0].heights.tobytes()
     assert list(values)[-1] == grounds[0].digest
     # in what is small, many are kept
-    monkeypatch.setattr(shelf, "CACHED_BYTES", 1 << 30)
+    monkeypatch.setattr(value_store, "CACHED_BYTES", 1 << 30)
     for ground in grounds:
         live.get(ground.digest)
     assert {ground.digest for ground in grounds} <= set(values)

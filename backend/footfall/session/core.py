@@ -12,9 +12,9 @@ from footfall.session.jobs.product_recipes import built_robot
 from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold import SessionState
 from footfall.session.naming import session_name
-from footfall.session.shelf import Shelf
 from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore
+from footfall.session.value_store import ValueStore
 from footfall.session.workshop import Workshop
 from footfall.telemetry.state import RobotState
 
@@ -36,8 +36,8 @@ class SessionCore:
     def __init__(self, store: SessionStore, jobs: JobPool) -> None:
         self.store = store
         self.folded_log = FoldedLog(store)
-        self.shelf = Shelf(store)
-        self.workshop = Workshop(jobs, self.folded_log, self.shelf, store)
+        self.value_store = ValueStore(store)
+        self.workshop = Workshop(jobs, self.folded_log, self.value_store, store)
         for repair in store.repairs:
             self.folded_log.record("log_repaired", repair)
         if len(self.folded_log) and store.writes:
@@ -109,15 +109,15 @@ class SessionCore:
 
     def put(self, value: Value) -> str:
         """Store a value; returns its digest. Nothing refers to it yet."""
-        return self.shelf.put(value)
+        return self.value_store.put(value)
 
     def get(self, digest: str) -> Value:
         """Raises NotFound; InvalidBundle where the stored file is damaged."""
-        return self.shelf.get(digest)
+        return self.value_store.get(digest)
 
     def typed(self, kind: type[_V], digest: str) -> _V:
         """As :meth:`get`, of a value that is a ``kind``. Raises InvalidInput where it is of another."""
-        return self.shelf.typed(kind, digest)
+        return self.value_store.typed(kind, digest)
 
     def has(self, digest: str) -> bool:
         """Whether a value of this name is stored."""

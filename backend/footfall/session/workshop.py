@@ -10,8 +10,8 @@ from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
 from footfall.session.products.kinds import Kind
-from footfall.session.shelf import Shelf
 from footfall.session.storage.store import SessionStore
+from footfall.session.value_store import ValueStore
 from footfall.telemetry.images import Snapshot
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import on_map
@@ -31,11 +31,11 @@ class Preview:
 class Workshop:
     """Submits the jobs of one session and records what they make. Thread-safe."""
 
-    def __init__(self, pool: JobPool, folded_log: FoldedLog, shelf: Shelf, store: SessionStore) -> None:
+    def __init__(self, pool: JobPool, folded_log: FoldedLog, value_store: ValueStore, store: SessionStore) -> None:
         self._session = store.folder.name
         self._pool = pool
         self._folded_log = folded_log
-        self._shelf = shelf
+        self._value_store = value_store
         self._store = store
         self._jobs: list[Job] = []
         self._of_leg: dict[tuple[str, int], Job] = {}
@@ -68,7 +68,7 @@ class Workshop:
         """
         if (None if settings is None else stored_name(type(settings))) != kind.request:
             raise InvalidInput(f"{kind.name} is asked for with {kind.request or 'no settings'}", kind=kind.name)
-        asked = None if settings is None else self._shelf.put(settings)
+        asked = None if settings is None else self._value_store.put(settings)
         payload = {"kind": kind.name, "parents": parents, "settings": asked, **about, **told()}
         request = (kind.name, *sorted(parents.items()), asked)
 
@@ -76,11 +76,13 @@ class Workshop:
             if isinstance(product, bytes):
                 digest = self._store.put_bytes(product, about["format"])
             else:
-                digest = self._shelf.put(product)
+                digest = self._value_store.put(product)
             snapshot = values.get("snapshot")
             if isinstance(product, Dem) and isinstance(snapshot, Snapshot):
                 # where the snapshot was taken, on this map: what is planned from
-                payload.update(from_state=snapshot.state.digest, state=self._shelf.put(on_map(snapshot.state, product)))
+                payload.update(
+                    from_state=snapshot.state.digest, state=self._value_store.put(on_map(snapshot.state, product))
+                )
             if isinstance(product, Dem) and product.left_out:
                 payload["left_out"] = dict(product.left_out)
             if kind.says_status:
@@ -109,7 +111,7 @@ class Workshop:
                 self._drop_preview(job)
             self._folded_log.tell("job", job=job.as_dict())
 
-        values = {name: self._shelf.get(digest) for name, digest in parents.items()}
+        values = {name: self._value_store.get(digest) for name, digest in parents.items()}
         with self._folded_log.lock:
             if self._closing or self._folded_log.closed:
                 raise Conflict("the session is closed")

@@ -198,5 +198,5 @@ class UpToDate:
         if dem.correction is None:
             return place_on_map(told, dem, None)
         if self._looks is None or self._looks[0] != state.dem:
-            self._looks = state.dem, looks_behind(state, self._core.events(), self._core.shelf)
+            self._looks = state.dem, looks_behind(state, self._core.events(), self._core.value_store)
         return place_on_map(told, dem, self._looks[1])

@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from footfall.session.log.event import Event
 from footfall.session.log.fold import SessionState
-from footfall.session.shelf import Shelf
+from footfall.session.value_store import ValueStore
 from footfall.telemetry.state import RobotState
 from footfall.terrain.dem import Dem
 from footfall.terrain.fusion.on_map import Looks
 from footfall.terrain.settings import TerrainSettings
 
 
-def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, shelf: Shelf) -> str | None:
+def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, value_store: ValueStore) -> str | None:
     """Digest of the terrain that ``snapshot`` is to be merged into; None: it starts a map.
 
     A terrain that came from images, in cells of the same size. Where the snapshot is part of the present one, the
@@ -23,7 +23,7 @@ def map_below(state: SessionState, snapshot: str, settings: TerrainSettings, she
     digest = _without(state, snapshot) if settings.keep else None
     if digest is None:
         return None
-    dem = shelf.typed(Dem, digest)
+    dem = value_store.typed(Dem, digest)
     same_cells = abs(dem.geometry.resolution - settings.resolution) < 1e-9
     return digest if dem.remembers and same_cells else None
 
@@ -40,7 +40,7 @@ def _without(state: SessionState, snapshot: str) -> str | None:
     return base
 
 
-def looks_behind(state: SessionState, events: Iterable[Event], shelf: Shelf) -> Looks | None:
+def looks_behind(state: SessionState, events: Iterable[Event], value_store: ValueStore) -> Looks | None:
     """The images that the correction of the present terrain is from; None where it is from none of this session's.
 
     Images with too little ground in common with the map leave its correction as it was: it is from those before then.
@@ -55,16 +55,17 @@ def looks_behind(state: SessionState, events: Iterable[Event], shelf: Shelf) -> 
         built = _built(state, below := parents["map"])
     if not merged:
         return None
-    correction_below = _correction(shelf, below)
-    newest = _correction(shelf, merged[0])
-    before = (_correction(shelf, one) for one in (*merged[1:], below))
+    correction_below = _correction(value_store, below)
+    newest = _correction(value_store, merged[0])
+    before = (_correction(value_store, one) for one in (*merged[1:], below))
     moved = next((i for i, one in enumerate(before) if not np.array_equal(one, newest)), None)
     if moved is None:
         return None
     taken = [
-        shelf.typed(RobotState, told[state.products[one].parents["snapshot"]]) for one in (merged[moved], merged[-1])
+        value_store.typed(RobotState, told[state.products[one].parents["snapshot"]])
+        for one in (merged[moved], merged[-1])
     ]
-    settings = shelf.typed(Dem, merged[moved]).provenance.settings
+    settings = value_store.typed(Dem, merged[moved]).provenance.settings
     settings = settings if isinstance(settings, TerrainSettings) else TerrainSettings()
     return Looks(*taken, count=len(merged) - moved, below=correction_below, settings=settings)
 
@@ -77,6 +78,6 @@ def _built(state: SessionState, digest: str) -> str | None:
     return None if made is None or "snapshot" not in made.parents else digest
 
 
-def _correction(shelf: Shelf, dem: str) -> NDArray[np.float64]:
-    correction = shelf.typed(Dem, dem).correction
+def _correction(value_store: ValueStore, dem: str) -> NDArray[np.float64]:
+    correction = value_store.typed(Dem, dem).correction
     return np.eye(4) if correction is None else correction

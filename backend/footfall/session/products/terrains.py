@@ -38,7 +38,7 @@ class Terrains:
         images = self._core.typed(Snapshot, snapshot)
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
         parents = {"robot": self._core.robot_digest, "snapshot": snapshot}
-        below = map_below(state, snapshot, settings, self._core.shelf)
+        below = map_below(state, snapshot, settings, self._core.value_store)
         return self._core.workshop.submit(TERRAIN, parents if below is None else {**parents, "map": below}, settings)
 
     def build_from_photographs(

@@ -24,7 +24,7 @@ CACHED_PIXELS = 100_000_000
 """Of the images among them; beyond that the oldest images go."""
 
 
-class Shelf:
+class ValueStore:
     """Puts and gets values by digest. Thread-safe; never holds its lock while reading or writing files."""
 
     def __init__(self, store: SessionStore) -> None:
