@@ -85,7 +85,7 @@ def test_no_name_of_a_kind_is_compared_outside_the_table():
         'if made is None or made.kind not in ("plan", "execution"): pass',
         'event.payload["kind"] != "maps"',
         'event.payload.get("kind") == "maps"',
-        'workshop.submit("body_move", parents, request)',
+        'product_jobs.submit("body_move", parents, request)',
         'KINDS["plan"]',
         'match kind:\n    case "plan" | "edit": pass',
         'FOLDERS = {"plan": "plans"}\nFOLDERS.get(body["kind"])',

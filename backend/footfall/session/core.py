@@ -12,10 +12,10 @@ from footfall.session.jobs.product_recipes import built_robot
 from footfall.session.log.event import RENAMED, Event
 from footfall.session.log.fold import SessionState
 from footfall.session.naming import session_name
+from footfall.session.product_jobs import ProductJobs
 from footfall.session.storage.references import whole_zip
 from footfall.session.storage.store import SessionStore
 from footfall.session.value_store import ValueStore
-from footfall.session.workshop import Workshop
 from footfall.telemetry.state import RobotState
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class SessionCore:
         self.store = store
         self.folded_log = FoldedLog(store)
         self.value_store = ValueStore(store)
-        self.workshop = Workshop(jobs, self.folded_log, self.value_store, store)
+        self.product_jobs = ProductJobs(jobs, self.folded_log, self.value_store, store)
         for repair in store.repairs:
             self.folded_log.record("log_repaired", repair)
         if len(self.folded_log) and store.writes:
@@ -82,7 +82,7 @@ class SessionCore:
     @property
     def jobs(self) -> list[Job]:
         """The session's jobs, newest last."""
-        return self.workshop.jobs
+        return self.product_jobs.jobs
 
     def events(self, since: int = 0) -> list[Event]:
         """Events with ``seq`` ≥ ``since``."""

@@ -48,7 +48,7 @@ class LiveSession(SessionParts):
         if self._walk_loop is not None:
             # it may wait for a job
             self._walk_loop.leave()
-        self.workshop.close()
+        self.product_jobs.close()
         if self._walk_loop is not None:
             self._walk_loop.close()
         self.rover.close()

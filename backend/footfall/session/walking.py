@@ -177,7 +177,9 @@ class Walks:
             settings = with_load_of(plan, settings or self._executions.settings_in_force())
             request = replace(request, settings=settings, set_points=set_points)
         # the checks of a row take a tenth of a second
-        return self._core.workshop.submit(FOOT_MOVES, parents, request, urgent=True).finish(SHORT_JOB * request.count)
+        return self._core.product_jobs.submit(FOOT_MOVES, parents, request, urgent=True).finish(
+            SHORT_JOB * request.count
+        )
 
     def replan(self, walk: str | None = None) -> Job:
         """Plan the rest of a walk (None: the latest) from how the rover stands: same goal, settings, tether, gait."""
@@ -187,7 +189,7 @@ class Walks:
             raise NotFound(f"the session holds no walk {digest}", digest=digest)
         asked = self._core.typed(WalkRequest, made.settings)
         request = self._walk_request(asked.goal, asked.settings, asked.tether, asked.gait)
-        return self._core.workshop.submit(WALK, self._stances.standing_now(), request)
+        return self._core.product_jobs.submit(WALK, self._stances.standing_now(), request)
 
     def foot_moves_in(self, sequence: str) -> tuple[CommandedFootMove, ...]:
         """The rows of a sequence by foot moves, where it goes back to a walk; none where it does not."""

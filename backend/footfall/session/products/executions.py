@@ -95,7 +95,7 @@ class Executions:
         there = self._core.state.newest(kind)
         known = None if there is None else self._core.state.products[there]
         if there is None or known is None or known.parents["plan"] != plan or known.settings != request.digest:
-            there = self._core.workshop.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(
+            there = self._core.product_jobs.submit(kind, {**made.parents, "plan": plan}, request, urgent=True).finish(
                 SHORT_JOB
             )
         found = self._core.get(there)
@@ -120,7 +120,9 @@ class Executions:
         """
         digest, made = self._plans.made(plan)
         self._plans.found(digest)
-        return self._core.workshop.submit(EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings))
+        return self._core.product_jobs.submit(
+            EXECUTION, {**made.parents, "plan": digest}, self._request(made, settings)
+        )
 
     def plan_held_move(self, plan: str | None = None, settings: ExecutionSettings | None = None) -> Job:
         """What to command for a move of the chassis (None: the one planned last), with the pose held; settings as in
@@ -133,7 +135,9 @@ class Executions:
         found = self._core.get(digest)
         if getattr(found, "plan", None) is None:
             raise Conflict(f"no move of the chassis was found there: {getattr(found, 'reason', '')}")
-        return self._core.workshop.submit(HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings))
+        return self._core.product_jobs.submit(
+            HELD_MOVE, {**made.parents, "plan": digest}, self._request(made, settings)
+        )
 
     def _request(self, made: ProductRecord, settings: ExecutionSettings | None) -> ExecutionRequest:
         if settings is not None and settings.mode != "pose_held" and made.kind != PLAN.name:

@@ -54,9 +54,9 @@ class LegMaps:
         don't.
         """
         fit = self._fits.of_maps(leg)
-        if fit.fits or (fit.partly and self._core.workshop.preview(leg) is None):
+        if fit.fits or (fit.partly and self._core.product_jobs.preview(leg) is None):
             return self._core.typed(MapStack, self._core.state.maps[str(leg)])
-        preview = self._core.workshop.preview(leg)
+        preview = self._core.product_jobs.preview(leg)
         if preview is None or not self._fits.of_made(MAPS, preview.parents).fits:
             return None
         return preview.product if isinstance(preview.product, MapStack) else None

@@ -107,7 +107,7 @@ class Outcomes:
             state = self._core.put(on_map(waiting.frame.state, self._core.typed(Dem, dem)))
             parents = {"robot": self._core.robot_digest, "dem": dem, "sequence": waiting.run.sequence, "state": state}
             request = OutcomeRequest(waiting.run.number, waiting.rows, waiting.frame.commanded)
-            job = self._core.workshop.submit(OUTCOME, parents, request, urgent=True, run=waiting.run.number)
+            job = self._core.product_jobs.submit(OUTCOME, parents, request, urgent=True, run=waiting.run.number)
             self._asked = (waiting.run.number, job)
         except (FootFallError, OSError) as err:
             self._refused = (waiting.run.number, f"it could not be compared with its prediction: {err}")

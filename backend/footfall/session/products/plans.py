@@ -62,7 +62,7 @@ class StepPlans:
         result, plan = self._core.typed(PlanResult, digest), self.found(digest)
         asked = [(kind, *asked_otherwise(plan, kind)) for kind in dict.fromkeys(kinds or KINDS)]
         return [
-            self._core.workshop.submit(
+            self._core.product_jobs.submit(
                 PLAN,
                 dict(made.parents),
                 StepRequest(result.footfall, settings, result.through, explain=True),
@@ -150,7 +150,7 @@ class StepPlans:
             "state": plan.parents["state"],
             kind.given_as: digest,
         }
-        return self._core.workshop.submit(AFTER, parents, None, urgent=True).finish(SHORT_JOB)
+        return self._core.product_jobs.submit(AFTER, parents, None, urgent=True).finish(SHORT_JOB)
 
     def found(self, digest: str) -> StepPlan:
         """The plan of a result. Raises Conflict where it is a refusal."""

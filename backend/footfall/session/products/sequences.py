@@ -42,7 +42,7 @@ class Sequences:
         if for_sag and getattr(self._core.get(plan), "plan", None) is not None:
             return self.make(self._executions.executed(plan, settings))
         parents = {"robot": self._core.robot_digest, kind.given_as: plan, "dem": made.parents["dem"]}
-        return self._core.workshop.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)
+        return self._core.product_jobs.submit(SEQUENCE, parents, None, urgent=True).finish(SHORT_JOB)
 
     def edit(self, digest: str, edit: Value) -> str:
         """Apply an Edit to the present sequence, which ``digest`` must name. Raises Conflict, InvalidSequence."""
@@ -55,7 +55,7 @@ class Sequences:
             "sequence": digest,
             "dem": present(self.planned_on(digest), "the sequence goes back to no plan"),
         }
-        return self._core.workshop.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
+        return self._core.product_jobs.submit(EDIT, parents, edit, urgent=True).finish(SHORT_JOB)
 
     def import_file(self, name: str, content: bytes) -> str:
         """Commands from a file become the present sequence, every rule checked anew; returns the digest.
@@ -88,7 +88,7 @@ class Sequences:
     def export(self, digest: str | None = None, format: str = "seqjson") -> bytes:
         """A sequence (None: the present one) as a file. Raises InvalidSequence where a rule does not hold."""
         parents = {"sequence": self.named(digest)}
-        job = self._core.workshop.submit(EXPORT, parents, ExportRequest(format), format=format, urgent=True)
+        job = self._core.product_jobs.submit(EXPORT, parents, ExportRequest(format), format=format, urgent=True)
         return self._core.get_bytes(job.finish(SHORT_JOB))
 
     def planned_on(self, sequence: str) -> str | None:

@@ -46,7 +46,7 @@ class Stances:
         if kind.needs != GROUND:
             raise InvalidInput(f"{kind.name} is made of {', '.join(kind.needs)}, which it has to be given")
         parents = self.standing_now() if kind.from_the_rover else self.ground()
-        return self._core.workshop.submit(kind, parents, request, urgent=urgent, **about)
+        return self._core.product_jobs.submit(kind, parents, request, urgent=urgent, **about)
 
     def what_if(self, shift: BodyShift) -> str:
         """Plan from where the rover would stand after a shift of its chassis over its feet; returns the state's digest.

@@ -39,7 +39,9 @@ class Terrains:
         settings.not_chosen([*(pair.name for pair in images.pairs), *images.left_out])
         parents = {"robot": self._core.robot_digest, "snapshot": snapshot}
         below = map_below(state, snapshot, settings, self._core.value_store)
-        return self._core.workshop.submit(TERRAIN, parents if below is None else {**parents, "map": below}, settings)
+        return self._core.product_jobs.submit(
+            TERRAIN, parents if below is None else {**parents, "map": below}, settings
+        )
 
     def build_from_photographs(
         self, photographs: Photographs, settings: TerrainSettings | None = None, *, with_rover: bool = False
@@ -53,18 +55,18 @@ class Terrains:
         if with_rover:
             state = present(self._core.state.state, "nothing is known of how the rover stands; freeze its state first")
             parents |= {"robot": self._core.robot_digest, "state": state}
-        return self._core.workshop.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
+        return self._core.product_jobs.submit(PHOTOGRAPHS, parents, settings or TerrainSettings())
 
     def blend(self, external: Dem, settings: BlendSettings | None = None, source: str = "") -> Job:
         """Lay a terrain from elsewhere under the present one. source: where it came from. Raises Conflict."""
         dem = present(self._core.state.dem, "there is no terrain yet")
         parents = {"dem": dem, "external": self._core.put(external)}
-        return self._core.workshop.submit(BLEND, parents, settings or BlendSettings(), source=source)
+        return self._core.product_jobs.submit(BLEND, parents, settings or BlendSettings(), source=source)
 
     def clear(self, area: Area) -> str:
         """Make an area of the terrain unknown; returns the new digest. Raises Conflict, InvalidTerrain."""
         dem = present(self._core.state.dem, "there is no terrain yet")
-        return self._core.workshop.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
+        return self._core.product_jobs.submit(CLEAR, {"dem": dem}, area, urgent=True).finish(SHORT_JOB)
 
     def undo(self) -> str:
         """Go back to the terrain before the present one; returns its digest. Raises Conflict where there is none."""

@@ -28,7 +28,7 @@ class Preview:
     product: Value
 
 
-class Workshop:
+class ProductJobs:
     """Submits the jobs of one session and records what they make. Thread-safe."""
 
     def __init__(self, pool: JobPool, folded_log: FoldedLog, value_store: ValueStore, store: SessionStore) -> None:
