@@ -13,8 +13,8 @@ import psycopg
 import pytest
 from psycopg.conninfo import conninfo_to_dict
 
-from footfall.session.remote import board, worker_service
-from footfall.session.remote.board import JobBoard
+from footfall.session.remote import job_board, worker_service
+from footfall.session.remote.job_board import JobBoard
 from footfall.session.storage import postgres_connection
 from footfall.session.storage.databases import bind, open_log
 from footfall.session.storage.interface import StoreRefused
@@ -91,7 +91,7 @@ def test_the_bounds_go_along_and_an_address_may_have_its_own():
         "connect_timeout": "9",
         "options": "-csearch_path=x",
     }
-    made = board.connector("postgresql://me@db.example/x")
+    made = job_board.connector("postgresql://me@db.example/x")
     assert conninfo_to_dict(made._pool_args["conninfo"])["tcp_user_timeout"] == str(BOUNDS["tcp_user_timeout"])
 
 

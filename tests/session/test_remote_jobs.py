@@ -12,7 +12,7 @@ import pytest
 
 from footfall.core.errors import Busy, Cancelled, Conflict, FootFallError, InvalidInput, WorkerLost
 from footfall.session.registry import Sessions
-from footfall.session.remote import board
+from footfall.session.remote import job_board
 from footfall.session.remote.remote_jobs import RemoteJobs
 from footfall.session.storage.databases import bind, binding
 from footfall.session.storage.interface import StoreRefused
@@ -166,7 +166,7 @@ def test_a_worker_that_is_killed_fails_its_job_and_the_next_one_goes_on(alone, m
         until(lambda: job.text == "running", "the job runs")
         process.kill()
         with monkeypatch.context() as patched:
-            patched.setattr(board, "SILENCE", 2.0)
+            patched.setattr(job_board, "SILENCE", 2.0)
             with pytest.raises(WorkerLost, match="nothing was heard"):
                 job.finish(PATIENCE)
     with worker(alone._data) as process:
@@ -183,7 +183,7 @@ def test_nobody_works_for_a_server_that_is_gone(alone):
     gone = RemoteJobs(url, data)
     gone._closing.set()  # as if killed: nothing is cancelled or taken back
     gone._watching.join()
-    gone._app.configure_task(board.TASK, queue=board.QUEUE).defer(
+    gone._app.configure_task(job_board.TASK, queue=job_board.QUEUE).defer(
         job="forgotten", kind="deaf", session="", parents={}, settings=None, server=gone._name
     )
     gone._board.close()
@@ -293,7 +293,7 @@ def test_a_worker_that_cannot_say_how_a_job_ended_gives_itself_up(alone):
 def test_a_server_is_back_before_the_database_knows_that_its_connection_is_lost(alone):
     url = url_of(alone._data)
     bounded = f"{url}%20-clock_timeout%3D10s"
-    with closing(board.JobBoard(bounded, alone._name)) as again, closing(board.JobBoard(url)) as other:
+    with closing(job_board.JobBoard(bounded, alone._name)) as again, closing(job_board.JobBoard(url)) as other:
         assert again.workers() == 0  # connected, though the one before is
         assert other.is_there(alone._name)
         alone.close()

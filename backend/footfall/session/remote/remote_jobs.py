@@ -17,8 +17,8 @@ from footfall.core.errors import Cancelled, Conflict, FootFallError, WorkerLost
 from footfall.core.value import Value
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
-from footfall.session.remote.board import QUEUE, SILENCE, TASK, JobBoard, Seen, connector
 from footfall.session.remote.exchange import Exchange, error_of, remove_forgotten
+from footfall.session.remote.job_board import QUEUE, SILENCE, TASK, JobBoard, SeenJob, connector
 from footfall.session.storage.interface import StoreRefused
 
 POLL = 0.1
@@ -160,7 +160,7 @@ class RemoteJobs(JobPool):
             self._board.drop(number, job)
             del self._over[number]
 
-    def _follow(self, number: int, sent: _Sent, seen: Seen | None, workers: int) -> None:
+    def _follow(self, number: int, sent: _Sent, seen: SeenJob | None, workers: int) -> None:
         job = sent.job
         if sent.cancel_unheard:
             self._board.cancel(number)
@@ -191,7 +191,7 @@ class RemoteJobs(JobPool):
         else:
             self._report(sent, seen)
 
-    def _report(self, sent: _Sent, seen: Seen) -> None:
+    def _report(self, sent: _Sent, seen: SeenJob) -> None:
         if sent.told != (seen.fraction, seen.text):
             sent.told = seen.fraction, seen.text
             sent.job.report(seen.fraction, seen.text or "starting")

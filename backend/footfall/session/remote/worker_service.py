@@ -25,8 +25,8 @@ from footfall.core.errors import FootFallError, InvalidInput, WorkerLost
 from footfall.core.value import Value
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.local import Jobs
-from footfall.session.remote.board import HEARTBEAT, QUEUE, SILENCE, TASK, JobBoard
 from footfall.session.remote.exchange import Exchange, error_text
+from footfall.session.remote.job_board import HEARTBEAT, QUEUE, SILENCE, TASK, JobBoard
 from footfall.session.storage.databases import binding
 from footfall.session.storage.postgres_connection import conninfo
 

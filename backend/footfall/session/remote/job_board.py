@@ -39,7 +39,7 @@ _TIDY = """
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenJob:
     """One job as the database has it. status: procrastinate's word. abandoned: who does it has gone silent."""
 
     number: int
@@ -78,9 +78,9 @@ class JobBoard:
         with self._guard:
             return {job for (job,) in self._connected().execute("SELECT args ->> 'job' FROM procrastinate_jobs")}
 
-    def look(self, numbers: Sequence[int]) -> list[Seen]:
+    def look(self, numbers: Sequence[int]) -> list[SeenJob]:
         """Jobs by their numbers; those that are gone are left out."""
-        with self._guard, self._connected().cursor(row_factory=class_row(Seen)) as cursor:
+        with self._guard, self._connected().cursor(row_factory=class_row(SeenJob)) as cursor:
             return cursor.execute(_JOBS, (SILENCE, list(numbers))).fetchall()
 
     def tell(self, job: str, fraction: float, text: str) -> None:
