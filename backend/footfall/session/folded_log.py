@@ -9,7 +9,7 @@ from typing import Any
 
 from footfall.core.errors import Conflict
 from footfall.io.event_log import as_read
-from footfall.session.access.acting import told
+from footfall.session.access.acting import said_by
 from footfall.session.clock import ClockWatch, Reading
 from footfall.session.log.event import Event, next_event
 from footfall.session.log.fold import SessionState, fold, fold_all
@@ -94,7 +94,7 @@ class FoldedLog:
             if self._closed:
                 raise Conflict("the session is closed")
             self._record_pending()
-            return self._write(type, {**told(), **payload})
+            return self._write(type, {**said_by(), **payload})
 
     def record_anyway(self, type: str, payload: Mapping[str, Any]) -> None:
         """As :meth:`record`, but what can't be written now is written once it can be, before any other event.

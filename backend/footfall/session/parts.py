@@ -4,7 +4,7 @@ from contextlib import suppress
 from typing import Any
 
 from footfall.core.errors import FootFallError
-from footfall.session.access.acting import told
+from footfall.session.access.acting import said_by
 from footfall.session.choosing.choices import PageChoices
 from footfall.session.choosing.hand import Hand
 from footfall.session.commands import Commands
@@ -78,8 +78,8 @@ class SessionParts(SessionCore):
 
     def record_decision(self, act: str, reason: str) -> None:
         """Write down what a walk in a closed loop does next, and why."""
-        self.folded_log.record_anyway("walk_decided", {**told(), "act": act, "reason": reason})
+        self.folded_log.record_anyway("walk_decided", {**said_by(), "act": act, "reason": reason})
 
     def record_way(self, chosen: dict[str, Any]) -> None:
         """Write down how the next piece of a walk in a closed loop is gone, and what was refused before."""
-        self.folded_log.record_anyway("way_chosen", {**told(), **chosen})
+        self.folded_log.record_anyway("way_chosen", {**said_by(), **chosen})

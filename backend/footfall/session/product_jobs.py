@@ -5,7 +5,7 @@ from typing import Any
 
 from footfall.core.errors import Cancelled, Conflict, InvalidInput
 from footfall.core.value import Value, stored_name
-from footfall.session.access.acting import told
+from footfall.session.access.acting import said_by
 from footfall.session.folded_log import FoldedLog
 from footfall.session.jobs.job import Job
 from footfall.session.jobs.pool import JobPool
@@ -69,7 +69,7 @@ class ProductJobs:
         if (None if settings is None else stored_name(type(settings))) != kind.request:
             raise InvalidInput(f"{kind.name} is asked for with {kind.request or 'no settings'}", kind=kind.name)
         asked = None if settings is None else self._value_store.put(settings)
-        payload = {"kind": kind.name, "parents": parents, "settings": asked, **about, **told()}
+        payload = {"kind": kind.name, "parents": parents, "settings": asked, **about, **said_by()}
         request = (kind.name, *sorted(parents.items()), asked)
 
         def done(job: Job, product: Value | bytes) -> str:

@@ -38,7 +38,7 @@ def actor() -> Identity | None:
     return _who.get()
 
 
-def told() -> SaidBy:
+def said_by() -> SaidBy:
     """As the payload of an event says it: ``{"by": …}``, or nothing."""
     who = actor()
     return {} if who is None else {"by": who.as_dict()}
