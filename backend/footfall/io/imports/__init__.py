@@ -9,7 +9,7 @@ from pathlib import Path
 from footfall.core.errors import InvalidInput, InvalidSequence, NotFound
 from footfall.core.value import Provenance, digest
 from footfall.io.imports import from_csv, from_fprime, from_joint_csv, from_json, from_ros2, from_seqjson, from_yamcs
-from footfall.io.imports.told import Told, json_of, text_of
+from footfall.io.imports.parsed import ParsedSequence, json_of, text_of
 from footfall.io.robot_files import load_robot, robot_names
 from footfall.planning.legged.problem import LeggedState
 from footfall.robot.legged.legged_robot import LeggedRobot
@@ -72,13 +72,13 @@ def sequence_of(
     """
     _require_small(name, len(data))
     try:
-        told = _decoder(name, robot)(data)
-        most = MOST_COMMANDS if told.described is None else MOST_OF_DESCRIBED
-        if len(told.commands) > most:
-            raise InvalidSequence(f"it has {len(told.commands)} commands; a sequence has at most {most}")
-        if told.start is None and state is None:
+        parsed = _decoder(name, robot)(data)
+        most = MOST_COMMANDS if parsed.described is None else MOST_OF_DESCRIBED
+        if len(parsed.commands) > most:
+            raise InvalidSequence(f"it has {len(parsed.commands)} commands; a sequence has at most {most}")
+        if parsed.start is None and state is None:
             state = otherwise
-        return _checked(told, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
+        return _checked(parsed, hashlib.sha256(data).hexdigest()[:32], robot, dem, state, settings)
     except InvalidInput as error:
         raise InvalidSequence(f"{name}: {error.message}", file=name, **error.details) from error
 
@@ -88,8 +88,8 @@ def _require_small(name: str, size: int) -> None:
         raise InvalidSequence(f"{name} has {size} bytes; a file of commands has at most {LARGEST}", file=name)
 
 
-def _decoder(name: str, robot: Robot | LeggedRobot | None) -> Callable[[bytes], Told]:
-    known: dict[str, Callable[[bytes], Told]] = {
+def _decoder(name: str, robot: Robot | LeggedRobot | None) -> Callable[[bytes], ParsedSequence]:
+    known: dict[str, Callable[[bytes], ParsedSequence]] = {
         ".json": _of_json,
         ".csv": from_csv.decode,
         ".seq": from_fprime.decode,
@@ -104,7 +104,7 @@ def _decoder(name: str, robot: Robot | LeggedRobot | None) -> Callable[[bytes], 
     return known[suffix]
 
 
-def _of_json(data: bytes) -> Told:
+def _of_json(data: bytes) -> ParsedSequence:
     """FootFall's own JSON or SeqJSON: the one says its format, the other has steps."""
     document = json_of(text_of(data))
     if isinstance(document, dict) and "steps" in document:
@@ -113,7 +113,7 @@ def _of_json(data: bytes) -> Told:
 
 
 def _checked(
-    told: Told,
+    parsed: ParsedSequence,
     file: str,
     robot: Robot | LeggedRobot | None,
     dem: Dem | None,
@@ -121,15 +121,15 @@ def _checked(
     settings: SequenceSettings | None,
 ) -> Sequence:
     if robot is None:
-        if told.robot not in robot_names():  # a name from a file is never a path
-            raise InvalidSequence(f"it is for {told.robot!r}, which doesn't ship with FootFall; give robot=")
-        robot = load_robot(told.robot)
-    if robot.name != told.robot:
-        raise InvalidSequence(f"it is for {told.robot!r}, not for {robot.name}")
+        if parsed.robot not in robot_names():  # a name from a file is never a path
+            raise InvalidSequence(f"it is for {parsed.robot!r}, which doesn't ship with FootFall; give robot=")
+        robot = load_robot(parsed.robot)
+    if robot.name != parsed.robot:
+        raise InvalidSequence(f"it is for {parsed.robot!r}, not for {robot.name}")
     described = robot.layout if isinstance(robot, LeggedRobot) else None
-    if digest(told.described) != digest(described):
+    if digest(parsed.described) != digest(described):
         raise InvalidSequence(f"its legs and joints are not those of {robot.name}")
-    start, T_site_base = told.start, told.T_site_base
+    start, T_site_base = parsed.start, parsed.T_site_base
     if state is not None:
         start = state.q if isinstance(state, LeggedState) else state.posture
         T_site_base = state.T_site_base
@@ -141,18 +141,18 @@ def _checked(
             raise InvalidSequence(f"commands for {robot.name} need the terrain: its feet say where the chassis goes")
         settings = settings or SequenceSettings(sample=COARSEST)
         parents["dem"] = dem.digest
-        return legged_sequence(robot, told.commands, start, T_site_base, dem, settings, parents)
+        return legged_sequence(robot, parsed.commands, start, T_site_base, dem, settings, parents)
     settings = settings or SequenceSettings()
-    rules = check_rules(robot, told.commands, start, T_site_base, dem, settings)
+    rules = check_rules(robot, parsed.commands, start, T_site_base, dem, settings)
     if dem is not None:
         parents["dem"] = dem.digest
-    elif any(one.joints is not None for one in told.commands):
+    elif any(one.joints is not None for one in parsed.commands):
         text = "what the motion hits was not checked: give the terrain"
         rules = (RuleResult(TERRAIN_GIVEN, -1, False, float("nan"), "", text), *rules)
-    way = passages(robot, start, T_site_base, told.commands, dem)
+    way = passages(robot, start, T_site_base, parsed.commands, dem)
     return Sequence(
         robot=robot.name,
-        commands=told.commands,
+        commands=parsed.commands,
         start=start,
         predicted=postures(way, start),
         T_site_base=T_site_base,

@@ -7,14 +7,14 @@ from itertools import groupby
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_csv import ANGLES, COLUMNS, EVERY_COLUMN, as_told
-from footfall.io.imports.told import Told, command, decimal, text_of
+from footfall.io.imports.parsed import ParsedSequence, command, decimal, text_of
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import DURATION, FORCE, kind_named
 
 Line = dict[str, str]
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence, naming row and column, where the file is not such a CSV."""
     lines = lines_of(data, (COLUMNS, EVERY_COLUMN), f"{', '.join(COLUMNS)} and, where needed, {FORCE.column}")
     groups = [list(group) for _, group in groupby(lines, key=lambda line: line["row"])]
@@ -23,14 +23,14 @@ def decode(data: bytes) -> Told:
         if group[0]["row"] != str(row):
             raise InvalidSequence(f"row {row} says {group[0]['row']!r}: lines are missing or out of order")
     commands = (_command(f"row {row}", group) for row, group in enumerate(groups, first))
-    return Told(as_told(lines[0]["robot"]), tuple(commands))
+    return ParsedSequence(as_told(lines[0]["robot"]), tuple(commands))
 
 
-def lines_of(data: bytes, headers: Collection[tuple[str, ...]], told: str) -> list[Line]:
+def lines_of(data: bytes, headers: Collection[tuple[str, ...]], allowed: str) -> list[Line]:
     """The lines under one of some headers, by column.
 
-    told: how the headers are called. Raises InvalidSequence where it is another, lines are shorter or longer, or they
-    are not of one sequence and one robot.
+    allowed: how the headers are called. Raises InvalidSequence where it is another, lines are shorter or longer, or
+    they are not of one sequence and one robot.
     """
     reader = csv.reader(io.StringIO(text_of(data), newline=""), strict=True)
     try:
@@ -39,7 +39,7 @@ def lines_of(data: bytes, headers: Collection[tuple[str, ...]], told: str) -> li
         where = f", at line {reader.line_num}" if reader.line_num else ": it is empty"
         raise InvalidSequence(f"it is no CSV with a header{where}") from error
     if tuple(header) not in headers:
-        raise InvalidSequence(f"its columns must be {told}", columns=header)
+        raise InvalidSequence(f"its columns must be {allowed}", columns=header)
     for number, row in enumerate(rows):
         if len(row) != len(header):
             raise InvalidSequence(f"line {number + 2} has {len(row)} fields, the header {len(header)}")

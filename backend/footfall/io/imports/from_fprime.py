@@ -5,8 +5,8 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_fprime import COMPONENT, HEADER, VERSION
-from footfall.io.imports.told import (
-    Told,
+from footfall.io.imports.parsed import (
+    ParsedSequence,
     array,
     command,
     items,
@@ -27,7 +27,7 @@ _HEADER = ("version", "robot", "start", "T_site_base", "digest", "software", "la
 _AT_ONCE = re.compile(r"R00:00:00(\.0+)?")
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence, naming the line, where the file is not such a sequence.
 
     Other comments are read no more than ``fprime-seqgen`` reads them.
@@ -46,7 +46,7 @@ def decode(data: bytes) -> Told:
     if (version := member(header, "version", HEADER)) != VERSION:
         raise InvalidSequence(f"this FootFall reads version {VERSION} of its sequences for F Prime, not {version!r}")
     only(header, _HEADER, HEADER.strip())
-    return Told(
+    return ParsedSequence(
         robot=text(member(header, "robot", HEADER), "robot"),
         commands=tuple(commands),
         start=array(member(header, "start", HEADER), "start"),

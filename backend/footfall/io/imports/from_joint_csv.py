@@ -9,20 +9,20 @@ from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_csv import as_told
 from footfall.io.exports.as_joint_csv import FIRST, columns
 from footfall.io.imports.from_csv import Line, lines_of
-from footfall.io.imports.told import Told, command, decimal
+from footfall.io.imports.parsed import ParsedSequence, command, decimal
 from footfall.robot.joint_layout import JointLayout
 from footfall.sequence.commands import Command
 from footfall.telemetry.command_kinds import DURATION, kind_named
 
 
-def decode(data: bytes, layout: JointLayout) -> Told:
+def decode(data: bytes, layout: JointLayout) -> ParsedSequence:
     """Raises InvalidSequence, naming row and column, where the file is no such CSV, or one of another robot."""
     lines = lines_of(data, (tuple(columns(layout)),), f"{', '.join(FIRST)}, and the robot's joints, leg after leg")
     for row, line in enumerate(lines, 1):
         if line["row"] != str(row):
             raise InvalidSequence(f"row {row} says {line['row']!r}: lines are missing or out of order")
     commands = tuple(_command(f"row {row}", line, layout) for row, line in enumerate(lines, 1))
-    return Told(as_told(lines[0]["robot"]), commands, described=layout)
+    return ParsedSequence(as_told(lines[0]["robot"]), commands, described=layout)
 
 
 def _command(where: str, line: Line, layout: JointLayout) -> Command:

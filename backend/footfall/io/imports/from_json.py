@@ -4,8 +4,8 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_json import VERSION
-from footfall.io.imports.told import (
-    Told,
+from footfall.io.imports.parsed import (
+    ParsedSequence,
     array,
     items,
     json_of,
@@ -26,12 +26,12 @@ _DOCUMENT = (*_READ, "digest", "software", "parents", "duration", "rules")
 _COMMAND = ("row", "name", "leg", "joints", "duration", "phase", "force", "predicted", "predicted_T_site_base")
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence, naming the place, where the file is not such a JSON."""
     return of_document(json_of(text_of(data)))
 
 
-def of_document(document: Any) -> Told:
+def of_document(document: Any) -> ParsedSequence:
     """The same from parsed JSON."""
     if member(document, "format", "the file") != "footfall-sequence":
         raise InvalidSequence("its format must be 'footfall-sequence'", format=document["format"])
@@ -41,7 +41,7 @@ def of_document(document: Any) -> Told:
     commands = items(member(document, "commands", "the file"), "commands")
     places = [(one, f"commands[{i}]") for i, one in enumerate(commands)]
     require_rows([(where, whole(member(one, "row", where), f"{where}, row")) for one, where in places])
-    return Told(
+    return ParsedSequence(
         robot=text(member(document, "robot", "the file"), "robot"),
         commands=tuple(_command(one, where) for one, where in places),
         start=array(member(document, "start", "the file"), "start"),

@@ -9,10 +9,10 @@ from mcap.reader import make_reader
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_ros2 import ATTACHMENT, messages
 from footfall.io.imports import from_json
-from footfall.io.imports.told import Told
+from footfall.io.imports.parsed import ParsedSequence
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence where the file is not such an MCAP file, or its messages are not those of the sequence."""
     try:
         reader = make_reader(io.BytesIO(data), validate_crcs=True)
@@ -25,12 +25,12 @@ def decode(data: bytes) -> Told:
         raise InvalidSequence(f"it has no attachment {ATTACHMENT}; FootFall writes one with the messages for ROS 2")
     if others:
         raise InvalidSequence(f"it has {', '.join(others)}, which FootFall doesn't know and won't drop")
-    told = from_json.decode(attachments[ATTACHMENT])
-    count = 0 if told.start is None else len(told.start)
-    expected = [(one.topic, one.time, one.data) for one in messages(told.commands, told.described, count)]
+    parsed = from_json.decode(attachments[ATTACHMENT])
+    count = 0 if parsed.start is None else len(parsed.start)
+    expected = [(one.topic, one.time, one.data) for one in messages(parsed.commands, parsed.described, count)]
     if sorted(there) != sorted(expected):
         raise InvalidSequence(
             f"its {len(there)} messages are not the {len(expected)} of its attachment {ATTACHMENT}: one of the two was "
             "changed; give the attachment alone, as JSON, or write the file anew"
         )
-    return told
+    return parsed

@@ -4,8 +4,8 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports import as_seqjson
-from footfall.io.imports.told import (
-    Told,
+from footfall.io.imports.parsed import (
+    ParsedSequence,
     array,
     command,
     items,
@@ -43,12 +43,12 @@ _STEP = ("type", "stem", "time", "args", "metadata")
 _UNITS = {"angle": LEG_ANGLES.unit, "duration": DURATION.unit, "length": "m", "force": FORCE.unit}
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence, naming the place, where the file is not such a SeqJSON."""
     return of_document(json_of(text_of(data)))
 
 
-def of_document(document: Any) -> Told:
+def of_document(document: Any) -> ParsedSequence:
     """The same from parsed JSON."""
     about = member(document, "metadata", "the file")
     for part in _NOT_CARRIED_OUT:
@@ -63,7 +63,7 @@ def of_document(document: Any) -> Told:
     layout = layout_in(about, "metadata")
     commands = tuple(_command(f"steps[{i}]", step, layout) for i, step in enumerate(steps))
     require_rows([(f"steps[{i}]", step.get("metadata", {}).get("row")) for i, step in enumerate(steps)])
-    return Told(
+    return ParsedSequence(
         robot=text(member(about, "robot", "metadata"), "metadata, robot"),
         commands=commands,
         start=array(member(about, "start", "metadata"), "metadata, start"),

@@ -7,8 +7,8 @@ from typing import Any
 
 from footfall.core.errors import InvalidSequence
 from footfall.io.exports.as_yamcs import ADVANCEMENT, CHECK, GATE, SPACE_SYSTEM, UNITS
-from footfall.io.imports.told import (
-    Told,
+from footfall.io.imports.parsed import (
+    ParsedSequence,
     command,
     items,
     json_of,
@@ -31,7 +31,7 @@ _ENTITY = re.compile(r"&#(\d{1,7});")
 _STEPS = ("command", "text", "check", "verify")
 
 
-def decode(data: bytes) -> Told:
+def decode(data: bytes) -> ParsedSequence:
     """Raises InvalidSequence, naming the step, where the file is not such a stack."""
     document = json_of(text_of(data))
     steps = items(member(document, "steps", "the file"), "steps")
@@ -70,7 +70,7 @@ def decode(data: bytes) -> Told:
     if robot is None:
         raise InvalidSequence("it lacks the text 'FootFall sequence … for <robot>', which says for which robot it is")
     require_rows(rows)
-    return Told(robot, tuple(commands))
+    return ParsedSequence(robot, tuple(commands))
 
 
 def _robot(where: str, step: dict[str, Any], before: str | None) -> str:

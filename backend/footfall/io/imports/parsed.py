@@ -1,4 +1,4 @@
-"""What a file tells of a sequence, and strict reading of its parts: no booleans for numbers, nothing missing."""
+"""A sequence as a file has it, and strict reading of its parts: no booleans for numbers, nothing missing."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Told:
+class ParsedSequence:
     """Name of the robot, commands, and what they start from: posture (legs × 6,) [rad] and T_site_base (4, 4).
 
     described: legs and joints of a robot that others described; None: of ATHLETE's build, or it isn't said.
@@ -83,13 +83,13 @@ def only(document: Mapping[str, object], known: Sequence[str], where: str) -> No
         )
 
 
-def require_rows(told: Sequence[tuple[str, object]]) -> None:
+def require_rows(stated: Sequence[tuple[str, object]]) -> None:
     """Raise InvalidSequence where commands say that they are other rows than they are.
 
-    told: of each its place in the file, and the row that it says it is, None where it says nothing. Rows count from 1,
-    in files of 2026-11-25 and before from 0.
+    stated: of each its place in the file, and the row that it says it is, None where it says nothing. Rows count from
+    1, in files of 2026-11-25 and before from 0.
     """
-    said = [(i, where, whole(row, f"{where}, row")) for i, (where, row) in enumerate(told) if row is not None]
+    said = [(i, where, whole(row, f"{where}, row")) for i, (where, row) in enumerate(stated) if row is not None]
     first = 0 if said and said[0][2] == said[0][0] else 1
     for i, where, row in said:
         if row != first + i:
@@ -149,10 +149,10 @@ def layout_in(document: Mapping[str, object], where: str) -> JointLayout | None:
     if "layout" not in document:
         return None
     at = f"{where}, layout"
-    told = members(document["layout"], at)
-    legs = items(member(told, "legs", at), f"{at}, legs")
-    sliding = items(member(told, "sliding", at), f"{at}, sliding")
-    only(told, ("legs", "sliding"), at)
+    layout = members(document["layout"], at)
+    legs = items(member(layout, "legs", at), f"{at}, legs")
+    sliding = items(member(layout, "sliding", at), f"{at}, sliding")
+    only(layout, ("legs", "sliding"), at)
     names = [text(member(leg, "name", at), f"{at}, name") for leg in legs]
     joints = [tuple(text(one, f"{at}, joints") for one in items(member(leg, "joints", at), at)) for leg in legs]
     for leg in legs:
@@ -188,10 +188,10 @@ def command(name: str, arguments: Sequence[object], phase: str, where: str) -> C
     if len(arguments) != len(kind.arguments):
         names = ", ".join(kind.argument_names)
         raise InvalidSequence(f"{where} has {len(arguments)} arguments; {name} takes {names}")
-    told: dict[str, Any] = {"leg": None, "joints": None}
+    fields: dict[str, Any] = {"leg": None, "joints": None}
     for argument, item in zip(kind.arguments, arguments, strict=True):
-        told[argument.name] = _READERS[argument](item, f"{where}, {argument.name}")
-    return Command(name=name, phase=phase, **told)
+        fields[argument.name] = _READERS[argument](item, f"{where}, {argument.name}")
+    return Command(name=name, phase=phase, **fields)
 
 
 def _kind(item: object) -> str:
