@@ -12,7 +12,7 @@ from footfall.terrain.build import build_terrain
 from footfall.terrain.generate import plane
 from footfall.terrain.ground.triangulate import triangulate
 from footfall.terrain.pairs import stereo
-from footfall.terrain.rover_mask.leg_errors import ENCODER_SD, SAG, told_errors
+from footfall.terrain.rover_mask.leg_errors import ENCODER_SD, SAG, encoder_and_sag_errors
 from footfall.terrain.rover_mask.posture_fit import fit_posture
 from footfall.terrain.settings import TerrainSettings
 
@@ -33,7 +33,7 @@ def true_state(athlete, standing) -> RobotState:
 def told(athlete, true_state) -> np.ndarray:
     """What encoders with errors say of legs that sag."""
     posture = true_state.posture + np.random.default_rng(12).normal(0.0, ENCODER_SD, 36)
-    bends = [error.bend for error in told_errors(athlete, true_state.posture)]
+    bends = [error.bend for error in encoder_and_sag_errors(athlete, true_state.posture)]
     return posture - np.concatenate(bends)
 
 
@@ -72,7 +72,7 @@ def test_what_remains_wrong_is_within_what_the_fit_says(athlete, told, true_stat
             continue
         off = (fit.posture - true_state.posture)[6 * leg : 6 * leg + 6]
         assert np.square(np.linalg.solve(error.factor, off)).sum() < 27.9
-        prior = told_errors(athlete, told)[leg]
+        prior = encoder_and_sag_errors(athlete, told)[leg]
         wide = prior.factor @ prior.factor.T + 0.25 * np.outer(prior.bend, prior.bend)
         assert np.linalg.eigvalsh(wide - error.factor @ error.factor.T).min() > -1e-12
 
@@ -82,7 +82,7 @@ def test_without_evidence_the_legs_stay_as_told(athlete, told, matched):
     fit = fit_posture(athlete, told, nothing)
     assert np.array_equal(fit.posture, told)
     assert fit.points == (0,) * 6
-    for error, prior in zip(fit.errors, told_errors(athlete, told), strict=True):
+    for error, prior in zip(fit.errors, encoder_and_sag_errors(athlete, told), strict=True):
         assert not error.fitted
         assert np.array_equal(error.factor, prior.factor)
         assert np.array_equal(error.bend, prior.bend)
@@ -104,7 +104,7 @@ def test_a_leg_told_far_off_moves_no_further_than_its_errors_may(athlete, told, 
     wrong = told.copy()
     wrong[0] += np.deg2rad(8.0)  # hip yaw, sixteen standard deviations
     fit, right = fit_posture(athlete, wrong, matched), fit_posture(athlete, told, matched)
-    prior = told_errors(athlete, wrong)[0]
+    prior = encoder_and_sag_errors(athlete, wrong)[0]
     mean, covariance = 0.5 * prior.bend, prior.factor @ prior.factor.T + 0.25 * np.outer(prior.bend, prior.bend)
     away = fit.posture[:6] - wrong[:6] - mean
     assert not fit.errors[0].fitted or away @ np.linalg.solve(covariance, away) < 20.1
@@ -132,7 +132,7 @@ def test_more_ground_is_known_and_still_nothing_of_the_legs(athlete, snapshot, t
 
 def test_a_sagging_leg_bends_as_far_as_the_bound_says(athlete):
     posture = athlete.posture("stand")
-    error = told_errors(athlete, posture)[0]
+    error = encoder_and_sag_errors(athlete, posture)[0]
     moved = np.r_[posture[:6] + error.bend, posture[6:]]
     rise = wheel_centers(athlete, moved)[0] - wheel_centers(athlete, posture)[0]
     assert rise[2] == pytest.approx(SAG, rel=0.05)

@@ -10,7 +10,7 @@ from footfall.robot.shapes import box
 from footfall.sim.raycast import RayScene
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.rover_mask.leg_errors import told_errors
+from footfall.terrain.rover_mask.leg_errors import encoder_and_sag_errors
 from footfall.terrain.rover_mask.selfmask import displacements, mesh_depths, robot_depths, robot_parts
 
 SAG = 0.03
@@ -34,7 +34,7 @@ def seen_depth(robot, posture, camera) -> np.ndarray:
 def test_displacements_are_the_derivative_of_the_kinematics(athlete, rng):
     posture = athlete.posture("stand") + rng.uniform(-0.3, 0.3, 36)
     step = 1e-6
-    spread = [one for one, _, _ in displacements(athlete, posture, told_errors(athlete, posture, 1.0, 0.0))]
+    spread = [one for one, _, _ in displacements(athlete, posture, encoder_and_sag_errors(athlete, posture, 1.0, 0.0))]
     for joint in (6, 8, 11):
         moved = np.array(posture)
         moved[joint] += step
@@ -48,7 +48,7 @@ def test_displacements_are_the_derivative_of_the_kinematics(athlete, rng):
 
 def test_sag_brings_the_wheel_nearer_to_the_chassis_by_just_so_much(athlete):
     posture = athlete.posture("stand")
-    displaced = displacements(athlete, posture, told_errors(athlete, posture, 0.0, SAG))
+    displaced = displacements(athlete, posture, encoder_and_sag_errors(athlete, posture, 0.0, SAG))
     bends = dict(zip(athlete.description.meshes, displaced, strict=False))
     for leg in athlete.legs:
         assert bends[f"leg{leg}_wheel"][1][:, 2].mean() == pytest.approx(SAG, abs=1e-6)
@@ -71,7 +71,7 @@ def test_a_robot_with_wrong_encoders_and_sagging_legs_is_covered(athlete):
         shown = np.isfinite(depth)
         kept = depth[shown] > robot_depths(athlete, state_of(athlete, told), camera)[shown]
         assert kept.mean() < 0.002
-        exact = told_errors(athlete, told, 0.0, 0.0)
+        exact = encoder_and_sag_errors(athlete, told, 0.0, 0.0)
         plain = robot_depths(athlete, state_of(athlete, told), camera, 0.0, 0, errors=exact)[shown] == 0
         assert plain.mean() > kept.mean()
 
@@ -90,7 +90,7 @@ def test_ground_behind_the_rim_stays_and_what_is_as_near_goes():
 def test_a_leg_that_images_showed_takes_its_own_margin(athlete):
     told = athlete.posture("stand")
     camera = athlete.description.camera_pair("haz0").camera_left
-    exact = told_errors(athlete, told, 0.0, 0.0)
+    exact = encoder_and_sag_errors(athlete, told, 0.0, 0.0)
     fitted = [error._replace(fitted=True) for error in exact]
     wide, narrow, none = (
         robot_depths(athlete, state_of(athlete, told), camera, margin, 0, errors=errors, fitted_margin=0.0) > 0

@@ -28,7 +28,7 @@ class LegError(NamedTuple):
     fitted: bool = False
 
 
-def told_errors(
+def encoder_and_sag_errors(
     robot: Robot, posture: NDArray[np.float64], encoder_sd: float = ENCODER_SD, sag: float = SAG
 ) -> list[LegError]:
     """Of each leg: independent errors of its encoders [rad], and its wheel up to ``sag`` [m] nearer to the chassis.

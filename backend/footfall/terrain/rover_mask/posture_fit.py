@@ -19,7 +19,14 @@ from footfall.robot.kinematics import link_poses, wheel_centers
 from footfall.robot.model import Robot
 from footfall.telemetry.images import ImagePair
 from footfall.terrain.pairs import stereo
-from footfall.terrain.rover_mask.leg_errors import ENCODER_SD, SAG, LegError, joint_axes, point_jacobians, told_errors
+from footfall.terrain.rover_mask.leg_errors import (
+    ENCODER_SD,
+    SAG,
+    LegError,
+    encoder_and_sag_errors,
+    joint_axes,
+    point_jacobians,
+)
 from footfall.terrain.rover_mask.nearest import nearest_triangles
 
 STEPS = 5
@@ -54,7 +61,7 @@ class PostureFit(NamedTuple):
     """What the images say of the legs.
 
     posture: joint angles (36,) [rad]. errors: of each leg, how wrong they may still be. points: measured points that
-    each leg rests on; 0 where it was left as told. moved: of each wheel, from where it was told to be [m].
+    each leg rests on; 0 where it was left as encoded. moved: of each wheel, from where its encoders had it [m].
     """
 
     posture: NDArray[np.float64]
@@ -83,7 +90,7 @@ class Points(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """Gaussian of what a leg's joint angles are beyond those told: mean (6,) [rad] and inverse covariance (6, 6)."""
+    """Gaussian of what a leg's joint angles are beyond those encoded: mean (6,) [rad] and inverse covariance (6, 6)."""
 
     mean: NDArray[np.float64]
     information: NDArray[np.float64]
@@ -100,33 +107,36 @@ class Residuals(NamedTuple):
 
 def fit_posture(
     robot: Robot,
-    told: NDArray[np.float64],
+    encoded: NDArray[np.float64],
     matched: Sequence[tuple[ImagePair, NDArray[np.float32]]],
     encoder_sd: float = ENCODER_SD,
     sag: float = SAG,
 ) -> PostureFit:
     """The posture that the disparities (height, width) [px] of all pairs show.
 
-    told: what the encoders say, (36,) [rad]; encoder_sd: their standard deviation [rad]; sag: the most that a loaded
+    encoded: what the encoders say, (36,) [rad]; encoder_sd: their standard deviation [rad]; sag: the most that a loaded
     leg's wheel comes nearer to the chassis [m]. A leg that nothing is seen of, or whose fit does not explain its
-    points better than the prior, or lies further from it than three standard deviations, stays as told.
+    points better than the prior, or lies further from it than three standard deviations, stays as it was encoded.
     """
-    errors = told_errors(robot, told, encoder_sd, sag)
+    errors = encoder_and_sag_errors(robot, encoded, encoder_sd, sag)
     priors = [_prior(error) for error in errors]
     surfaces = _Surfaces(robot)
     # one order of the sums, whatever the order of the pairs
     ordered = sorted(matched, key=lambda one: one[0].name)
     points = Points(*(np.concatenate(layer) for layer in zip(*(_points(*one) for one in ordered), strict=True)))
-    near = surfaces.nearest(told, points)[0] >= 0
+    near = surfaces.nearest(encoded, points)[0] >= 0
     points = Points(*(layer[near] for layer in points))
 
     start = np.stack([prior.mean for prior in priors])
     moved, covariances = start.copy(), np.stack([_inverse(prior.information) for prior in priors])
     for _ in range(STEPS):
-        found = surfaces.residuals(told + moved.ravel(), points)
+        found = surfaces.residuals(encoded + moved.ravel(), points)
         for leg, prior in enumerate(priors):
             moved[leg], covariances[leg] = _step(found, leg, prior, moved[leg], covariances[leg])
-    before, after = surfaces.residuals(told + start.ravel(), points), surfaces.residuals(told + moved.ravel(), points)
+    before, after = (
+        surfaces.residuals(encoded + start.ravel(), points),
+        surfaces.residuals(encoded + moved.ravel(), points),
+    )
     counts = []
     for leg, prior in enumerate(priors):
         seen = (before.leg == leg) | (after.leg == leg)
@@ -138,8 +148,8 @@ def fit_posture(
         else:
             moved[leg] = 0.0
             counts.append(0)
-    posture = told + moved.ravel()
-    wheels = np.linalg.norm(wheel_centers(robot, posture) - wheel_centers(robot, told), axis=1)
+    posture = encoded + moved.ravel()
+    wheels = np.linalg.norm(wheel_centers(robot, posture) - wheel_centers(robot, encoded), axis=1)
     return PostureFit(posture, tuple(errors), tuple(counts), tuple(float(way) for way in wheels))
 
 
@@ -152,7 +162,7 @@ def _prior(error: LegError) -> Prior:
 def _step(
     found: Residuals, leg: int, prior: Prior, moved: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """One Gauss–Newton step of one leg: angles beyond those told (6,) and their covariance.
+    """One Gauss–Newton step of one leg: angles beyond those encoded (6,) and their covariance.
 
     How far points may lie off counts what is not known of the leg yet, so that the first steps take in more.
     """

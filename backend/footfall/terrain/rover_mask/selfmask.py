@@ -20,7 +20,7 @@ from footfall.robot.model import Robot
 from footfall.robot.shapes import box
 from footfall.telemetry.images import Camera
 from footfall.telemetry.state import RobotState
-from footfall.terrain.rover_mask.leg_errors import LegError, joint_axes, point_jacobians, told_errors
+from footfall.terrain.rover_mask.leg_errors import LegError, encoder_and_sag_errors, joint_axes, point_jacobians
 
 NEAREST = 0.05
 """Triangles are cut off this close to the lens [m]."""
@@ -58,7 +58,9 @@ def robot_depths(
     """
     T_camera_base = frames.inverse(camera.T_base_camera)
     R_camera_base = T_camera_base[:3, :3]
-    displaced = displacements(robot, state.posture, told_errors(robot, state.posture) if errors is None else errors)
+    displaced = displacements(
+        robot, state.posture, encoder_and_sag_errors(robot, state.posture) if errors is None else errors
+    )
     parts, widths, deeper, margins = [], [], [], []
     for (mesh, T_base_part), (spread, bend, fitted) in zip(robot_parts(robot, state.posture), displaced, strict=True):
         part = Mesh(frames.apply(T_camera_base @ T_base_part, mesh.vertices), mesh.triangles)
