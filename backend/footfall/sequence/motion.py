@@ -25,7 +25,7 @@ from footfall.sequence.commands import Command, RuleResult
 from footfall.sequence.passage import CLEAR, Passage, passages, standing_legs
 from footfall.sequence.posture_motion import check_posture_move
 from footfall.sequence.predict import target
-from footfall.sequence.sampled import samples, told_balance, told_drag, told_torque
+from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
@@ -122,7 +122,7 @@ def _leg_row(
     support = contacts(robot, dem, passage.before, T_site_base, down)
     yield _balance(robot, row, leg, postures, T_site_base, support, settings)
     Ts_site_base = np.broadcast_to(T_site_base, (len(postures), 4, 4))
-    yield told_torque(robot, row, postures, Ts_site_base, down, support, settings)
+    yield torque_result(robot, row, postures, Ts_site_base, down, support, settings)
 
 
 def reach(robot: Robot) -> float:
@@ -200,7 +200,7 @@ def _drag(
         away = float(np.hypot(*(centre - touched.setdefault(leg, centre))))
         if away > worst:
             worst, at = away, index
-    return told_drag(row, "the wheel", worst, at / (len(postures) - 1))
+    return drag_result(row, "the wheel", worst, at / (len(postures) - 1))
 
 
 def _balance(
@@ -214,7 +214,7 @@ def _balance(
 ) -> RuleResult:
     own = centers_of_mass(robot, postures[0], leg, postures[:, 6 * leg : 6 * leg + 6])
     _, coms = loaded(robot, own, settings.balance)
-    return told_balance(row, support, apply(T_site_base, coms), settings)
+    return balance_result(row, support, apply(T_site_base, coms), settings)
 
 
 def _ends(robot: Robot, row: int, leg: int, posture: Array, T_site_base: Array, dem: Dem) -> RuleResult:

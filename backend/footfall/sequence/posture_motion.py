@@ -20,7 +20,7 @@ from footfall.robot.kinematics import wheel_centers
 from footfall.robot.model import Robot
 from footfall.sequence.commands import RuleResult
 from footfall.sequence.passage import CLEAR, Passage, carried
-from footfall.sequence.sampled import samples, told_balance, told_drag, told_torque
+from footfall.sequence.sampled import balance_result, drag_result, samples, torque_result
 from footfall.sequence.settings import SequenceSettings
 from footfall.terrain.dem import Dem
 
@@ -50,8 +50,8 @@ def check_posture_move(
     support = contacts(robot, dem, passage.before, passage.T_before, holding)
     _, coms = loaded(robot, coms_of(robot, postures[0], postures), settings.balance)
     in_site = np.einsum("nij,nj->ni", Ts_site_base[:, :3, :3], coms) + Ts_site_base[:, :3, 3]
-    yield told_balance(row, support, in_site, settings)
-    yield told_torque(robot, row, postures, Ts_site_base, holding, support, settings)
+    yield balance_result(row, support, in_site, settings)
+    yield torque_result(robot, row, postures, Ts_site_base, holding, support, settings)
 
 
 def _near(rule: str, row: int, found: Nearest, count: int) -> RuleResult:
@@ -103,4 +103,4 @@ def _drag(
             away = float(np.hypot(*(centers[leg] - touched.setdefault(leg, centers[leg]))))
             if away > worst:
                 worst, which, at = away, leg, index
-    return told_drag(row, f"the wheel of leg {which}", worst, at / (len(postures) - 1))
+    return drag_result(row, f"the wheel of leg {which}", worst, at / (len(postures) - 1))

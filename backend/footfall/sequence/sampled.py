@@ -1,4 +1,4 @@
-"""Rows at dense samples, and how what was found there is told: one wording for the moves of one leg and of all."""
+"""Rows at dense samples, and what rules make of them: one wording for the moves of one leg and of all."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ def samples(before: Array, reached: Array, largest_step: float) -> Array:
     return before + np.linspace(0.0, 1.0, count + 1)[:, None] * (reached - before)
 
 
-def told_drag(row: int, wheel: str, worst: float, at: float) -> RuleResult:
+def drag_result(row: int, wheel: str, worst: float, at: float) -> RuleResult:
     """The rule no-drag. worst: how far ``wheel`` was moved sideways [m], at a share of the row."""
     moved, allowed = beside(float(worst), DRAG)
     text = f"{wheel} moves {moved} m sideways while it is down, {allowed} m are allowed"
@@ -33,7 +33,7 @@ def told_drag(row: int, wheel: str, worst: float, at: float) -> RuleResult:
     return RuleResult("no-drag", row, worst <= DRAG, DRAG - worst, "m", text + where)
 
 
-def told_balance(row: int, support: Contacts, coms: Array, settings: SequenceSettings) -> RuleResult:
+def balance_result(row: int, support: Contacts, coms: Array, settings: SequenceSettings) -> RuleResult:
     """The rule balance, for centres of mass (n, 3) in site over some feet."""
     all_margins = margins(support.points, coms[:, :2], settings.conservative)
     worst = int(np.argmin(all_margins))
@@ -47,7 +47,7 @@ def told_balance(row: int, support: Contacts, coms: Array, settings: SequenceSet
     return RuleResult("balance", row, spare >= 0, spare, "m", text)
 
 
-def told_torque(
+def torque_result(
     robot: Robot,
     row: int,
     postures: Array,
