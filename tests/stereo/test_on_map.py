@@ -77,7 +77,7 @@ def test_what_is_too_old_by_way_or_time_is_in_doubt_with_both_sizes(way, age):
         assert f"uncertain by {found.deviation:.3f} m since, at most 0.05 m" in found.doubt
         assert f"{way:.2f} m away" in found.doubt
         assert "take images" in found.doubt
-        assert found.possible == (found.state, found.told)
+        assert found.possible == (found.state, found.by_odometry)
 
 
 def test_a_rover_whose_clock_began_anew_is_in_doubt():

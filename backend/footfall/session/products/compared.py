@@ -189,14 +189,14 @@ class UpToDate:
             return value
         return self._known_stances[digest]
 
-    def place_on_map(self, told: RobotState) -> OnMap:
+    def place_on_map(self, by_odometry: RobotState) -> OnMap:
         """Where the present terrain has a rover that tells of itself so."""
         state = self._core.state
         if state.dem is None:
-            return place_on_map(told, None, None)
+            return place_on_map(by_odometry, None, None)
         dem = self._core.typed(Dem, state.dem)
         if dem.correction is None:
-            return place_on_map(told, dem, None)
+            return place_on_map(by_odometry, dem, None)
         if self._looks is None or self._looks[0] != state.dem:
             self._looks = state.dem, looks_behind(state, self._core.events(), self._core.value_store)
-        return place_on_map(told, dem, self._looks[1])
+        return place_on_map(by_odometry, dem, self._looks[1])

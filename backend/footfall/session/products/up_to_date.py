@@ -201,7 +201,11 @@ class Present:
     def _fit_in_doubt(self, made_for: RobotState, tolerance: tuple[float, float], of_chassis: bool) -> Fit:
         """Of what fits where the rover is on the map, where images in doubt moved it there."""
         measured = self.measured
-        if measured is None or not measured.doubt or not self._change(made_for, measured.told, tolerance, of_chassis):
+        if (
+            measured is None
+            or not measured.doubt
+            or not self._change(made_for, measured.by_odometry, tolerance, of_chassis)
+        ):
             return Fit(True)
         return Fit(False, f"it fits on the map alone, not by odometry: {measured.doubt}")
 

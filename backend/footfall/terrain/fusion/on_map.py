@@ -48,14 +48,14 @@ class Looks:
 class OnMap:
     """A rover on the map.
 
-    state: as it is on the map; told: as its odometry has it. corrected: how far the correction moves any point within
-    1 m of the chassis' origin, at most [m]. way, age: straight from where the images of the correction were taken [m],
-    and since when [s]; deviation: of the pose since then [m]; None where there is no correction, or nobody knows where
-    it is from. doubt: why the correction is not counted on, with the size, and what to do; "" where it is.
+    state: as it is on the map; by_odometry: as its odometry has it. corrected: how far the correction moves any point
+    within 1 m of the chassis' origin, at most [m]. way, age: straight from where the images of the correction were
+    taken [m], and since when [s]; deviation: of the pose since then [m]; None where there is no correction, or nobody
+    knows where it is from. doubt: why the correction is not counted on, with the size, and what to do; "" where it is.
     """
 
     state: RobotState
-    told: RobotState
+    by_odometry: RobotState
     corrected: float = 0.0
     way: float | None = None
     age: float | None = None
@@ -67,7 +67,7 @@ class OnMap:
         """How the rover may stand. Where the correction is in doubt what is asked of one has to hold of the other too,
         so that no correction lets pass what would be refused without it.
         """
-        return (self.state, self.told) if self.doubt else (self.state,)
+        return (self.state, self.by_odometry) if self.doubt else (self.state,)
 
 
 def on_map(state: RobotState, dem: Dem | None) -> RobotState:
@@ -81,21 +81,21 @@ def on_map(state: RobotState, dem: Dem | None) -> RobotState:
     )
 
 
-def place_on_map(told: RobotState, dem: Dem | None, looks: Looks | None) -> OnMap:
+def place_on_map(by_odometry: RobotState, dem: Dem | None, looks: Looks | None) -> OnMap:
     """A telemetered state on the map. looks: behind its correction, None where it is from no images of this rover."""
-    state = on_map(told, dem)
-    corrected = pose_difference(told.T_site_base, state.T_site_base)
+    state = on_map(by_odometry, dem)
+    corrected = pose_difference(by_odometry.T_site_base, state.T_site_base)
     if dem is None or dem.correction is None or looks is None:
         doubt = f"the map's correction of {corrected:z.2f} m is from no images of this rover: {TAKE_IMAGES}"
-        return OnMap(state, told, corrected, doubt=doubt if corrected > MOVES_NOTHING else "")
-    way = float(np.linalg.norm(told.T_site_base[:3, 3] - looks.latest.T_site_base[:3, 3]))
-    age = told.time - looks.latest.time
+        return OnMap(state, by_odometry, corrected, doubt=doubt if corrected > MOVES_NOTHING else "")
+    way = float(np.linalg.norm(by_odometry.T_site_base[:3, 3] - looks.latest.T_site_base[:3, 3]))
+    age = by_odometry.time - looks.latest.time
     sigma = float(np.hypot(looks.settings.pose_shift, looks.settings.pose_turn))  # of a point 1 m from the origin
     deviation = sigma * float(np.sqrt(way / WAY + max(age, 0.0) / TIME))
-    found = OnMap(state, told, corrected, way, age, deviation)
+    found = OnMap(state, by_odometry, corrected, way, age, deviation)
     if corrected <= MOVES_NOTHING:
         return found
-    return replace(found, doubt=_too_old(found) or _too_large(told, dem.correction, looks))
+    return replace(found, doubt=_too_old(found) or _too_large(by_odometry, dem.correction, looks))
 
 
 def _too_old(found: OnMap) -> str:
@@ -115,9 +115,9 @@ def _too_old(found: OnMap) -> str:
     return ""
 
 
-def _too_large(told: RobotState, correction: Array, looks: Looks) -> str:
+def _too_large(by_odometry: RobotState, correction: Array, looks: Looks) -> str:
     """Odometry off by more than a random walk of its expected deviations, a turn early on having moved all since."""
-    at, T = told.T_site_base[:3, 3], correction @ inverse(looks.below)
+    at, T = by_odometry.T_site_base[:3, 3], correction @ inverse(looks.below)
     shift = float(np.linalg.norm(apply(correction, at) - apply(looks.below, at)))
     turn = turn_of(T[:3, :3])
     far = float(np.linalg.norm(at - looks.first.T_site_base[:3, 3]))
