@@ -259,7 +259,7 @@ def test_the_number_of_the_conn_goes_on_after_a_restart(sessions, ready):
 
 def test_a_gate_tells_of_what_time_did():
     now, told = [0.0], []
-    gate = Gate(clock=lambda: now[0], told=told.append)
+    gate = Gate(clock=lambda: now[0], notify=told.append)
     gate.act("take", MARY)
     now[0] = CONN_FOR
     gate.pass_time()

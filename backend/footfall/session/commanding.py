@@ -62,7 +62,7 @@ class Commanding:
             conn=0 if known.conn is None else known.conn.number,
             epoch=known.epoch,
             clock=clock,
-            told=self._conn_changed,
+            notify=self._conn_changed,
         )
         self._link = link
         self._tell = GateNotices(link, self.gate, clock)

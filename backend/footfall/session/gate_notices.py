@@ -44,7 +44,7 @@ class GateNotices:
         session knows of them.
         """
         known = 0 if hello is None else hello.epoch or 0
-        stopped = self._gate.rover_changed(max(known, int(time.time())), told=hello is not None)
+        stopped = self._gate.rover_changed(max(known, int(time.time())), hears_epochs=hello is not None)
         self._greeting = None if hello is None else hello.id
         if stopped:
             self.stop()

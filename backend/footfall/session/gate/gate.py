@@ -24,7 +24,7 @@ class Gate:
 
     stops, runs, conn, epoch: the latest stop's, run's, conn's and epoch's numbers that the session knows; all go on
     from there.
-    told: is called, with the lock free, with whatever became of the conn.
+    notify: is called, with the lock free, with whatever became of the conn.
     """
 
     def __init__(
@@ -37,9 +37,9 @@ class Gate:
         conn: int = 0,
         epoch: int = 0,
         clock: Callable[[], float] = time.monotonic,
-        told: Callable[[Done], None] = lambda done: None,
+        notify: Callable[[Done], None] = lambda done: None,
     ) -> None:
-        self._clock, self._told = clock, told
+        self._clock, self._notify = clock, notify
         self._guard = threading.Lock()
         self._state = State(Conn(conn), runs, epoch, stop=Latch(stopped, acknowledged, stops, stops))
         # ids of another process must not look like ours: its acknowledgements may still be on their way
@@ -203,13 +203,13 @@ class Gate:
             transmit()
             return True
 
-    def rover_changed(self, beyond: int = 0, told: bool = True) -> bool:
+    def rover_changed(self, beyond: int = 0, hears_epochs: bool = True) -> bool:
         """A rover has come to the link, which has acknowledged no stop yet. Whether a stop is in force.
 
-        beyond: the epoch that begins with it is a later one than this. told: it is told of it, and has to confirm it.
+        beyond: the epoch that begins with it is a later one than this. hears_epochs: it has to confirm it.
         """
         with self._guard:
-            self._state = machine.rover_came(self._state, beyond, told)
+            self._state = machine.rover_came(self._state, beyond, hears_epochs)
             return self._state.stop.stopped
 
     def new_epoch(self) -> None:
@@ -273,7 +273,7 @@ class Gate:
             state = change(self._state, self._clock())
             self._state = replace(state, done=())
         for done in state.done:
-            self._told(done)
+            self._notify(done)
         return state
 
     def _become_if(self, change: Callable[[State], State | None]) -> Run | None:

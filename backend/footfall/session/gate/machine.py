@@ -274,9 +274,9 @@ def new_epoch(state: State, beyond: int = 0) -> State:
     return replace(state, epoch=max(state.epoch, beyond) + 1)
 
 
-def rover_came(state: State, beyond: int, told: bool) -> State:
-    """A rover is on the link, or has come back: what went down before is outdated. told: it is told of epochs."""
-    return replace(new_epoch(acknowledged(state, False), beyond), heard=0 if told else None)
+def rover_came(state: State, beyond: int, hears_epochs: bool) -> State:
+    """A rover is on the link, or has come back: what went down before is outdated. hears_epochs: it confirms them."""
+    return replace(new_epoch(acknowledged(state, False), beyond), heard=0 if hears_epochs else None)
 
 
 def epoch_heard(state: State, epoch: int, confirms: bool) -> State:
