@@ -167,7 +167,7 @@ class WalkLoop:
             except FootFallError as error:
                 self._end("stopped", error.message)
             except StoreRefused as error:
-                self._end("stopped", error.told.message)
+                self._end("stopped", error.not_recorded.message)
             except Exception as error:
                 log.exception("the walk to %s ended by a fault", self.goal)
                 self._end("stopped", f"a fault of the software: {type(error).__name__}: {error}")

@@ -126,7 +126,7 @@ def add_problem_responses(app: FastAPI) -> None:
     @app.exception_handler(StoreRefused)
     async def not_recorded(request: Request, error: StoreRefused) -> Json:
         _log.error("at %s %s: %s", request.method, request.url.path, error)
-        return await known(request, error.told)
+        return await known(request, error.not_recorded)
 
     @app.exception_handler(OSError)
     async def no_room(request: Request, error: OSError) -> Json:

@@ -128,7 +128,7 @@ class Job:
             except FootFallError as err:
                 error = err
             except StoreRefused as err:
-                error = err.told
+                error = err.not_recorded
             except Exception as err:
                 logging.getLogger(__name__).exception("a finished %s job could not be recorded", self.kind)
                 error = FootFallError(f"the product could not be recorded: {type(err).__name__}: {err}")

@@ -82,7 +82,7 @@ class OtherGround:
     by: float = 0.0
     everywhere: bool = True
 
-    def told(self) -> str:
+    def in_words(self) -> str:
         """In words, for a reason; "" where nothing changed."""
         if not self.area:
             return ""
@@ -176,7 +176,7 @@ class Present:
             return Fit(False, "the terrain has changed since")
         if not ground.area:
             return replace(stance, ground=ground)
-        reason = f"the terrain has changed since: {ground.told()}"
+        reason = f"the terrain has changed since: {ground.in_words()}"
         partly = kind.for_cells and stance.fits and not ground.everywhere
         return Fit(False, reason, stance.heard, ground, partly)
 

@@ -30,7 +30,7 @@ class _Sent:
 
     def __init__(self, job: Job, exchange: Exchange) -> None:
         self.job, self.exchange = job, exchange
-        self.told: tuple[float, str] | None = None
+        self.reported: tuple[float, str] | None = None
         self.preview: str | None = None
         self.cancel_unheard = False
 
@@ -192,8 +192,8 @@ class RemoteJobs(JobPool):
             self._report(sent, seen)
 
     def _report(self, sent: _Sent, seen: SeenJob) -> None:
-        if sent.told != (seen.fraction, seen.text):
-            sent.told = seen.fraction, seen.text
+        if sent.reported != (seen.fraction, seen.text):
+            sent.reported = seen.fraction, seen.text
             sent.job.report(seen.fraction, seen.text or "starting")
         if seen.preview is not None and seen.preview != sent.preview:
             sent.preview = seen.preview

@@ -105,7 +105,7 @@ def replay_recording(path: Path, progress: Progress = no_progress) -> RecordingR
         strangers=len(heard.strangers),
         cut=not recording.whole,
         digest=heard.digest.hexdigest()[:32],
-        problems=heard.told(),
+        problems=heard.listed(),
     )
 
 
@@ -194,6 +194,6 @@ class _Heard:
     def problem(self, text: str) -> None:
         self.problems.append(text)
 
-    def told(self) -> tuple[str, ...]:
+    def listed(self) -> tuple[str, ...]:
         more = len(self.problems) - MOST_PROBLEMS
         return (*self.problems[:MOST_PROBLEMS], *([f"and {more} more"] if more > 0 else []))

@@ -15,7 +15,7 @@ class StoreRefused(OSError):
     """Something could not be written, or read, now: no room, a lock, a missing file. strerror says what to do."""
 
     @property
-    def told(self) -> NotRecorded:
+    def not_recorded(self) -> NotRecorded:
         """For whoever asked for what can't be written."""
         no_room = self.errno == errno.ENOSPC
         return NotRecorded(f"it can't be recorded, so it was not done: {self.strerror}", no_room=no_room)
