@@ -29,7 +29,7 @@ LIFTED = 0.25
 
 @dataclass(frozen=True)
 class Stance:
-    """true: where the rover is; told: the same with the joint angles that its encoders give.
+    """true: where the rover is; measured: the same with the joint angles that its encoders give.
 
     rocks: (n, 4) as x, y, diameter, height, one beside each wheel. lifted: the leg in the air, or None. ground: the
     world before it had the rocks.
@@ -38,7 +38,7 @@ class Stance:
     ground: Dem
     world: Dem
     true: RobotState
-    told: RobotState
+    measured: RobotState
     rocks: NDArray[np.float64]
     lifted: int | None
 

@@ -119,12 +119,12 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
     for seed in range(SEED, SEED + count):
         stance = random_stance(seed)
         images = render_snapshot(robot(), stance.true, stance.world, seed=seed, effects=PRESETS[effects])
-        told = Snapshot(stance.told, images.pairs)
+        told = Snapshot(stance.measured, images.pairs)
         dem = build_terrain(robot(), told)
         matched = match_pairs(told.pairs, TerrainSettings())[0]
-        fit = fit_posture(robot(), stance.told.posture, [(one.pair, one.disparity) for one in matched])
+        fit = fit_posture(robot(), stance.measured.posture, [(one.pair, one.disparity) for one in matched])
         true_wheels = wheel_centers(robot(), stance.true.posture)
-        for posture, off in ((stance.told.posture, wheels_told), (fit.posture, wheels_fitted)):
+        for posture, off in ((stance.measured.posture, wheels_told), (fit.posture, wheels_fitted)):
             off += np.linalg.norm(wheel_centers(robot(), posture) - true_wheels, axis=1).tolist()
         truth = true_heights(stance.world, dem.geometry)
         seen = cells_seen(robot(), stance.true, stance.world, told, dem.geometry)
@@ -137,7 +137,9 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
         assert dem.variance is not None
         below = error < -3.0 * np.sqrt(dem.variance)
         finer = {pair.name: pair for pair in _belly_finer(stance, seed, effects)}
-        dem_finer = build_terrain(robot(), Snapshot(stance.told, tuple(finer.get(one.name, one) for one in told.pairs)))
+        dem_finer = build_terrain(
+            robot(), Snapshot(stance.measured, tuple(finer.get(one.name, one) for one in told.pairs))
+        )
         for on, xy in _rocks(stance, dem):
             too_low += below[on & known].tolist()
             share = float(seen[on].mean())
@@ -151,7 +153,7 @@ def _accuracy(effects: str, count: int) -> Iterator[Figure]:
         beside_rocks.append(_standing_out(stance, dem, truth))
         # without the rocks, whose own rims stand out where they are a cell off: what stands out is left of the legs
         images = render_snapshot(robot(), stance.true, stance.ground, seed=seed, effects=PRESETS[effects])
-        dem = build_terrain(robot(), Snapshot(stance.told, images.pairs))
+        dem = build_terrain(robot(), Snapshot(stance.measured, images.pairs))
         remnants.append(_standing_out(stance, dem, true_heights(stance.ground, dem.geometry)))
     size = np.abs(np.concatenate(errors))
     name = f"terrain.{effects}"

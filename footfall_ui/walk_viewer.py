@@ -82,9 +82,9 @@ class WalkViewer:
             self._drawn.place(*at(self._motion, moment))
             row = self._row(moment)
             self._drawn.choose(int(self._plan.legs[row]))
-            self._now.content = self.told(row)
+            self._now.content = self.in_words(row)
 
-    def told(self, row: int) -> str:
+    def in_words(self, row: int) -> str:
         """What the robot does on its way to a waypoint."""
         number = 1 + sum(one.row < row for one in self._footfalls)
         whole, leg = len(self._footfalls), int(self._plan.legs[row])

@@ -92,7 +92,7 @@ def main() -> int:
             for number, action in enumerate(ACTIONS)
             if policy.visits[state, number]
         )
-        print(f"{space.told(int(state))}: {ACTIONS[policy.choices[state]]}; {worth}")
+        print(f"{space.in_words(int(state))}: {ACTIONS[policy.choices[state]]}; {worth}")
     print(f"{asked.out}: {policy.digest}, {int(policy.visits.sum())} iterations, bound {policy.bound:.1e}")
     return 0
 

@@ -170,7 +170,7 @@ def walked(
                 with suppress(FootFallError):
                     loop.cancel()
                 loop.wait()
-        print(diary.told(loop.foot_moves), flush=True)
+        print(diary.in_words(loop.foot_moves), flush=True)
         there = rover.T_site_base[:2, 3]
         return Walked(
             number=number,

@@ -40,7 +40,7 @@ class Diary:
         yield
         self.costs[part] += clock() - began
 
-    def told(self, foot_moves: int) -> str:
+    def in_words(self, foot_moves: int) -> str:
         """Processor time of each part, of one of so many foot moves."""
         each = max(foot_moves, 1)
         parts = ", ".join(f"{part} {self.costs[part] / each:z.1f}" for part in (*BY_ROVER, *BY_ACT.values()))

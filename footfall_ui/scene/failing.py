@@ -13,7 +13,7 @@ LABEL = "/failing-text"
 
 def failing_text(failure: GaitFailure) -> str:
     """What is said at the chassis; it begins with a sign, as not everybody sees red."""
-    return f"✕ {failure.told}"
+    return f"✕ {failure.text}"
 
 
 class FailingDrawing:

@@ -76,7 +76,7 @@ def test_the_scrubber_goes_through_the_walk(server, parts):
             for body, T_base_body in enumerate(placed(robot, q).Ts_base_body):
                 np.testing.assert_allclose(shown[f"/robot/{body}"].position, T_base_body[:3, 3], atol=0.01)
             np.testing.assert_allclose(shown[f"/walk/{number}"].position[:2], footfall.point[:2], atol=1e-6)
-            assert viewer.told(footfall.row).startswith(f"foot move {number} of {len(plan.moves)}: leg ")
+            assert viewer.in_words(footfall.row).startswith(f"foot move {number} of {len(plan.moves)}: leg ")
         viewer.next()
         assert viewer.moment == 1.0
         end = np.array(server.scene._handle_from_node_name["/robot"].position)

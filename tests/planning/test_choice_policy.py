@@ -41,7 +41,7 @@ def test_states_are_the_same_where_all_classes_are(space, one, other):
 
     assert space.index(one) == np.ravel_multi_index(classes(one), space.shape)
     assert (space.index(one) == space.index(other)) == (classes(one) == classes(other))
-    assert (space.told(space.index(one)) == space.told(space.index(other))) == (classes(one) == classes(other))
+    assert (space.in_words(space.index(one)) == space.in_words(space.index(other))) == (classes(one) == classes(other))
 
 
 def test_every_action_is_told():
@@ -50,7 +50,7 @@ def test_every_action_is_told():
 
 def test_a_state_in_words():
     space = StateSpace(traversability=(0.2, 0.6))
-    told = space.told(space.index(Features(0.3, current=TRIPOD, refused=True)))
+    told = space.in_words(space.index(Features(0.3, current=TRIPOD, refused=True)))
     assert told == "0.2 ≤ traversability < 0.6, after tripod that was refused"
 
 

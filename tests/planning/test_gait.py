@@ -239,7 +239,7 @@ def test_broken_ground(athlete, change, names):
     failure = failure_of(result)
     assert failure.check_name.startswith(names)
     assert failure.lacks > 0.0
-    assert result.reason.startswith(failure.told)
+    assert result.reason.startswith(failure.text)
     assert 0.0 < result.walked < 2.0
     # it is good as far as it goes
     assert result.partial is not None

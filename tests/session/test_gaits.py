@@ -21,7 +21,7 @@ def test_gaits_are_asked_for_recorded_and_replayed_to_the_same_digests(live, sta
     told = live.events()[-1].payload
     assert (told["kind"], told["digest"], told["status"]) == ("gait", refused.digest, "no_path")
     assert told["reason"] == refused.reason
-    assert refused.failure.told in refused.reason
+    assert refused.failure.text in refused.reason
     assert refused.failure.posture.shape == (36,)
 
     # what is only compared leaves what is commanded alone

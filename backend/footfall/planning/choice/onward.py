@@ -37,7 +37,7 @@ def way_of(chooser: str, policy: GaitPolicy | None, seen: Callable[[], Features]
         return WAVE if chooser == GAITS else WALK, CHOOSERS[chooser]
     features = seen()
     best, own = policy.choose(features), policy.best_of(features, COMMANDED)
-    state = policy.settings.space.told(policy.settings.space.index(features))
+    state = policy.settings.space.in_words(policy.settings.space.index(features))
     if best in COMMANDED:
         return own, f"the table has {own} as best for {state}"
     return own, f"the table has {best} as best for {state}; that moves several feet at once, so {own}, the next best"

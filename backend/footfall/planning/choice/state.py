@@ -71,7 +71,7 @@ class StateSpace(Value):
             number = number * classes + bisect_right(getattr(self, name), feature)
         return (number * 2 + features.refused) * len(ACTIONS) + ACTIONS.index(features.current)
 
-    def told(self, number: int) -> str:
+    def in_words(self, number: int) -> str:
         """A state in words, without features that count for nothing."""
         number, current = divmod(number, len(ACTIONS))
         number, refused = divmod(number, 2)

@@ -176,7 +176,7 @@ class _Attempt:
         failure = GaitFailure(len(rows.groups), ended.group, leg, *told, x, y, posture, T_site_base)
         partial = self._plan(rows, beat, layout, settling) if rows.groups else None
         checks = checks_of(partial, self.settings.as_walk()) if partial else ()
-        reason = f"{failure.told}; {TRY}"
+        reason = f"{failure.text}; {TRY}"
         return GaitResult(
             Status.NO_PATH, None, partial, reason, failure, ended.walked, checks, self.goal, self.provenance
         )

@@ -111,7 +111,7 @@ class GaitFailure(Value):
     T_site_base: NDArray[np.float64] | None = field(default=None, metadata=LATER)
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """For a person."""
         of = "" if self.leg is None else f" of leg {self.leg}"
         short = f" by {self.lacks:.3g} {self.unit}".rstrip() if np.isfinite(self.lacks) else ""

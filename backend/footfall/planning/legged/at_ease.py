@@ -100,7 +100,7 @@ def _ease(robot: LeggedRobot, apart: Apart, q: Array, stroke: float) -> Ease:
     apart.at_ease(where.Ts_base_body)
     spare = margin(where.soles, where.com[:2])
     if not (apart.least > 0).all():
-        raise InvalidRobot(f"{robot.name}: {apart.told(int(np.argmin(apart.least)))} touch in the stance at ease")
+        raise InvalidRobot(f"{robot.name}: {apart.pair_names(int(np.argmin(apart.least)))} touch in the stance at ease")
     if spare <= 0:
         raise InvalidRobot(
             f"{robot.name}: its centre of mass is {-spare:z.3f} m outside of its feet in the stance at ease"

@@ -22,7 +22,7 @@ from footfall.planning.legged.foot_move import Sample, foot_free, foot_way, judg
 from footfall.planning.legged.footing import LATTICE, LEAST_DISC, Rest, rest
 from footfall.planning.legged.problem import LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground, all_standing
-from footfall.planning.legged.step import begun, provenance, start_refused, told
+from footfall.planning.legged.step import begun, provenance, start_refused, tally_in_words
 from footfall.planning.legged.whole_check import LIMIT_RESERVE, Refusal, Tally
 from footfall.robot.legged.legged_robot import LeggedRobot
 from footfall.terrain.dem import Dem
@@ -100,7 +100,7 @@ def _ready(ground: Ground, state: LeggedState, leg: int) -> tuple[list[_Begun], 
             tally.refuse(ahead)
         elif isinstance(sample, Sample):
             found.append(_Begun(sample, own, _hip(ground, leg, pose)))
-    return found, "" if found else told(tally)
+    return found, "" if found else tally_in_words(tally)
 
 
 def _hip(ground: Ground, leg: int, T_site_base: Array) -> Array:

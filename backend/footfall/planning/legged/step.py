@@ -63,7 +63,7 @@ def _plan(ground: Ground, state: LeggedState, leg: int, target: tuple[float, flo
     yaw = heading(T)
     found = foot_move(ground, state, leg, down, float(T[0, 3]), float(T[1, 3]), yaw, tally)
     if found is None:
-        text = f"leg {robot.leg_names[leg]} can't go to {where}: {told(tally)}"
+        text = f"leg {robot.leg_names[leg]} can't go to {where}: {tally_in_words(tally)}"
         return no_plan(ground, state, Status.NO_PATH, text, tally)
     plan = plan_of(found.samples, [leg], state, found.end)
     return LeggedResult(
@@ -122,7 +122,7 @@ def no_plan(ground: Ground, state: LeggedState, status: Status, reason: str, tal
     )
 
 
-def told(tally: Tally) -> str:
+def tally_in_words(tally: Tally) -> str:
     """What refused tries, how often, and by how much at least."""
     parts = []
     for name, count in tally.most_refused():

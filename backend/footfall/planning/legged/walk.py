@@ -18,7 +18,15 @@ from footfall.planning.legged.foot_move import FootMove, Sample, chassis_way, fo
 from footfall.planning.legged.guide import Guide, guide_to, wave
 from footfall.planning.legged.problem import LeggedPlan, LeggedResult, LeggedSettings, LeggedState
 from footfall.planning.legged.stance import Ground
-from footfall.planning.legged.step import begun, no_plan, of_measured, provenance, start_refused, told, unchecked
+from footfall.planning.legged.step import (
+    begun,
+    no_plan,
+    of_measured,
+    provenance,
+    start_refused,
+    tally_in_words,
+    unchecked,
+)
 from footfall.planning.legged.whole_check import Refusal, Tally
 from footfall.planning.step.problem import Status
 from footfall.planning.walk.problem import WalkGoal
@@ -91,10 +99,10 @@ def _plan(ground: Ground, state: LeggedState, goal: WalkGoal, progress: Progress
             return _not_found(walk, Status.TIME_LIMIT, f"no walk within {ground.settings.time_limit:g} s", tries)
         tries = Tally()
         if not _one_move(walk, order, stride, tries):
-            return _not_found(walk, Status.NO_PATH, f"no foot can go on: {told(tries)}", tries)
+            return _not_found(walk, Status.NO_PATH, f"no foot can go on: {tally_in_words(tries)}", tries)
         progress(float(walk.on_guide.mean()) / walk.guide.length, f"{len(walk.moves)} foot moves")
     if not _arrives(walk, goal, tries):
-        return _not_found(walk, Status.NO_PATH, f"the chassis can't get over the goal: {told(tries)}", tries)
+        return _not_found(walk, Status.NO_PATH, f"the chassis can't get over the goal: {tally_in_words(tries)}", tries)
     return _answer(walk, Status.FOUND, "", tries, walk.plan, None)
 
 

@@ -125,7 +125,7 @@ class WholeCheck:
             return np.inf, "no pair"
         spare = self.apart.distances(where.Ts_base_body) - self.apart.least
         at = int(np.argmin(spare))
-        return float(spare[at]), self.apart.told(at)
+        return float(spare[at]), self.apart.pair_names(at)
 
     def _effort(self, q: Array, T_site_base: Array, feet: Feet, where: Placed) -> tuple[float, str]:
         standing = list(feet.standing)

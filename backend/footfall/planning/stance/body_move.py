@@ -15,7 +15,7 @@ from footfall.planning.stance.checked import Checked
 from footfall.planning.stance.follow import Followed, Obstacle, follow
 from footfall.planning.stance.move import BodyMovePlan, BodyMoveResult, BodyMoveSettings
 from footfall.planning.stance.move_checks import recheck
-from footfall.planning.stance.shift import require_same_robot, require_shift, told
+from footfall.planning.stance.shift import obstacle_in_words, require_same_robot, require_shift
 from footfall.planning.stance.whole_body import FAR, WholeBody
 from footfall.planning.step.ground import Refused, nearby
 from footfall.planning.step.problem import Check, Status
@@ -147,7 +147,7 @@ def move(stance: Stance, shift: BodyShift, settings: BodyMoveSettings, watch: Wa
     watch.phase(0.2, "following the chassis with the legs")
     found = followed(stance, shift)
     if isinstance(found, Obstacle):
-        return No(Status.GOAL_INVALID if found.at_goal else Status.NO_PATH, told(found))
+        return No(Status.GOAL_INVALID if found.at_goal else Status.NO_PATH, obstacle_in_words(found))
     watch.phase(0.4, "checking the whole move")
     return checked(stance, found, settings, watch)
 

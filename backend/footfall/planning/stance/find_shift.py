@@ -15,7 +15,7 @@ from footfall.planning.stance.body_shift import BodyShift
 from footfall.planning.stance.find_problem import FindShiftSettings, ShiftResult
 from footfall.planning.stance.follow import Obstacle
 from footfall.planning.stance.reserve import reserves
-from footfall.planning.stance.shift import require_same_robot, told
+from footfall.planning.stance.shift import obstacle_in_words, require_same_robot
 from footfall.planning.stance.shift_search import Ranked, search
 from footfall.planning.stance.shortcomings import Shortcomings, largest
 from footfall.planning.stance.step_ends import StepEnds
@@ -165,7 +165,7 @@ def _tried(stance: Stance, ends: StepEnds, ranked: Ranked, settings: FindShiftSe
         shift = BodyShift(*(float(c) for c in np.round(vector, DIGITS)))
         legs = followed(stance, shift)
         if isinstance(legs, Obstacle):
-            first = first or No(Status.NO_PATH, told(legs))
+            first = first or No(Status.NO_PATH, obstacle_in_words(legs))
             continue
         objection = ends.objection(legs.postures[-1], legs.Ts_site_base[-1])
         if objection:

@@ -41,11 +41,11 @@ def shifted_state(robot: Robot, dem: Dem, state: RobotState, shift: BodyShift) -
     T_to = shift.applied(state.T_site_base)
     found = follow(robot, np.asarray(state.posture), np.asarray(state.T_site_base), T_to, down)
     if isinstance(found, Obstacle):
-        return ShiftRefused(found.leg, found.joint, found.excess, told(found))
+        return ShiftRefused(found.leg, found.joint, found.excess, obstacle_in_words(found))
     return _resting(robot, dem, state, Provenance(parents, shift), found.postures[-1], T_to, down)
 
 
-def told(found: Obstacle) -> str:
+def obstacle_in_words(found: Obstacle) -> str:
     """An obstacle as a reason, with what to try."""
     where = "with the chassis there" if found.at_goal else f"{found.fraction:.0%} of the way"
     return f"{where}, {found.text}; ask for a smaller shift or another direction"

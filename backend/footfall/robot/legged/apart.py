@@ -58,7 +58,7 @@ class Apart:
                 found[row] = max(_between(self._meshes, one, other, placed), 0.0)
         return found
 
-    def told(self, row: int) -> str:
+    def pair_names(self, row: int) -> str:
         """The names of a pair."""
         return " and ".join(self._robot.body_names[int(body)] for body in self.pairs[row])
 
